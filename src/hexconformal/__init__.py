@@ -1,0 +1,1 @@
+"""Regular hexahedral and surface meshes by minimizing quaternionic conformal distortion."""

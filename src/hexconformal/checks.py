@@ -1,0 +1,263 @@
+"""Is this a mesh that can be worked on? Every reason why not, found before the work starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hexconformal.errors import MeshError, OptionError, first_ids
+from hexconformal.mesh import HexMesh
+from hexconformal.orient import best_order, center_determinants
+from hexconformal.topology import components, face_table
+
+__all__ = ["Finding", "as_mask", "check", "require_sound"]
+
+# Relative to the size of the mesh, and of a cell.
+_COINCIDENT = 1e-12
+_FLAT = 1e-10
+_HANGING = 1e-6
+_SAMPLE = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One thing found in a mesh.
+
+    Attributes
+    ----------
+    kind
+        A word for programs: "not finite", "bad index", "repeated nodes", "duplicate cells", "crowded faces",
+        "mirrored", "foreign order" (errors); "coincident points", "flat cells", "hanging nodes", "pieces",
+        "unreferenced points" (warnings).
+    severity
+        "error" if the mesh has to be refused, "warning" if it can be worked on.
+    ids
+        The points or cells concerned.
+    message
+        What is wrong, how many, the first ids, and what to do.
+    """
+
+    kind: str
+    severity: Literal["error", "warning"]
+    ids: NDArray[np.int64]
+    message: str
+
+
+def require_sound(mesh: HexMesh) -> tuple[Finding, ...]:
+    """Raise a MeshError that lists all errors found by :func:`check`; otherwise return the warnings."""
+    findings = check(mesh)
+    errors = [finding.message for finding in findings if finding.severity == "error"]
+    if errors:
+        raise MeshError("; ".join(errors))
+    return findings
+
+
+def check(mesh: HexMesh) -> tuple[Finding, ...]:
+    """Look for everything in a mesh that makes work on it impossible or doubtful.
+
+    Inverted cells are not among it: those are what the work is for.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+
+    Returns
+    -------
+    The findings, errors first. Ids that point nowhere, and points that are not finite, hide what comes after.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import CORNERS
+    >>> [finding.message for finding in check(HexMesh(CORNERS, [[0, 1, 2, 2, 4, 5, 6, 6]]))][0]
+    'cells with a repeated node (collapsed hexahedra such as wedges): 1 (ids 0); mesh them with hexahedra'
+    >>> check(HexMesh(CORNERS, [range(8)]))
+    ()
+    """
+    found = _check_numbers(mesh)
+    if not found:
+        found = [*_check_cells(mesh), *_check_points(mesh)]
+        if not any(finding.kind == "repeated nodes" for finding in found):
+            found += _check_faces(mesh)
+    return tuple(sorted(found, key=lambda finding: finding.severity))
+
+
+def _check_numbers(mesh: HexMesh) -> list[Finding]:
+    found = []
+    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    if len(bad):
+        found.append(_error("not finite", bad, f"points with NaN or infinite coordinates: {first_ids(bad)}"))
+    if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
+        bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
+        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
+        if mesh.cells.min() == 1 and mesh.cells.max() == len(mesh.points):
+            text += "; ids start at 1 here, subtract 1"
+        found.append(_error("bad index", bad, text))
+    return found
+
+
+def _check_cells(mesh: HexMesh) -> list[Finding]:
+    found = []
+    nodes = np.sort(mesh.cells, axis=1)
+    bad = np.flatnonzero((nodes[:, 1:] == nodes[:, :-1]).any(axis=1))
+    if len(bad):
+        text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad)}"
+        found.append(_error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
+    twins = _twins(nodes)
+    if len(twins):
+        text = f"cells with the same nodes as an earlier one: {first_ids(twins)}; remove them"
+        found.append(_error("duplicate cells", twins, text))
+    volumes, sizes = center_determinants(mesh.points, mesh.cells)
+    flat = np.flatnonzero(np.abs(volumes) <= _FLAT * sizes)
+    if len(flat):
+        found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat)}"))
+    return found
+
+
+def _twins(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    # Cells with equal sums of their ids and of their squares are candidates; few, so they can be compared.
+    keys = (nodes * (nodes + 7919)).sum(axis=1)
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    near = np.flatnonzero(keys[1:] == keys[:-1])
+    if len(near) == 0:
+        return near
+    candidates = np.unique(np.concatenate([order[near], order[near + 1]]))
+    _, first, inverse = np.unique(nodes[candidates], axis=0, return_index=True, return_inverse=True)
+    again = first[inverse.ravel()] != np.arange(len(candidates))
+    return np.asarray(candidates[again])
+
+
+def _check_points(mesh: HexMesh) -> list[Finding]:
+    found = []
+    used = np.zeros(len(mesh.points), dtype=bool)
+    used[mesh.cells] = True
+    unused = np.flatnonzero(~used)
+    if len(unused):
+        found.append(_warning("unreferenced points", unused, f"points in no hexahedron (kept): {first_ids(unused)}"))
+    places = mesh.points - mesh.points.mean(axis=0)
+    size = float(np.abs(places).max())
+    # Points at one place lie side by side once sorted along a direction in which no two others of a grid do.
+    key = places @ np.array([0.7390851332, 0.5671432904, 0.3637586203])
+    order = np.argsort(key)
+    order = order[used[order]]
+    close = np.abs(np.diff(key[order])) <= 2 * _COINCIDENT * size
+    pairs = np.stack([order[:-1][close], order[1:][close]])
+    pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT * size]
+    if pairs.shape[1]:
+        ids = np.unique(pairs)
+        text = f"points that coincide with another: {first_ids(ids)}; if they are one, merge them"
+        found.append(_warning("coincident points", ids, text))
+    return found
+
+
+def _check_faces(mesh: HexMesh) -> list[Finding]:
+    found = []
+    faces = face_table(mesh.cells)
+    crowded = np.flatnonzero(faces.uses > 2)
+    if len(crowded):
+        names = ", ".join(str(tuple(nodes)) for nodes in faces.quads[crowded[:3]].tolist())
+        cells = np.unique(faces.cells[crowded])
+        text = f"faces shared by more than two cells: {len(crowded)} (nodes {names}), of cells {first_ids(cells)}"
+        found.append(_error("crowded faces", cells, text))
+    sample = mesh.cells[:: max(len(mesh.cells) // _SAMPLE, 1)]
+    order, _ = best_order(mesh.points, sample)
+    odd = faces.cells[(faces.turn != 1) & (faces.uses == 2)]
+    if order.name != "VTK":
+        text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
+        found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
+    elif len(odd):
+        ids = np.unique(odd)
+        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids)}"
+        found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
+    elif order.mirrored:
+        text = "the cells are mirrored (negative volume); orient() turns them round"
+        found.append(_error("mirrored", np.arange(len(mesh.cells)), text))
+    count, labels = components(mesh.cells)
+    if count > 1:
+        first = np.unique(labels, return_index=True)[1]
+        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first)}"
+        found.append(_warning("pieces", first, text))
+    hanging = _hanging(mesh.points, faces.quads[faces.uses == 1])
+    if len(hanging):
+        text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging)}; they are not tied to it"
+        found.append(_warning("hanging nodes", hanging, text))
+    return found
+
+
+def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Boundary nodes in the middle of a boundary edge or face: where cells were split in two."""
+    from scipy.spatial import cKDTree
+
+    if len(quads) == 0:
+        return np.empty(0, dtype=np.int64)
+    after = np.roll(quads, -1, axis=1)
+    # Each edge once: its other quad runs along it the other way.
+    edge = quads < after
+    ends = points[quads[edge]], points[after[edge]]
+    middles = np.concatenate([(ends[0] + ends[1]) / 2, points[quads].mean(axis=1)])
+    lengths = np.linalg.norm(points[quads[:, 2]] - points[quads[:, 0]], axis=1)
+    reach = _HANGING * np.concatenate([np.linalg.norm(ends[1] - ends[0], axis=1), lengths])
+    owner = np.concatenate([np.nonzero(edge)[0], np.arange(len(quads))])
+    nodes = np.unique(quads)
+    distances, nearest = cKDTree(points[nodes]).query(middles, distance_upper_bound=float(reach.max()))
+    hit = distances <= reach
+    found = nodes[nearest[hit]]
+    # A corner of the quad itself is no hanging node: two of them may coincide.
+    return np.unique(found[(quads[owner[hit]] != found[:, None]).all(axis=1)])
+
+
+def as_mask(value: Any, count: int, name: str) -> NDArray[np.bool_]:
+    """A mask over the points from what a user may hand in.
+
+    Parameters
+    ----------
+    value
+        None (nothing), booleans (n,), node ids, or booleans (n, 3) that choose components x, y, z.
+    count
+        Number of points n.
+    name
+        What to call it in messages.
+
+    Returns
+    -------
+    (n,) booleans, or (n, 3) if components were given.
+
+    Raises
+    ------
+    OptionError
+        If it is none of those, or ids are outside 0..n-1.
+
+    Examples
+    --------
+    >>> as_mask([0, 2], 4, "fixed")
+    array([ True, False,  True, False])
+    """
+    array = np.asarray([] if value is None else value)
+    if array.dtype == bool:
+        if array.shape not in ((count,), (count, 3)):
+            raise OptionError(f"{name} must be booleans of shape ({count},) or ({count}, 3), not {array.shape}")
+        return array.copy()
+    if array.size == 0:
+        return np.zeros(count, dtype=bool)
+    if array.dtype.kind not in "iu" or array.ndim != 1:
+        raise OptionError(f"{name} must be booleans per point or a list of point ids, not {array.dtype} {array.shape}")
+    if len(array) == count > 2 and np.isin(array, (0, 1)).all():
+        raise OptionError(f"{name} looks like a mask of zeros and ones: pass booleans")
+    bad = array[(array < 0) | (array >= count)]
+    if len(bad):
+        raise OptionError(f"{name} has ids outside 0..{count - 1}: {first_ids(bad)}")
+    mask = np.zeros(count, dtype=bool)
+    mask[array] = True
+    return mask
+
+
+def _error(kind: str, ids: ArrayLike, message: str) -> Finding:
+    return Finding(kind, "error", np.asarray(ids, dtype=np.int64), message)
+
+
+def _warning(kind: str, ids: ArrayLike, message: str) -> Finding:
+    return Finding(kind, "warning", np.asarray(ids, dtype=np.int64), message)

@@ -1,0 +1,118 @@
+"""Where nodes may go: a linear space of displacements at every node, and the way back to the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import MeshError, OptionError, first_ids
+from .topology import boundary_quads
+
+__all__ = ["Constraint", "boundary_constraint"]
+
+Field = NDArray[np.float64]
+
+# Directions whose normals agree to this angle (radians) count as one plane.
+_FLAT = 1e-6
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Admissible displacements P d of some nodes; all others are free.
+
+    Attributes
+    ----------
+    nodes
+        (k,) ids of the constrained nodes, ascending.
+    projectors
+        (k, 3, 3) orthogonal projectors P onto the admissible displacements: 0 holds a node, rank 1 lets it
+        slide along a line, rank 2 in a plane.
+    """
+
+    nodes: NDArray[np.int64]
+    projectors: Field
+
+    @classmethod
+    def from_normals(cls, nodes: NDArray[np.int64], sums: Field) -> Constraint:
+        """Constraint from the sums (k, 3, 3) of n n^T over the forbidden unit directions n of each node."""
+        values, vectors = np.linalg.eigh(sums)
+        admissible = values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None]
+        projectors = np.einsum("kia,ka,kja->kij", vectors, admissible.astype(float), vectors)
+        # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
+        projectors[np.abs(projectors) < 1e-9] = 0.0
+        projectors[np.abs(projectors - 1.0) < 1e-9] = 1.0
+        return cls(nodes, projectors)
+
+    def project(self, field: Field) -> Field:
+        """The admissible part of an (n, 3) field of displacements or forces."""
+        out = field.copy()
+        out[self.nodes] = np.einsum("kij,kj->ki", self.projectors, field[self.nodes])
+        return out
+
+    def held(self, count: int) -> NDArray[np.bool_]:
+        """(count, 3) components in which a node moves less than half as far as asked."""
+        held = np.zeros((count, 3), dtype=bool)
+        held[self.nodes] = np.einsum("kii->ki", self.projectors) < 0.5
+        return held
+
+
+def boundary_constraint(
+    points: Field, cells: NDArray[np.int64], boundary: str = "slide", fixed: NDArray[np.bool_] | None = None
+) -> Constraint:
+    """The constraint of a boundary mode, with further components held by a mask.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    cells
+        (m, 8) hexahedra.
+    boundary
+        "fixed" holds every boundary node. "slide" lets a node move in all the planes of the boundary quads
+        around it: in a flat face, along a straight edge, not at a corner; on a curved boundary that means
+        not at all. "free" leaves the boundary alone.
+    fixed
+        (n, 3) components that are held besides.
+
+    Raises
+    ------
+    OptionError
+        If the mode is unknown.
+    MeshError
+        If boundary quads have no area, so that there is no face to slide in.
+    """
+    if boundary not in ("fixed", "slide", "free"):
+        raise OptionError(f"boundary is 'fixed', 'slide' or 'free', not {boundary!r}")
+    count = len(points)
+    sums = np.zeros((count, 3, 3))
+    if fixed is not None:
+        sums[:, [0, 1, 2], [0, 1, 2]] += fixed
+    if boundary == "fixed":
+        sums[np.unique(boundary_quads(cells)[0])] = np.eye(3)
+    elif boundary == "slide":
+        sums += _normal_sums(points, boundary_quads(cells)[0])
+    nodes = np.flatnonzero(sums.any(axis=(1, 2)))
+    return Constraint.from_normals(nodes, sums[nodes])
+
+
+def _normal_sums(points: Field, quads: NDArray[np.int64]) -> Field:
+    """(n, 3, 3) sums of n n^T over the triangles that the boundary quads around a node are made of."""
+    x = points[quads] - points[quads[:, :1]]
+    sums = np.zeros((len(points), 3, 3))
+    for corner in range(4):
+        # A quad that is not flat has four different corner normals, which leave its nodes no way to go.
+        a, b = x[:, (corner + 1) % 4] - x[:, corner], x[:, corner - 1] - x[:, corner]
+        normal = np.cross(a, b)
+        length = np.linalg.norm(normal, axis=1)
+        size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+        if not size.all():
+            raise MeshError(f"boundary quads with an edge of no length at nodes {first_ids(quads[size == 0, corner])}")
+        # Three corners on a line (or nearly) say nothing about the plane; the other corners do.
+        says = length > 1e-3 * size
+        unit = normal[says] / length[says, None]
+        outer = np.einsum("ki,kj->kij", unit, unit)
+        for node in range(4):
+            np.add.at(sums, quads[says, node], outer)
+    return sums

@@ -1,0 +1,37 @@
+"""The errors this library raises on purpose; every one says what is wrong, where, and what to do."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids"]
+
+
+class MeshError(ValueError):
+    """The mesh itself cannot be worked on (shape, topology, coordinates)."""
+
+
+class OptionError(ValueError):
+    """An option has a value, or a combination of values, that makes no sense."""
+
+
+class ReadError(MeshError):
+    """A file is missing, unreadable, truncated, or not the mesh its name says."""
+
+
+class WriteError(OSError):
+    """A result cannot be written where it was asked for."""
+
+
+def first_ids(ids: ArrayLike, limit: int = 5) -> str:
+    """Say how many ids there are and name the first, for an error message.
+
+    >>> first_ids([3, 7])
+    '2 (ids 3, 7)'
+    >>> first_ids(range(100), limit=3)
+    '100 (first ids 0, 1, 2)'
+    """
+    ids = np.asarray(list(ids) if isinstance(ids, range) else ids).ravel()
+    names = ", ".join(str(i) for i in ids[:limit].tolist())
+    return f"{len(ids)} ({'first ids' if len(ids) > limit else 'ids'} {names})"

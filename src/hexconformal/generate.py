@@ -1,0 +1,343 @@
+"""Hexahedral meshes made from formulas, for demonstrations and tests: sound ones, and valid but bad ones.
+
+Every generator returns a plain ``(points, cells)``: (n, 3) float64 and (m, 8) int64 in VTK node order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .elements import CORNERS, EDGES
+from .errors import OptionError
+from .topology import boundary_quads
+from .validity import is_valid
+
+__all__ = [
+    "ball",
+    "bent_bar",
+    "boundary_layer",
+    "box",
+    "cylinder",
+    "jittered",
+    "sheared_block",
+    "sheared_cube",
+    "twisted_cube",
+]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Hexes = tuple[Floats, Ints]
+
+
+def box(
+    shape: Sequence[int] = (10, 10, 10),
+    lengths: Sequence[float] = (1.0, 1.0, 1.0),
+    origin: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Hexes:
+    """A regular grid of equal bricks; nodes and cells are numbered with x running fastest.
+
+    Parameters
+    ----------
+    shape
+        Number of cells along x, y, z.
+    lengths, origin
+        Size and lowest corner.
+
+    Examples
+    --------
+    >>> points, cells = box((2, 1, 1))
+    >>> points.shape, cells.tolist()
+    ((12, 3), [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]])
+    """
+    nx, ny, nz = shape
+    if min(shape) < 1:
+        raise OptionError(f"every direction needs at least one cell, got shape {tuple(shape)}")
+    if not min(lengths) > 0:
+        raise OptionError(f"lengths must be positive, got {tuple(lengths)}")
+    axes = [o + length * np.linspace(0.0, 1.0, n + 1) for n, length, o in zip(shape, lengths, origin, strict=True)]
+    z, y, x = np.meshgrid(*reversed(axes), indexing="ij")
+    points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    ids = np.arange(len(points), dtype=np.int64).reshape(nz + 1, ny + 1, nx + 1)
+    cells = np.stack([ids[k : k + nz, j : j + ny, i : i + nx].ravel() for i, j, k in CORNERS], axis=1)
+    return points, cells
+
+
+def sheared_cube(n: int = 15, shear: float = 0.8) -> Hexes:
+    """The unit cube with skewed grid lines inside and on its faces (the note's Figure 3).
+
+    Three shears follow one another, each along one axis and monotone in its coordinate; they fade out at
+    the two faces across that axis. So the outer surface stays the exact cube, corners stay, edges of the
+    cube are mapped to themselves, and the map can be inverted whatever its strength. Should a coarse grid
+    not resolve it, the shear is reduced until every cell is valid.
+
+    Parameters
+    ----------
+    n
+        Cells along an edge.
+    shear
+        Strength in [0, 1).
+
+    Examples
+    --------
+    >>> points, cells = sheared_cube(6)
+    >>> bool(is_valid(points, cells).all()), float(points.min()), float(points.max())
+    (True, 0.0, 1.0)
+    """
+    if not 0 <= shear < 1:
+        raise OptionError(f"shear must lie in [0, 1), got {shear}")
+    straight, cells = box((n, n, n))
+    points = straight.copy()
+    while True:
+        for axis in range(3):
+            x, y, z = (points[:, (axis + i) % 3] for i in range(3))
+            x += shear / np.pi * np.sin(np.pi * x) * np.cos(2 * np.pi * y) * np.cos(np.pi * z)
+        # The sine of pi is not quite zero.
+        points[(straight == 0) | (straight == 1)] = straight[(straight == 0) | (straight == 1)]
+        if is_valid(points, cells).all():
+            return points, cells
+        shear *= 0.9
+        points[:] = straight
+
+
+def sheared_block(n: int = 10, shear: float = 1.5) -> Hexes:
+    """A unit cube pushed over sideways: x grows by ``shear`` from the bottom of y to its top.
+
+    Examples
+    --------
+    >>> points, _ = sheared_block(4, shear=1.5)
+    >>> float(points[:, 0].max())
+    2.5
+    """
+    points, cells = box((n, n, n))
+    points[:, 0] += shear * points[:, 1]
+    return points, cells
+
+
+def twisted_cube(n: int = 10, degrees: float = 60.0) -> Hexes:
+    """A unit cube whose top is turned by ``degrees`` against its bottom, about the z axis.
+
+    Examples
+    --------
+    >>> points, cells = twisted_cube(4, degrees=90)
+    >>> bool(is_valid(points, cells).all())
+    True
+    """
+    points, cells = box((n, n, n), origin=(-0.5, -0.5, -0.5))
+    angle = np.radians(degrees) * points[:, 2]
+    x, y = points[:, 0].copy(), points[:, 1].copy()
+    points[:, 0] = np.cos(angle) * x - np.sin(angle) * y
+    points[:, 1] = np.sin(angle) * x + np.cos(angle) * y
+    return points, cells
+
+
+def bent_bar(shape: Sequence[int] = (24, 6, 6), degrees: float = 90.0, length: float = 4.0) -> Hexes:
+    """A bar of unit cross-section and given centre-line length, bent in the xy plane.
+
+    Raises
+    ------
+    OptionError
+        If the bar would have to pass through the centre of its own arc.
+
+    Examples
+    --------
+    >>> points, cells = bent_bar((8, 2, 2))
+    >>> bool(is_valid(points, cells).all())
+    True
+    """
+    points, cells = box(shape, (length, 1.0, 1.0), (0.0, -0.5, -0.5))
+    angle = np.radians(degrees)
+    if abs(angle) < 1e-12:
+        return points, cells
+    radius = length / angle
+    if abs(radius) <= 0.5:
+        raise OptionError(f"a bar of length {length} can be bent by less than {360 / np.pi * length:.4g} degrees")
+    turned, distance = points[:, 0] / radius, radius - points[:, 1]
+    points[:, 0] = distance * np.sin(turned)
+    points[:, 1] = radius - distance * np.cos(turned)
+    return points, cells
+
+
+def boundary_layer(shape: Sequence[int] = (8, 8, 16), aspect: float = 100.0) -> Hexes:
+    """The unit cube with thin cells at z = 0 that grow geometrically upwards.
+
+    Parameters
+    ----------
+    shape
+        Number of cells along x, y, z.
+    aspect
+        Width (along x) of the cells at the bottom over their height.
+
+    Examples
+    --------
+    >>> points, _ = boundary_layer((4, 4, 10), aspect=50)
+    >>> bool(np.isclose(np.unique(points[:, 2])[1], 0.25 / 50))
+    True
+    """
+    nx, _, nz = shape
+    points, cells = box(shape)
+    if not aspect > 0:
+        raise OptionError(f"aspect must be positive, got {aspect}")
+    if nz == 1:
+        return points, cells
+    powers = np.arange(nz)
+    low, high = 1e-6, 1e6  # growth rate of the heights, by bisection of its logarithm
+    for _ in range(200):
+        growth = np.sqrt(low * high)
+        if (growth**powers).sum() > nx * aspect:
+            high = growth
+        else:
+            low = growth
+    heights = np.r_[0.0, np.cumsum(growth**powers)]
+    points[:, 2] = (heights / heights[-1])[np.arange(len(points)) // ((nx + 1) * (shape[1] + 1))]
+    return points, cells
+
+
+def cylinder(
+    core: int = 6,
+    layers: int = 5,
+    axial: int = 12,
+    radius: float = 1.0,
+    length: float = 2.0,
+    core_size: float = 0.5,
+    grading: float = 1.0,
+) -> Hexes:
+    """A round cylinder along z as an O-grid: a central block and four blocks around it.
+
+    Parameters
+    ----------
+    core, layers, axial
+        Cells along an edge of the central block, through the outer blocks, and along the axis.
+    radius, length
+        Size; the axis runs from z = 0 to ``length``.
+    core_size
+        Distance of the central block's corners from the axis, relative to the radius.
+    grading
+        Thickness of the outermost layer over that of the innermost: < 1 makes a boundary layer.
+
+    Examples
+    --------
+    >>> points, cells = cylinder(4, 3, 5)
+    >>> len(cells), bool(is_valid(points, cells).all())
+    (320, True)
+    """
+    square, cells = box((core, core, axial), (2.0, 2.0, length), (-1.0, -1.0, 0.0))
+    inner, outer = square.copy(), square.copy()
+    outer[:, :2] = radius * _round(square[:, :2])
+    inner[:, :2] = _core(square[:, :2], radius, core_size)
+    quads = boundary_quads(cells)[0]
+    side = ~np.isin(square[quads, 2], [0.0]).all(axis=1) & ~(square[quads, 2] == length).all(axis=1)
+    return _wrap(inner, cells, quads[side], outer, _layers(layers, grading))
+
+
+def ball(core: int = 6, layers: int = 5, radius: float = 1.0, core_size: float = 0.5, grading: float = 1.0) -> Hexes:
+    """A ball as an O-grid: a central block and six blocks around it.
+
+    Parameters
+    ----------
+    core, layers
+        Cells along an edge of the central block, and through the outer blocks.
+    radius
+        Radius; the centre is the origin.
+    core_size
+        Distance of the central block's corners from the centre, relative to the radius.
+    grading
+        Thickness of the outermost layer over that of the innermost: < 1 makes a boundary layer.
+
+    Examples
+    --------
+    >>> points, cells = ball(4, 3)
+    >>> len(cells), bool(is_valid(points, cells).all())
+    (352, True)
+    """
+    cube, cells = box((core, core, core), (2.0, 2.0, 2.0), (-1.0, -1.0, -1.0))
+    quads = boundary_quads(cells)[0]
+    return _wrap(_core(cube, radius, core_size), cells, quads, radius * _round(cube), _layers(layers, grading))
+
+
+def jittered(
+    points: Floats,
+    cells: Ints,
+    amount: float = 0.3,
+    seed: int = 0,
+    keep_boundary: bool = True,
+    valid: bool = True,
+) -> Hexes:
+    """Move every node at random, in each coordinate by at most ``amount`` times the shortest edge around it.
+
+    Parameters
+    ----------
+    points, cells
+        A mesh; not changed.
+    amount
+        Largest displacement, relative to the shortest edge of the node's cells.
+    seed
+        Of the random numbers.
+    keep_boundary
+        Leave the nodes of the boundary where they are.
+    valid
+        Shorten displacements where a cell would become invalid; False may tangle the mesh.
+
+    Examples
+    --------
+    >>> points, cells = jittered(*box((4, 4, 4)), amount=0.9)
+    >>> bool(is_valid(points, cells).all())
+    True
+    """
+    edges = [points[cells[:, b]] - points[cells[:, a]] for a, b in EDGES]
+    squared = np.min([np.einsum("ci,ci->c", edge, edge) for edge in edges], axis=0)
+    shortest = np.full(len(points), np.inf)
+    np.minimum.at(shortest, cells, np.sqrt(squared)[:, None])
+    shortest[np.isinf(shortest)] = 0.0  # nodes of no cell
+    move = np.random.default_rng(seed).uniform(-amount, amount, points.shape) * shortest[:, None]
+    if keep_boundary:
+        move[np.unique(boundary_quads(cells)[0])] = 0.0
+    if valid:
+        # Only cells that were valid can be kept so; after the first look, only those whose nodes changed matter.
+        sound = watched = cells[is_valid(points, cells)]
+        for attempt in range(40):
+            broken = np.zeros(len(points), dtype=np.bool_)
+            broken[watched[~is_valid(points + move, watched)]] = True
+            move[broken] *= 0.7 if attempt < 20 else 0.0
+            watched = sound[broken[sound].any(axis=1)]
+            if not len(watched):
+                break
+    return points + move, cells
+
+
+def _round(square: Floats) -> Floats:
+    """Carry concentric squares (cubes) onto circles (spheres), with equal angles along their sides."""
+    size = np.abs(square).max(axis=1, keepdims=True)
+    tangents = np.tan(np.pi / 4 * square / np.where(size > 0, size, 1.0))
+    length = np.linalg.norm(tangents, axis=1, keepdims=True)
+    rounded: Floats = tangents * size / np.where(length > 0, length, 1.0)
+    return rounded
+
+
+def _core(square: Floats, radius: float, size: float) -> Floats:
+    """The central block of an O-grid: half way between a square (cube) and a disc (ball)."""
+    if not 0 < size < 1:
+        raise OptionError(f"core_size must lie in (0, 1), got {size}")
+    block: Floats = radius * size * (square / np.sqrt(square.shape[1]) + _round(square)) / 2
+    return block
+
+
+def _layers(count: int, grading: float) -> Floats:
+    """Heights in (0, 1] of the tops of layers whose thickness changes geometrically."""
+    if count < 1 or not grading > 0:
+        raise OptionError(f"needs at least one layer and a positive grading, got {count} and {grading}")
+    heights = np.cumsum(grading ** (np.arange(count) / max(count - 1, 1)))
+    return np.asarray(heights / heights[-1])
+
+
+def _wrap(inner: Floats, cells: Ints, quads: Ints, outer: Floats, heights: Floats) -> Hexes:
+    """Put layers of hexes onto outward quads; the topmost reaches the nodes' places in ``outer``."""
+    surface, base = np.unique(quads, return_inverse=True)
+    base = base.reshape(quads.shape)
+    climb = outer[surface] - inner[surface]
+    new = inner[surface] + heights[:, None, None] * climb
+    ids = np.vstack([surface, len(inner) + np.arange(len(heights) * len(surface)).reshape(len(heights), -1)])
+    hexes = [np.hstack([ids[k][base], ids[k + 1][base]]) for k in range(len(heights))]
+    return np.vstack([inner, new.reshape(-1, 3)]), np.vstack([cells, *hexes])

@@ -1,0 +1,228 @@
+"""The one container of a hexahedral mesh, and how it is made from whatever the user has."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hexconformal.errors import MeshError, OptionError
+
+__all__ = ["HexMesh", "as_hex_mesh"]
+
+
+@dataclass(frozen=True, eq=False)
+class HexMesh:
+    """Points and hexahedra with their arrays, all read-only, and what they were made from.
+
+    Attributes
+    ----------
+    points
+        (n, 3) positions, float64, in the mesh's own unit of length.
+    cells
+        (m, 8) hexahedra in VTK node order, int64.
+    point_data
+        Arrays by name, first axis n.
+    cell_data
+        Arrays by name, first axis m: the values on the hexahedra.
+    origin
+        What the mesh was made from, for :meth:`restored` and for writing; None if it was made from arrays.
+
+    Raises
+    ------
+    MeshError
+        If shapes or types make no sense, or there is no hexahedron.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import CORNERS
+    >>> mesh = HexMesh(CORNERS, [[0, 1, 2, 3, 4, 5, 6, 7]])
+    >>> mesh
+    HexMesh(8 points, 1 hexahedra)
+    >>> moved = mesh.replaced(points=2 * mesh.points, point_data={"height": mesh.points[:, 2]})
+    >>> moved.points.max(), list(moved.point_data), mesh.points.max()
+    (np.float64(2.0), ['height'], np.float64(1.0))
+    """
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    point_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    cell_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    origin: Any = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", _checked_points(self.points))
+        object.__setattr__(self, "cells", _checked_cells(self.cells))
+        object.__setattr__(self, "point_data", _checked_data(self.point_data, len(self.points), "point_data"))
+        object.__setattr__(self, "cell_data", _checked_data(self.cell_data, len(self.cells), "cell_data"))
+
+    def __repr__(self) -> str:
+        return f"HexMesh({len(self.points)} points, {len(self.cells)} hexahedra)"
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """(n,) nodes of the other three-dimensional cells that were carried along: keep them where they are."""
+        return np.zeros(len(self.points), dtype=bool) if self.origin is None else self.origin.selection.held
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed or set aside when the mesh was taken in, in words."""
+        return () if self.origin is None else self.origin.selection.notes
+
+    def replaced(
+        self,
+        points: ArrayLike | None = None,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
+    ) -> HexMesh:
+        """The same mesh with other points, and with arrays added to (or put in the place of) its own.
+
+        Parameters
+        ----------
+        points
+            (n, 3) new positions.
+        point_data, cell_data
+            Arrays by name, first axis n or m.
+        """
+        points = self.points if points is None else _checked_points(points)
+        if len(points) != len(self.points):
+            raise MeshError(f"{len(points)} points cannot take the place of {len(self.points)}")
+        return replace(
+            self,
+            points=points,
+            point_data=dict[str, Any](self.point_data) | dict(point_data or {}),
+            cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
+        )
+
+    def restored(self) -> Any:
+        """The mesh as an object of the type it was made from.
+
+        Everything that came in is there again: other cells in their order, arrays, field data, named sets,
+        unreferenced points. Points are those of this mesh, always in float64 (rounding to float32 could turn a
+        thin cell inside out); arrays added to `cell_data` are NaN (0 for integers) on other cells. Higher-order
+        nodes of linearised cells lie on the straight edges and trilinear faces.
+
+        Returns
+        -------
+        ``(points, cells)`` for arrays, a meshio.Mesh, a pyvista grid; a mesh that was read from a file is
+        returned as it is.
+        """
+        if self.origin is None:
+            return self.points.copy(), self.cells.copy()
+        return self if self.origin.file is not None else self.origin.built(self)
+
+
+def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
+    """Take in a mesh from whatever holds it; nothing handed in is ever changed.
+
+    Cells of lower dimension (quadrilaterals, triangles, lines, vertices) are carried along; VTK voxels are
+    taken as hexahedra, and stay so.
+
+    Parameters
+    ----------
+    source
+        A HexMesh, a path, a meshio.Mesh, a pyvista or VTK grid, or a tuple ``(points, cells)``.
+    other_cells
+        Tetrahedra, wedges, pyramids, ...: "refuse" raises, "keep" carries them along; then
+        :attr:`HexMesh.held` tells their nodes, which must stay where they are.
+    linearise
+        Take the corners of hexahedra with 20 or 27 nodes.
+
+    Raises
+    ------
+    MeshError
+        If there is no hexahedron, or there are cells that cannot be worked on.
+    ReadError
+        If a file cannot be read.
+    OptionError
+        If `source` or `other_cells` is none of the above.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import CORNERS
+    >>> as_hex_mesh((CORNERS, [range(8)]))
+    HexMesh(8 points, 1 hexahedra)
+    """
+    if other_cells not in ("refuse", "keep"):
+        raise OptionError(f"other_cells must be 'refuse' or 'keep', not {other_cells!r}")
+    if isinstance(source, HexMesh):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        from hexconformal.io import read
+
+        return read(Path(source), other_cells=other_cells, linearise=linearise)
+    if isinstance(source, tuple) and len(source) == 2:
+        return HexMesh(*source)
+    # Asked by name, so that neither library is imported to tell that an object is not one of its own.
+    libraries = {base.__module__.partition(".")[0] for base in type(source).__mro__}
+    if "meshio" in libraries:
+        from hexconformal.meshio_mesh import from_meshio
+
+        return from_meshio(source, other_cells, linearise)
+    if libraries & {"pyvista", "vtkmodules"}:
+        from hexconformal.pyvista_mesh import from_pyvista
+
+        return from_pyvista(source, other_cells, linearise)
+    raise OptionError(
+        f"cannot make a mesh of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista grid, a HexMesh, "
+        "or a tuple (points, cells)"
+    )
+
+
+def _checked_points(points: ArrayLike) -> NDArray[np.float64]:
+    try:
+        array = np.asarray(points)
+        if np.iscomplexobj(array):
+            raise TypeError("complex numbers")
+        result = _frozen(array, np.float64)
+    except (TypeError, ValueError) as problem:
+        raise MeshError(f"points must be an (n, 3) array of real numbers: {problem}") from problem
+    if result.ndim != 2 or result.shape[1] != 3:
+        raise MeshError(f"points must be an (n, 3) array, not {result.shape}")
+    return result
+
+
+def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
+    try:
+        array = np.asarray(cells)
+        result = _frozen(array, np.int64)
+        exact = array.dtype.kind in "iu" or (array.dtype.kind == "f" and bool((result == array).all()))
+    except (TypeError, ValueError, OverflowError) as problem:
+        raise MeshError(f"cells must be an (m, 8) array of node ids: {problem}") from problem
+    if result.size == 0:
+        raise MeshError("there are no hexahedra")
+    if result.ndim != 2 or result.shape[1] != 8:
+        raise MeshError(f"cells must be an (m, 8) array of hexahedra, not {result.shape}")
+    if not exact:
+        raise MeshError(f"cells must hold integer node ids, not {array.dtype}")
+    return result
+
+
+def _checked_data(data: Mapping[str, ArrayLike], count: int, name: str) -> dict[str, NDArray[Any]]:
+    result = {str(key): _frozen(value, None) for key, value in data.items()}
+    for key, array in result.items():
+        if array.ndim == 0 or len(array) != count:
+            raise MeshError(f"{name}[{key!r}] must have first axis {count}, but its shape is {array.shape}")
+    return result
+
+
+def _frozen(values: ArrayLike, dtype: Any) -> NDArray[Any]:
+    """A read-only, contiguous copy; the array itself if it is one already."""
+    array = np.asarray(values)
+    if (
+        type(values) is np.ndarray
+        and array.base is None
+        and not array.flags.writeable
+        and array.flags.c_contiguous
+        and dtype in (None, array.dtype)
+    ):
+        return array
+    with np.errstate(invalid="ignore"):
+        result = np.array(array, dtype=dtype, order="C", copy=True, subok=False)
+    result.setflags(write=False)
+    return result

@@ -1,0 +1,132 @@
+"""What a run is asked to do, and what it says of every iteration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from .errors import OptionError
+
+__all__ = ["Options", "Record"]
+
+_CHOICES = {
+    "boundary": ("slide", "fixed", "free"),
+    "energy": ("barrier", "quaternionic"),
+    "weight": ("reference", "volume"),
+    "quadrature": ("gauss", "corners"),
+    "method": ("auto", "lbfgs", "newton", "majorize"),
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of :func:`hexconformal.regularize`.
+
+    Attributes
+    ----------
+    boundary
+        "slide": boundary nodes move in the flat faces and along the straight edges they lie on; "fixed": they
+        stay; "free": nothing holds them but `fixed`.
+    fixed
+        Nodes held besides: the name of a point array, or an (n,) mask, (n, 3) mask by component, or node ids.
+    target
+        Perfect shape: "cube", "a:b:c" or three numbers (a box), "input" (the cells' own shapes), or the
+        (n, 3) points of a reference mesh with the same cells.
+    weight
+        "reference": every cell counts the same; "volume": by its volume in the input, the dV of the note.
+    energy
+        "barrier": the conformally invariant distortion, infinite for folded cells; "quaternionic": the plain
+        distortion of Gruber & Aulisa, blind to orientation, kept valid by the line search alone.
+    quadrature
+        "gauss" (2 x 2 x 2) or "corners".
+    method
+        "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", the note's method
+        (plain energy only).
+    tolerance
+        Stop where the gradient is this much smaller than at the start.
+    max_iterations
+        Stop after so many.
+
+    Raises
+    ------
+    OptionError
+        If a value, or a combination of values, makes no sense.
+
+    Examples
+    --------
+    >>> Options(boundary="slippery")
+    Traceback (most recent call last):
+        ...
+    hexconformal.errors.OptionError: boundary is 'slide', 'fixed' or 'free', not 'slippery'
+    """
+
+    boundary: str = "slide"
+    fixed: Any = None
+    target: Any = "cube"
+    weight: str = "reference"
+    energy: str = "barrier"
+    quadrature: str = "gauss"
+    method: str = "auto"
+    tolerance: float = 1e-6
+    max_iterations: int = 200
+
+    def __post_init__(self) -> None:
+        for name, choices in _CHOICES.items():
+            value = getattr(self, name)
+            if value not in choices:
+                names = ", ".join(repr(c) for c in choices[:-1]) + f" or {choices[-1]!r}"
+                raise OptionError(f"{name} is {names}, not {value!r}")
+        if not 0.0 <= self.tolerance < 1.0:
+            raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
+        if self.max_iterations < 0:
+            raise OptionError(f"max_iterations is not negative, not {self.max_iterations!r}")
+        if self.method == "majorize" and self.energy != "quaternionic":
+            raise OptionError("method 'majorize' minimizes the plain energy only: add energy='quaternionic'")
+
+    def described(self) -> dict[str, Any]:
+        """The options in plain types, arrays by their shape alone, for a report."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {
+            name: value if value is None or isinstance(value, (str, int, float)) else f"given ({_shape(value)})"
+            for name, value in values.items()
+        }
+
+
+def _shape(value: Any) -> str:
+    shape = getattr(value, "shape", None)
+    return " x ".join(map(str, shape)) if shape else f"{len(value)} values"
+
+
+@dataclass(frozen=True)
+class Record:
+    """One iteration.
+
+    Attributes
+    ----------
+    iteration
+        0 is the input.
+    phase
+        The solver at work.
+    energy
+        The energy that is minimized, in the mesh's own units.
+    gradient
+        Norm of its admissible gradient, relative to the input's.
+    step
+        Length of the step taken, 1 for a full one.
+    min_scaled_jacobian, mean_scaled_jacobian
+        Over the cells, each by its smallest corner.
+    inverted
+        Number of cells with a scaled Jacobian that is not positive.
+    seconds
+        Since the run began.
+    """
+
+    iteration: int
+    phase: str
+    energy: float
+    gradient: float
+    step: float
+    min_scaled_jacobian: float
+    mean_scaled_jacobian: float
+    inverted: int
+    seconds: float

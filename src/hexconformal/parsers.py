@@ -1,0 +1,293 @@
+"""The readers and writers of meshio and VTK, kept from printing, exiting, guessing and losing quietly."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+
+from hexconformal.convert import to_meshio
+from hexconformal.errors import ReadError, WriteError
+from hexconformal.mesh import HexMesh
+from hexconformal.selection import SourceFile
+
+__all__ = ["read_meshio", "read_vtk", "write_meshio", "write_vtk"]
+
+# What each of meshio's formats keeps: number of point arrays and cell arrays, field data, point sets, cell sets.
+_KEEPS = {
+    "gmsh": ("all", "all", True, False, False),
+    "abaqus": ("none", "none", False, True, True),
+    "medit": ("one", "one", False, False, False),
+    "exodus": ("all", "none", False, True, False),
+    "med": ("all", "all", False, False, False),
+    "xdmf": ("all", "all", False, False, False),
+    "nastran": ("none", "none", False, False, False),
+}
+_LABELS = {"medit": "medit:ref"}
+# meshio writes the last Abaqus name it knows for a type: a hybrid brick, an axisymmetric pore pressure quadrilateral.
+_ABAQUS = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10MH": "C3D10", "C3D20RH": "C3D20"}
+
+
+def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
+    """Read a file with meshio's parser of that name: the meshio.Mesh, its file, and the parser's warnings."""
+    with _quiet() as said:
+        import meshio
+        from meshio._helpers import reader_map
+
+        file = SourceFile(path)
+        if name == "gmsh":
+            file = _gmsh_variant(path)
+            if not file.version:
+                name = "ansys"
+        try:
+            # meshio.read() would try several parsers, print their complaints, and exit.
+            with mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data):
+                mesh = reader_map[name](str(path))
+        except (ImportError, MemoryError):
+            raise
+        except (Exception, SystemExit) as problem:
+            reason = f"{type(problem).__name__}: {problem}" if str(problem) else "malformed"
+            raise ReadError(f"not a sound {name} file ({reason})") from problem
+    if not isinstance(mesh, meshio.Mesh) or len(mesh.points) == 0 or not sum(len(block.data) for block in mesh.cells):
+        raise ReadError(f"the {name} file holds no mesh, or only the beginning of one")
+    return mesh, file, [line for line in said.getvalue().splitlines() if line.strip()]
+
+
+def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
+    """Write with meshio's writer of that name; returns what the format could not keep."""
+    out, lost = to_meshio(mesh)
+    file = getattr(mesh.origin, "file", None)
+    if len({block.type for block in out.cells}) < len(out.cells) and name in ("med", "exodus"):
+        out = _one_block_per_type(out)
+    lost += _drop_what_is_not_kept(out, name)
+    if len(out.field_data.get("med:nom", ())) != len({*out.point_data, *out.cell_data} - {"point_tags", "cell_tags"}):
+        # Names of components are told by position, which holds only as long as no array is added.
+        out.field_data.pop("med:nom", None)
+    options: dict[str, Any] = {}
+    form = name
+    if name == "gmsh":
+        form, options, more = _gmsh_options(out, file)
+        lost += more
+    with _quiet():
+        import meshio
+
+        meshio.write(target, out, file_format=form, **options)
+    if name == "abaqus":
+        text = target.read_text()
+        target.write_text(re.sub(r"(?<=TYPE=)\w+", lambda match: _ABAQUS.get(match[0], match[0]), text))
+    if name == "nastran":
+        lost.append("digits of coordinates beyond the 16 characters of a field")
+    return lost
+
+
+def read_vtk(path: Path) -> tuple[Any, SourceFile]:
+    """Read a VTK file; what VTK only warns of is an error here."""
+    import pyvista as pv
+
+    with _quiet(), _vtk_messages() as messages:
+        try:
+            grid = pv.read(path)
+        except (ImportError, MemoryError):
+            raise
+        except (Exception, SystemExit) as problem:
+            raise ReadError(f"not a sound VTK file ({problem})") from problem
+    bad = [text for text in messages if "error" in text.lower()]
+    if bad:
+        raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
+    if isinstance(grid, pv.DataSet) and (grid.n_points == 0 or grid.n_cells == 0):
+        raise ReadError("the file holds no mesh, or only the beginning of one")
+    if path.suffix.lower() == ".vtk":
+        _check_legacy_counts(path)
+    return grid, SourceFile(path)
+
+
+def write_vtk(target: Path, grid: Any) -> None:
+    """Write a pyvista dataset in the format of the target's extension."""
+    with _quiet(), _vtk_messages() as messages:
+        grid.save(target)
+    bad = [text for text in messages if "error" in text.lower()]
+    if bad:
+        raise WriteError(bad[0].splitlines()[0])
+
+
+def _check_legacy_counts(path: Path) -> None:
+    """Count the numbers of the last array: VTK makes up without a word what a legacy text file lacks at its end."""
+    data = path.read_bytes()
+    if data.split(b"\n", 3)[2].strip().upper() != b"ASCII":
+        return
+    header = re.compile(
+        rb"^(?:(?P<n>POINT_DATA|CELL_DATA)\s+(?P<count>\d+)|FIELD\s+\S+\s+(?P<fields>\d+)"
+        rb"|(?P<vector>VECTORS|NORMALS|TENSORS|SCALARS)\s+\S+\s+\w+(?:[ \t]+(?P<width>\d+))?"
+        rb"|(?P<points>POINTS)\s+(?P<number>\d+)\s+\w+"
+        rb"|(?P<name>\S+) (?P<rows>\d+) (?P<columns>\d+) (?P<type>[a-z_0-9]+))"
+        rb"[ \t]*\r?$",
+        re.MULTILINE,
+    )
+    count, fields, expected, end, text = 0, 0, 0, 0, False
+    for match in header.finditer(data):
+        end = match.end()
+        if match["n"]:
+            count, expected = int(match["count"]), 0
+        elif match["fields"]:
+            fields, expected = int(match["fields"]), 0
+        elif match["vector"]:
+            width = {b"VECTORS": 3, b"NORMALS": 3, b"TENSORS": 9}.get(match["vector"].upper(), int(match["width"] or 1))
+            expected = count * width
+        elif match["points"]:
+            expected = 3 * int(match["number"])
+        else:
+            fields, expected = fields - 1, int(match["rows"]) * int(match["columns"])
+            text = match["type"] == b"string"
+    tail = re.sub(rb"(?m)^(LOOKUP_TABLE|METADATA|INFORMATION|NAME|DATA)\b.*$", b"", data[end:])
+    if fields > 0 or (not text and len(tail.split()) < expected):
+        raise ReadError("the file is truncated: its last array is shorter than its header says")
+
+
+def _gmsh_variant(path: Path) -> SourceFile:
+    with path.open("rb") as handle:
+        head = handle.read(4096)
+    match = re.search(rb"\$MeshFormat\s+(\S+)\s+(\d)", head)
+    if match is None:
+        return SourceFile(path)
+    return SourceFile(path, version=match[1].decode(), ascii=match[2] == b"0")
+
+
+def _gmsh_options(out: Any, file: SourceFile | None) -> tuple[str, dict[str, Any], list[str]]:
+    lost = []
+    as_text = file is not None and file.ascii
+    arrays = [*out.point_data.items(), *((name, parts[0]) for name, parts in out.cell_data.items())]
+    tags = ("gmsh:physical", "gmsh:geometrical", "gmsh:dim_tags")
+    whole = [name for name, array in arrays if array.dtype.kind in "iu" and name not in tags]
+    if whole:
+        lost.append(f"the integer type of {', '.join(whole)} (kept as floating point)")
+    version = "2.2"
+    if file is not None and file.version.startswith("4"):
+        version = "4.1" if _entities_are_known(out) else "2.2"
+    if version == "2.2":
+        out.point_data.pop("gmsh:dim_tags", None)
+        if file is not None and file.version.startswith("4"):
+            lost.append("the geometric entities of Gmsh 4 (written as version 2.2)")
+        for tag in tags[:2]:
+            out.cell_data.setdefault(tag, [np.zeros(len(block.data), dtype=np.int32) for block in out.cells])
+    if as_text:
+        # Plain Python floats: the writer spells out NumPy's as np.float64(...).
+        for name in set(out.point_data) - set(tags):
+            out.point_data[name] = out.point_data[name].astype(np.float64).astype(object)
+        for name in set(out.cell_data) - set(tags):
+            out.cell_data[name] = [part.astype(np.float64).astype(object) for part in out.cell_data[name]]
+    return ("gmsh22" if version == "2.2" else "gmsh"), {"binary": not as_text}, lost
+
+
+def _entities_are_known(out: Any) -> bool:
+    # The 4.1 writer keeps the tags of those entities only that own a node.
+    tags, geometry = out.point_data.get("gmsh:dim_tags"), out.cell_data.get("gmsh:geometrical")
+    if tags is None or geometry is None:
+        return False
+    known = {tuple(row) for row in np.unique(np.asarray(tags, dtype=np.int64), axis=0).tolist()}
+    entities = [(block.dim, *np.unique(part).tolist()) for block, part in zip(out.cells, geometry, strict=True)]
+    return len(set(entities)) == len(entities) and known.issuperset(entities)
+
+
+def _split_cell_data(cells: Any, raw: dict[str, Any]) -> dict[str, list[Any]]:
+    # meshio's own takes the two entries of a (type, nodes) tuple for two cells.
+    ends = np.cumsum([len(block[1]) for block in cells])[:-1]
+    return {name: np.split(np.asarray(data), ends) for name, data in raw.items()}
+
+
+def _one_block_per_type(mesh: Any) -> Any:
+    import meshio
+
+    types = list(dict.fromkeys(block.type for block in mesh.cells))
+    groups = [[number for number, block in enumerate(mesh.cells) if block.type == name] for name in types]
+    cell_data = {
+        name: [np.concatenate([parts[number] for number in group]) for group in groups]
+        for name, parts in mesh.cell_data.items()
+    }
+    blocks = [
+        (name, np.concatenate([mesh.cells[number].data for number in group]))
+        for name, group in zip(types, groups, strict=True)
+    ]
+    result = meshio.Mesh(mesh.points, blocks, mesh.point_data, cell_data, mesh.field_data, mesh.point_sets)
+    for name in vars(mesh).keys() - vars(result).keys():
+        setattr(result, name, getattr(mesh, name))
+    return result
+
+
+def _drop_what_is_not_kept(out: Any, name: str) -> list[str]:
+    """Take from a meshio.Mesh what the format cannot hold, and say so."""
+    point_arrays, cell_arrays, fields, point_sets, cell_sets = _KEEPS[name]
+    lost = []
+    for kind, data, keeps in (("point", out.point_data, point_arrays), ("cell", out.cell_data, cell_arrays)):
+        for key in list(data):
+            parts = [_plain(array, name) for array in (data[key] if kind == "cell" else [data[key]])]
+            if keeps == "none" or any(part is None for part in parts):
+                del data[key]
+                lost.append(f"{kind} array {key!r}")
+            else:
+                data[key] = parts if kind == "cell" else parts[0]
+        if keeps == "one":
+            whole = [key for key, value in data.items() if np.asarray(value[0]).dtype.kind in "iu"]
+            label = _LABELS[name] if _LABELS[name] in whole else next(iter(whole), None)
+            lost += [f"{kind} array {key!r}" for key in data if key != label]
+            if label not in (None, _LABELS[name]):
+                lost.append(f"the name of the {kind} array {label!r} (kept as {_LABELS[name]})")
+            for key in set(data) - {label}:
+                del data[key]
+    for kept, what, values in (
+        (fields, "field data", out.field_data),
+        (point_sets, "point set", out.point_sets),
+        (cell_sets, "cell set", out.cell_sets),
+    ):
+        if not kept:
+            lost += [f"{what} {key!r}" for key in values if not str(key).startswith(("gmsh:", "med:"))]
+    if name == "gmsh":
+        # Names of physical groups repeat as cell sets, which their tags already tell.
+        lost = [text for text in lost if text not in {f"cell set {key!r}" for key in out.field_data}]
+    return lost
+
+
+def _plain(array: Any, name: str) -> Any:
+    """The array in a type and shape the format knows, or None."""
+    array = np.asarray(array)
+    if array.dtype.kind == "b":
+        array = array.astype(np.int32)
+    if array.ndim > 2:
+        array = array.reshape(len(array), -1)
+    if array.dtype.kind not in "iuf":
+        return None
+    return None if name == "gmsh" and array.ndim == 2 and array.shape[1] not in (1, 3, 9) else array
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[io.StringIO]:
+    """Keep parsers from printing; numbers cut short by the end of a file are an error."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        warnings.filterwarnings("error", message=".*could not be read to its end.*", category=DeprecationWarning)
+        yield said
+
+
+@contextlib.contextmanager
+def _vtk_messages() -> Iterator[list[str]]:
+    """Collect what VTK would print."""
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+
+    messages: list[str] = []
+    window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    vtkOutputWindow.SetInstance(window)
+    try:
+        yield messages
+    finally:
+        messages += [line for line in window.GetOutput().splitlines() if line.strip()]
+        vtkOutputWindow.SetInstance(before)
+        vtkLogger.SetStderrVerbosity(vtkLogger.ConvertToVerbosity(verbosity))

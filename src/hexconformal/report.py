@@ -1,0 +1,125 @@
+"""What a run did to a mesh, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+from .quality import Summary, json_safe
+
+__all__ = ["Report"]
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a run did: the mesh before and after, what moved, and why it stopped.
+
+    Attributes
+    ----------
+    before, after
+        Quality of the mesh that went in and of the one that came out.
+    energy_before, energy_after
+        The energy that was minimized.
+    boundary_moved
+        Number of boundary nodes that are not where they were.
+    largest_displacement
+        Of any node, in the mesh's unit of length.
+    diagonal
+        Of the input's bounding box, in the same unit.
+    iterations, seconds
+        Work done.
+    reason
+        Why the run stopped, in words.
+    converged
+        Whether that was the stopping criterion, not a limit.
+    options
+        What was chosen, defaults included.
+    notes
+        What else the user should know.
+    hausdorff
+        Distance between the boundaries before and after, where it was measured.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.quality import quality
+    >>> summary = quality(box((2, 2, 2))).summary()
+    >>> report = Report(summary, summary, 0.0, 0.0, 0, 0.0, 3**0.5, 1, 0.01, "nothing to do", True)
+    >>> print(str(report).splitlines()[0])
+    8 cells, 1 iterations, 0.01 s, converged: nothing to do
+    >>> report.to_dict()["after"]["invalid"]
+    0
+    """
+
+    before: Summary
+    after: Summary
+    energy_before: float
+    energy_after: float
+    boundary_moved: int
+    largest_displacement: float
+    diagonal: float
+    iterations: int
+    seconds: float
+    reason: str
+    converged: bool
+    options: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    hausdorff: float | None = None
+
+    @property
+    def volume_change(self) -> float:
+        """Change of the volume relative to its size before; 0 if there was none."""
+        before = self.before.total_volume
+        return (self.after.total_volume - before) / abs(before) if before else 0.0
+
+    @property
+    def relative_displacement(self) -> float:
+        """Largest displacement over the diagonal of the bounding box."""
+        return self.largest_displacement / self.diagonal if self.diagonal else 0.0
+
+    def __str__(self) -> str:
+        b, a = self.before, self.after
+        rows: list[tuple[str, float, float]] = [
+            ("inverted cells", b.inverted, a.inverted),
+            ("invalid cells", b.invalid, a.invalid),
+            ("scaled jacobian, min", b.scaled_jacobian.min, a.scaled_jacobian.min),
+            ("scaled jacobian, 5 %", b.scaled_jacobian.percentiles[5], a.scaled_jacobian.percentiles[5]),
+            ("scaled jacobian, mean", b.scaled_jacobian.mean, a.scaled_jacobian.mean),
+            ("minimum jacobian, min", b.minimum_jacobian.min, a.minimum_jacobian.min),
+            ("shape, min", b.shape.min, a.shape.min),
+            ("shape, mean", b.shape.mean, a.shape.mean),
+            ("conformal distortion, mean", b.conformal_distortion.mean, a.conformal_distortion.mean),
+            ("conformal distortion, max", b.conformal_distortion.max, a.conformal_distortion.max),
+            ("edge ratio, max", b.edge_ratio.max, a.edge_ratio.max),
+            ("volume", b.total_volume, a.total_volume),
+            ("energy", self.energy_before, self.energy_after),
+        ]
+        state = "converged" if self.converged else "not converged"
+        relative = f"{self.relative_displacement:.2%} of the diagonal"
+        shape = f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"
+        if self.hausdorff is not None:
+            shape += f", surface by {self.hausdorff:.3g}"
+        return "\n".join(
+            [
+                f"{a.count} cells, {self.iterations} iterations, {self.seconds:.2f} s, {state}: {self.reason}",
+                f"{'':28s}{'before':>12s}{'after':>12s}",
+                *(f"{name:28s}{_number(x):>12s}{_number(y):>12s}" for name, x, y in rows),
+                f"largest displacement {self.largest_displacement:.4g}, {relative}",
+                shape,
+                *(f"note: {note}" for note in self.notes),
+            ]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain types, as JSON takes them; what is not finite becomes None."""
+        derived = {"volume_change": self.volume_change, "relative_displacement": self.relative_displacement}
+        return {**json_safe(self), **json_safe(derived)}
+
+    def to_json(self) -> str:
+        """The dictionary as indented JSON."""
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+
+
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.5g}"

@@ -1,0 +1,1 @@
+"""Surface meshes: quaternionic remeshing and curvature flows."""

@@ -1,0 +1,15 @@
+"""Shared fixtures: where the large reference meshes are, if this machine has them."""
+
+from pathlib import Path
+
+import pytest
+
+SHARED = Path(__file__).resolve().parents[2] / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared():
+    """Folder of the reference meshes; the test is skipped where it is absent."""
+    if not (SHARED / "meshes").is_dir():
+        pytest.skip("the reference meshes are not on this machine")
+    return SHARED
