@@ -1,1 +1,47 @@
-"""Regular hexahedral and surface meshes by minimizing quaternionic conformal distortion."""
+"""Regular hexahedral and surface meshes by minimizing quaternionic conformal distortion.
+
+The main job is one call::
+
+    import hexconformal as hc
+
+    result = hc.regularize("part.vtu")
+    print(result.report)
+    hc.write("better.vtu", result.mesh)
+"""
+
+from . import generate
+from .checks import check
+from .errors import MeshError, OptionError, ReadError, WriteError
+from .io import read, write
+from .mesh import HexMesh, as_hex_mesh
+from .options import Options, Record
+from .orient import orient
+from .quality import Quality, quality
+from .regularize import Regularization, Result, regularize
+from .report import Report
+from .series import Series
+from .version import __version__
+
+__all__ = [
+    "HexMesh",
+    "MeshError",
+    "OptionError",
+    "Options",
+    "Quality",
+    "ReadError",
+    "Record",
+    "Regularization",
+    "Report",
+    "Result",
+    "Series",
+    "WriteError",
+    "__version__",
+    "as_hex_mesh",
+    "check",
+    "generate",
+    "orient",
+    "quality",
+    "read",
+    "regularize",
+    "write",
+]

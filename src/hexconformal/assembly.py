@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from . import kernels
-from .elements import EDGES, corner_rule, edge_weights, gauss_rule, shape_gradients
+from .elements import corner_rule, edge_weights, gauss_rule, shape_gradients
 from .errors import OptionError
 from .sparsity import corner_incidences, node_pattern, scalar_matrix
 from .threads import parallel_ranges
@@ -91,11 +91,11 @@ class Distortion:
             raise OptionError(f"quadrature is 'gauss' or 'corners', not {self.quadrature!r}")
 
     @cached_property
-    def _rule(self) -> tuple[NDArray[np.int64], Field, Field, Field, Field]:
+    def _rule(self) -> tuple[Field, Field, Field, Field]:
         points, weights = gauss_rule() if self.quadrature == "gauss" else corner_rule()
         scales = np.ones(1) if self.scales is None else self.scales
         inverses = np.empty((0, 1, 3, 3)) if self.inverses is None else np.ascontiguousarray(self.inverses)
-        return EDGES, edge_weights(points), weights, scales, inverses
+        return edge_weights(points), weights, scales, inverses
 
     @cached_property
     def _incidences(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -179,12 +179,16 @@ class Distortion:
         """Majorizing Hessian of the plain energy, normals frozen at the points, as a sparse matrix."""
         laplacian = self.laplacian()
         skew = np.empty((laplacian.nnz, 3))
+        quadrature, weights = gauss_rule() if self.quadrature == "gauss" else corner_rule()
+        g = shape_gradients(quadrature).transpose(1, 2, 0)
+        wedges = np.ascontiguousarray(-weights * np.cross(g[:, None], g[None, :], axis=2))
         parallel_ranges(
             kernels.frozen_rows,
             self.count,
             points,
             self.cells,
             *self._rule,
+            wedges,
             *self._incidences,
             *self._pattern,
             skew,

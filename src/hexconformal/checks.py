@@ -204,8 +204,8 @@ def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[n
     owner = np.concatenate([np.nonzero(edge)[0], np.arange(len(quads))])
     nodes = np.unique(quads)
     distances, nearest = cKDTree(points[nodes]).query(middles, distance_upper_bound=float(reach.max()))
-    hit = distances <= reach
-    found = nodes[nearest[hit]]
+    hit = np.asarray(distances <= reach)
+    found = nodes[np.asarray(nearest)[hit]]
     # A corner of the quad itself is no hanging node: two of them may coincide.
     return np.unique(found[(quads[owner[hit]] != found[:, None]).all(axis=1)])
 

@@ -18,7 +18,7 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "con
 
 def algebra(function: Function) -> Function:
     """Mark a function for use inside compiled loops; called from Python it stays as it is written."""
-    return register_jitable(**_OPTIONS)(function)  # type: ignore[no-any-return]
+    return register_jitable(forceinline=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
 
 
 def loop(function: Function) -> Function:

@@ -52,9 +52,16 @@ class Constraint:
         return out
 
     def held(self, count: int) -> NDArray[np.bool_]:
-        """(count, 3) components in which a node moves less than half as far as asked."""
+        """(count, 3) components to leave out where a field is treated component by component.
+
+        As many per node as directions are forbidden, the ones that are most so; the others then still span
+        the admissible displacements, and a definite map of them stays definite.
+        """
+        share = np.einsum("kii->ki", self.projectors)
+        forbidden = 3 - np.rint(share.sum(axis=1)).astype(np.int64)
+        rank = np.argsort(np.argsort(share, axis=1, kind="stable"), axis=1)
         held = np.zeros((count, 3), dtype=bool)
-        held[self.nodes] = np.einsum("kii->ki", self.projectors) < 0.5
+        held[self.nodes] = rank < forbidden[:, None]
         return held
 
 

@@ -13,8 +13,7 @@ from hexconformal.pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
 
 __all__ = ["to_meshio", "to_pyvista"]
 
-# meshio's wedge is turned against VTK's; the table is its own inverse.
-_WEDGE = [0, 2, 1, 3, 5, 4]
+# meshio itself turns wedges round for VTK; VTK's positive wedge has the order of Gmsh, and pyvista leaves it so.
 _PIXEL = [0, 1, 3, 2]
 
 
@@ -56,8 +55,7 @@ def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
             lost.append(f"{len(rows)} cells of VTK type {code}")
             continue
         nodes = connectivity[offsets[rows][:, None] + np.arange(size)]
-        nodes = nodes[:, {8: _PIXEL, 13: _WEDGE}.get(code, list(range(size)))]
-        blocks.append(meshio.CellBlock(name, nodes))
+        blocks.append(meshio.CellBlock(name, nodes[:, _PIXEL] if code == 8 else nodes))
         places.append(rows)
     fields = {}
     for name in grid.field_data:
@@ -86,9 +84,8 @@ def _grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
     for block in mesh.cells:
         if block.type not in meshio_to_vtk_type:
             raise WriteError(f"cells of type {block.type} cannot be written in VTK's formats")
-        nodes = block.data[:, _WEDGE] if block.type == "wedge" else block.data
-        flat.append(np.column_stack([np.full(len(nodes), nodes.shape[1]), nodes]).ravel())
-        types.append(np.full(len(nodes), meshio_to_vtk_type[block.type], dtype=np.uint8))
+        flat.append(np.column_stack([np.full(len(block.data), block.data.shape[1]), block.data]).ravel())
+        types.append(np.full(len(block.data), meshio_to_vtk_type[block.type], dtype=np.uint8))
     grid = pv.UnstructuredGrid(np.concatenate(flat).astype(np.int64), np.concatenate(types), mesh.points)
     for name, array in mesh.point_data.items():
         grid.point_data.set_array(array, name)

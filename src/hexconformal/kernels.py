@@ -1,7 +1,8 @@
-"""Compiled loops over the quadrature points of hexahedra; each range writes only what it owns.
+"""Compiled loops over the eight quadrature points of hexahedra; each range writes only what it owns.
 
-Arrays are passed whole, with indices (a slice made in the inner loop costs more than the arithmetic), and
-the scratch arrays hold components first, so that the compiler can work on the eight nodes at once.
+One scratch array holds the quadrature points of a cell: a column per point, a row per component. A loop
+over its columns works on several points at once, because everything in the loop is inlined and free of
+branches, and because rows of one array of constant shape are known not to overlap.
 """
 
 from __future__ import annotations
@@ -12,154 +13,197 @@ from .compiled import algebra, loop
 from .distortion import (
     barrier_gradient,
     barrier_second,
+    cofactor,
     frame_frozen_second,
     frame_gradient,
     frame_second,
     plane_normal,
 )
+from .quaternion import add, combine, scale, subtract
 from .sparsity import find
 
 __all__ = ["PLAIN", "energy_gradient", "frozen_product", "frozen_rows", "gather", "second_product"]
 
 PLAIN = -1.0  # the value of eps that asks for the plain, orientation-blind energy
 
-
-@algebra
-def _load(points, cells, edges, c, x):  # type: ignore[no-untyped-def]
-    """Edge vectors (12, 3) of a cell."""
-    for e in range(12):
-        a, b = cells[c, edges[e, 0]], cells[c, edges[e, 1]]
-        for k in range(3):
-            x[e, k] = points[b, k] - points[a, k]
+# First rows of what the scratch array holds; the tables stay, the rest changes from cell to cell.
+_FRAME, _VARIATION, _STRESS, _ENERGY, _INVERSE, _TABLE, _WEIGHTED, _WEIGHTS, _ROWS = 0, 9, 18, 27, 28, 37, 49, 61, 62
 
 
 @algebra
-def _mean(x, table, q, e):  # type: ignore[no-untyped-def]
-    """Derivative of the trilinear map along one axis: the mean of the four edges from e on."""
-    w0, w1, w2, w3 = table[q, e], table[q, e + 1], table[q, e + 2], table[q, e + 3]
+def _scratch(table, weights):  # type: ignore[no-untyped-def]
+    """Scratch array with its tables: edge weights, quadrature weights and their product."""
+    s = np.empty((_ROWS, 8))
+    for q in range(8):
+        s[_WEIGHTS, q] = weights[q]
+        for e in range(12):
+            s[_TABLE + e, q] = table[q, e]
+            s[_WEIGHTED + e, q] = weights[q] * table[q, e]
+    return s
+
+
+@algebra
+def _vector(s, row, q):  # type: ignore[no-untyped-def]
+    return s[row, q], s[row + 1, q], s[row + 2, q]
+
+
+@algebra
+def _frame(s, row, q):  # type: ignore[no-untyped-def]
+    return _vector(s, row, q), _vector(s, row + 3, q), _vector(s, row + 6, q)
+
+
+@algebra
+def _put(f, s, row, q):  # type: ignore[no-untyped-def]
+    s[row, q], s[row + 1, q], s[row + 2, q] = f[0]
+    s[row + 3, q], s[row + 4, q], s[row + 5, q] = f[1]
+    s[row + 6, q], s[row + 7, q], s[row + 8, q] = f[2]
+
+
+@algebra
+def _times(f, a, b, c):  # type: ignore[no-untyped-def]
+    """Columns f times the matrix with the columns a, b, c."""
     return (
-        w0 * x[e, 0] + w1 * x[e + 1, 0] + w2 * x[e + 2, 0] + w3 * x[e + 3, 0],
-        w0 * x[e, 1] + w1 * x[e + 1, 1] + w2 * x[e + 2, 1] + w3 * x[e + 3, 1],
-        w0 * x[e, 2] + w1 * x[e + 1, 2] + w2 * x[e + 2, 2] + w3 * x[e + 3, 2],
+        add(combine(a[0], f[0], a[1], f[1]), scale(a[2], f[2])),
+        add(combine(b[0], f[0], b[1], f[1]), scale(b[2], f[2])),
+        add(combine(c[0], f[0], c[1], f[1]), scale(c[2], f[2])),
     )
 
 
 @algebra
-def _spread(p, weight, table, q, e, sums):  # type: ignore[no-untyped-def]
-    """Transpose of :func:`_mean`: add a force on one axis to its four edges."""
-    for i in range(e, e + 4):
-        w = weight * table[q, i]
-        sums[i, 0] += w * p[0]
-        sums[i, 1] += w * p[1]
-        sums[i, 2] += w * p[2]
-
-
-@algebra
-def _times(f, w00, w10, w20):  # type: ignore[no-untyped-def]
-    return (
-        w00 * f[0][0] + w10 * f[1][0] + w20 * f[2][0],
-        w00 * f[0][1] + w10 * f[1][1] + w20 * f[2][1],
-        w00 * f[0][2] + w10 * f[1][2] + w20 * f[2][2],
-    )
-
-
-@algebra
-def _frame(x, table, q, inverses, target):  # type: ignore[no-untyped-def]
-    """Columns of J = (dX / d xi) W^-1 at quadrature point q."""
-    f = (_mean(x, table, q, 0), _mean(x, table, q, 4), _mean(x, table, q, 8))
-    if len(inverses) == 0:
-        return f
-    w = inverses[target, q if inverses.shape[1] > 1 else 0]
-    return (
-        _times(f, w[0, 0], w[1, 0], w[2, 0]),
-        _times(f, w[0, 1], w[1, 1], w[2, 1]),
-        _times(f, w[0, 2], w[1, 2], w[2, 2]),
-    )
-
-
-@algebra
-def _scatter(p, weight, table, q, inverses, target, sums):  # type: ignore[no-untyped-def]
-    """Add the edge forces of a stress P (three columns), weighted, to sums (12, 3)."""
+def _targets(inverses, c, s):  # type: ignore[no-untyped-def]
+    """Rows of W^-1 at the quadrature points of a cell; nothing where all targets are the unit cube."""
     if len(inverses) > 0:
-        w = inverses[target, q if inverses.shape[1] > 1 else 0]
-        p = (
-            _times(p, w[0, 0], w[0, 1], w[0, 2]),
-            _times(p, w[1, 0], w[1, 1], w[1, 2]),
-            _times(p, w[2, 0], w[2, 1], w[2, 2]),
-        )
-    _spread(p[0], weight, table, q, 0, sums)
-    _spread(p[1], weight, table, q, 4, sums)
-    _spread(p[2], weight, table, q, 8, sums)
+        target = c if len(inverses) > 1 else 0
+        step = 1 if inverses.shape[1] > 1 else 0
+        for q in range(8):
+            for i in range(3):
+                for j in range(3):
+                    s[_INVERSE + 3 * i + j, q] = inverses[target, q * step, i, j]
 
 
 @algebra
-def _store(sums, edges, forces, c):  # type: ignore[no-untyped-def]
-    """Turn edge forces into the forces of the eight corners."""
-    for a in range(8):
-        for k in range(3):
-            forces[c, a, k] = 0.0
-    for e in range(12):
-        for k in range(3):
-            forces[c, edges[e, 0], k] -= sums[e, k]
-            forces[c, edges[e, 1], k] += sums[e, k]
+def _edge(field, cells, c, a, b):  # type: ignore[no-untyped-def]
+    return subtract(_vector_at(field, cells[c, b]), _vector_at(field, cells[c, a]))
+
+
+@algebra
+def _vector_at(field, i):  # type: ignore[no-untyped-def]
+    return field[i, 0], field[i, 1], field[i, 2]
+
+
+@algebra
+def _mean(x0, x1, x2, x3, s, row, q):  # type: ignore[no-untyped-def]
+    return add(combine(s[row, q], x0, s[row + 1, q], x1), combine(s[row + 2, q], x2, s[row + 3, q], x3))
+
+
+@algebra
+def _load(field, cells, c, inverses, s, row):  # type: ignore[no-untyped-def]
+    """Columns of (d field / d xi) W^-1 at the quadrature points: means of four edges (elements.EDGES) each."""
+    x0, x1 = _edge(field, cells, c, 0, 1), _edge(field, cells, c, 3, 2)
+    x2, x3 = _edge(field, cells, c, 4, 5), _edge(field, cells, c, 7, 6)
+    y0, y1 = _edge(field, cells, c, 0, 3), _edge(field, cells, c, 1, 2)
+    y2, y3 = _edge(field, cells, c, 4, 7), _edge(field, cells, c, 5, 6)
+    z0, z1 = _edge(field, cells, c, 0, 4), _edge(field, cells, c, 1, 5)
+    z2, z3 = _edge(field, cells, c, 3, 7), _edge(field, cells, c, 2, 6)
+    for q in range(8):
+        f0 = _mean(x0, x1, x2, x3, s, _TABLE, q)
+        f1 = _mean(y0, y1, y2, y3, s, _TABLE + 4, q)
+        f2 = _mean(z0, z1, z2, z3, s, _TABLE + 8, q)
+        _put((f0, f1, f2), s, row, q)
+    if len(inverses) > 0:
+        for q in range(8):
+            u, v, w = _frame(s, _INVERSE, q)
+            f = _frame(s, row, q)
+            _put(_times(f, (u[0], v[0], w[0]), (u[1], v[1], w[1]), (u[2], v[2], w[2])), s, row, q)
+
+
+@algebra
+def _store(s, points, factor, inverses, forces, c):  # type: ignore[no-untyped-def]
+    """Transpose of :func:`_load`: forces of the eight corners from the stresses at the quadrature points."""
+    if len(inverses) > 0:
+        for q in range(8):
+            u, v, w = _frame(s, _INVERSE, q)
+            _put(_times(_frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
+    for k in range(3):
+        x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = 0.0
+        # Eight as a number known in advance would be unrolled, not vectorised.
+        for q in range(points):
+            p = s[_STRESS + k, q]
+            x0 += s[_WEIGHTED, q] * p
+            x1 += s[_WEIGHTED + 1, q] * p
+            x2 += s[_WEIGHTED + 2, q] * p
+            x3 += s[_WEIGHTED + 3, q] * p
+            p = s[_STRESS + 3 + k, q]
+            y0 += s[_WEIGHTED + 4, q] * p
+            y1 += s[_WEIGHTED + 5, q] * p
+            y2 += s[_WEIGHTED + 6, q] * p
+            y3 += s[_WEIGHTED + 7, q] * p
+            p = s[_STRESS + 6 + k, q]
+            z0 += s[_WEIGHTED + 8, q] * p
+            z1 += s[_WEIGHTED + 9, q] * p
+            z2 += s[_WEIGHTED + 10, q] * p
+            z3 += s[_WEIGHTED + 11, q] * p
+        forces[c, 0, k] = -factor * (x0 + y0 + z0)
+        forces[c, 1, k] = factor * (x0 - y1 - z1)
+        forces[c, 2, k] = factor * (x1 + y1 - z3)
+        forces[c, 3, k] = factor * (y0 - x1 - z2)
+        forces[c, 4, k] = factor * (z0 - x2 - y2)
+        forces[c, 5, k] = factor * (x2 + z1 - y3)
+        forces[c, 6, k] = factor * (x3 + y3 + z3)
+        forces[c, 7, k] = factor * (y2 + z2 - x3)
 
 
 @loop
-def energy_gradient(first, last, points, cells, edges, table, weights, scales, inverses, eps, energies, forces):  # type: ignore[no-untyped-def]
+def energy_gradient(first, last, points, cells, table, weights, scales, inverses, eps, energies, forces):  # type: ignore[no-untyped-def]
     """Energy (m,) of each cell and its derivative (m, 8, 3) with respect to the cell's own nodes."""
-    x, sums = np.empty((12, 3)), np.empty((12, 3))
+    s = _scratch(table, weights)
     for c in range(first, last):
-        _load(points, cells, edges, c, x)
-        sums[:] = 0.0
+        _targets(inverses, c, s)
+        _load(points, cells, c, inverses, s, _FRAME)
+        if eps < 0.0:
+            for q in range(8):
+                s[_ENERGY, q], stress = frame_gradient(_frame(s, _FRAME, q))
+                _put(stress, s, _STRESS, q)
+        else:
+            for q in range(8):
+                s[_ENERGY, q], stress = barrier_gradient(_frame(s, _FRAME, q), eps)
+                _put(stress, s, _STRESS, q)
+        factor = scales[c] if len(scales) > 1 else scales[0]
         total = 0.0
-        scale = scales[c] if len(scales) > 1 else scales[0]
-        target = c if len(inverses) > 1 else 0
-        for q in range(len(weights)):
-            f = _frame(x, table, q, inverses, target)
-            if eps < 0.0:
-                energy, p = frame_gradient(f)
-            else:
-                energy, p = barrier_gradient(f, eps)
-            weight = scale * weights[q]
-            total += weight * energy
-            _scatter(p, weight, table, q, inverses, target, sums)
-        energies[c] = total
-        _store(sums, edges, forces, c)
+        for q in range(8):
+            total += s[_WEIGHTS, q] * s[_ENERGY, q]
+        energies[c] = factor * total
+        _store(s, len(weights), factor, inverses, forces, c)
 
 
 @loop
-def second_product(first, last, points, variation, cells, edges, table, weights, scales, inverses, eps, forces):  # type: ignore[no-untyped-def]
+def second_product(first, last, points, variation, cells, table, weights, scales, inverses, eps, forces):  # type: ignore[no-untyped-def]
     """Exact second derivative of each cell's energy, applied to a variation of the points."""
-    x, v, sums = np.empty((12, 3)), np.empty((12, 3)), np.empty((12, 3))
+    s = _scratch(table, weights)
     for c in range(first, last):
-        _load(points, cells, edges, c, x)
-        _load(variation, cells, edges, c, v)
-        sums[:] = 0.0
-        scale = scales[c] if len(scales) > 1 else scales[0]
-        target = c if len(inverses) > 1 else 0
-        for q in range(len(weights)):
-            f = _frame(x, table, q, inverses, target)
-            d = _frame(v, table, q, inverses, target)
-            p = frame_second(f, d) if eps < 0.0 else barrier_second(f, d, eps)
-            _scatter(p, scale * weights[q], table, q, inverses, target, sums)
-        _store(sums, edges, forces, c)
+        _targets(inverses, c, s)
+        _load(points, cells, c, inverses, s, _FRAME)
+        _load(variation, cells, c, inverses, s, _VARIATION)
+        if eps < 0.0:
+            for q in range(8):
+                _put(frame_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+        else:
+            for q in range(8):
+                _put(barrier_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q), eps), s, _STRESS, q)
+        _store(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
 
 
 @loop
-def frozen_product(first, last, points, variation, cells, edges, table, weights, scales, inverses, forces):  # type: ignore[no-untyped-def]
+def frozen_product(first, last, points, variation, cells, table, weights, scales, inverses, forces):  # type: ignore[no-untyped-def]
     """Majorizing second derivative (normals frozen at the points), applied to a variation."""
-    x, v, sums = np.empty((12, 3)), np.empty((12, 3)), np.empty((12, 3))
+    s = _scratch(table, weights)
     for c in range(first, last):
-        _load(points, cells, edges, c, x)
-        _load(variation, cells, edges, c, v)
-        sums[:] = 0.0
-        scale = scales[c] if len(scales) > 1 else scales[0]
-        target = c if len(inverses) > 1 else 0
-        for q in range(len(weights)):
-            f = _frame(x, table, q, inverses, target)
-            d = _frame(v, table, q, inverses, target)
-            _scatter(frame_frozen_second(f, d), scale * weights[q], table, q, inverses, target, sums)
-        _store(sums, edges, forces, c)
+        _targets(inverses, c, s)
+        _load(points, cells, c, inverses, s, _FRAME)
+        _load(variation, cells, c, inverses, s, _VARIATION)
+        for q in range(8):
+            _put(frame_frozen_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+        _store(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
 
 
 @loop
@@ -177,42 +221,51 @@ def gather(first, last, offsets, incidences, corner_values, out):  # type: ignor
 
 @loop
 def frozen_rows(  # type: ignore[no-untyped-def]
-    first, last, points, cells, edges, table, weights, scales, inverses, offsets, incidences, indptr, indices, skew
+    first,
+    last,
+    points,
+    cells,
+    table,
+    weights,
+    scales,
+    inverses,
+    wedges,
+    offsets,
+    incidences,
+    indptr,
+    indices,
+    skew,
 ):
     """Rows of the antisymmetric part of the frozen Hessian: one vector per nonzero of the scalar pattern.
 
-    skew[l, m] = sum over planes (i, j) and quadrature points of w (B_jl B_im - B_il B_jm) N_ij.
+    skew[l, m] = sum over planes (i, j) and quadrature points of w (B_jl B_im - B_il B_jm) N_ij, with the
+    physical shape gradients B = G W^-1. The minors of a product are the product of the minors, so cof(W^-1)
+    acts on the normals and the wedges (8, 8, 3, q) of the reference gradients G are the same for all cells.
     """
-    x, b = np.empty((12, 3)), np.empty((8, 3))
-    slots = np.empty(8, np.int64)
+    s = _scratch(table, weights)
     for node in range(first, last):
-        skew[indptr[node] : indptr[node + 1]] = 0.0
+        for k in range(indptr[node], indptr[node + 1]):
+            skew[k, 0] = skew[k, 1] = skew[k, 2] = 0.0
         for k in range(offsets[node], offsets[node + 1]):
             c, corner = incidences[k] // 8, incidences[k] % 8
-            _load(points, cells, edges, c, x)
-            target = c if len(inverses) > 1 else 0
+            _targets(inverses, c, s)
+            _load(points, cells, c, inverses, s, _FRAME)
+            for q in range(8):
+                f0, f1, f2 = _frame(s, _FRAME, q)
+                _put((plane_normal(f1, f2), plane_normal(f2, f0), plane_normal(f0, f1)), s, _STRESS, q)
+            if len(inverses) > 0:
+                for q in range(8):
+                    a, b, d = cofactor(_frame(s, _INVERSE, q))
+                    _put(_times(_frame(s, _STRESS, q), a, b, d), s, _STRESS, q)
+            factor = scales[c] if len(scales) > 1 else scales[0]
             for a in range(8):
-                slots[a] = find(indices, indptr[node], indptr[node + 1], cells[c, a])
-            for q in range(len(weights)):
-                f = _frame(x, table, q, inverses, target)
-                n12, n13, n23 = plane_normal(f[0], f[1]), plane_normal(f[0], f[2]), plane_normal(f[1], f[2])
-                for e in range(24):
-                    b[e // 3, e % 3] = 0.0
-                for e in range(12):
-                    g = table[q, e]
-                    b[edges[e, 0], e // 4] -= g
-                    b[edges[e, 1], e // 4] += g
-                if len(inverses) > 0:
-                    w = inverses[target, q if inverses.shape[1] > 1 else 0]
-                    for a in range(8):
-                        g0, g1, g2 = b[a, 0], b[a, 1], b[a, 2]
-                        for j in range(3):
-                            b[a, j] = g0 * w[0, j] + g1 * w[1, j] + g2 * w[2, j]
-                weight = weights[q] * (scales[c] if len(scales) > 1 else scales[0])
-                for a in range(8):
-                    w12 = weight * (b[corner, 1] * b[a, 0] - b[corner, 0] * b[a, 1])
-                    w13 = weight * (b[corner, 2] * b[a, 0] - b[corner, 0] * b[a, 2])
-                    w23 = weight * (b[corner, 2] * b[a, 1] - b[corner, 1] * b[a, 2])
-                    skew[slots[a], 0] += w12 * n12[0] + w13 * n13[0] + w23 * n23[0]
-                    skew[slots[a], 1] += w12 * n12[1] + w13 * n13[1] + w23 * n23[1]
-                    skew[slots[a], 2] += w12 * n12[2] + w13 * n13[2] + w23 * n23[2]
+                v0 = v1 = v2 = 0.0
+                for q in range(len(weights)):
+                    g0, g1, g2 = wedges[corner, a, 0, q], wedges[corner, a, 1, q], wedges[corner, a, 2, q]
+                    v0 += g0 * s[_STRESS, q] + g1 * s[_STRESS + 3, q] + g2 * s[_STRESS + 6, q]
+                    v1 += g0 * s[_STRESS + 1, q] + g1 * s[_STRESS + 4, q] + g2 * s[_STRESS + 7, q]
+                    v2 += g0 * s[_STRESS + 2, q] + g1 * s[_STRESS + 5, q] + g2 * s[_STRESS + 8, q]
+                slot = find(indices, indptr[node], indptr[node + 1], cells[c, a])
+                skew[slot, 0] += factor * v0
+                skew[slot, 1] += factor * v1
+                skew[slot, 2] += factor * v2

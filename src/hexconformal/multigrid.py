@@ -15,7 +15,7 @@ __all__ = ["Multigrid"]
 
 Field = NDArray[np.float64]
 
-_COARSEST = 400  # unknowns that are solved for directly
+_COARSEST = 200  # unknowns that are solved for directly
 _DAMPING = 4.0 / 3.0  # of the Jacobi smoother, over the bound of the spectral radius
 _SHIFT = 1e-8  # relative; makes a matrix with a constant null space definite
 
@@ -125,7 +125,7 @@ class Multigrid:
             radius = (np.asarray(abs(level.A).sum(axis=1)).ravel() / diagonal).max()
             relaxation = (_DAMPING / radius / diagonal)[:, None]
             self._levels.append(_Level(_Sparse.of(level.A), relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
-        self._coarse = linalg.pinvh(hierarchy.levels[-1].A.toarray())
+        self._coarse = linalg.inv(hierarchy.levels[-1].A.toarray())
 
     def __call__(self, residual: Field) -> Field:
         """Apply the cycle to an (n, 3) field."""

@@ -13,7 +13,7 @@ _CHOICES = {
     "boundary": ("slide", "fixed", "free"),
     "energy": ("barrier", "quaternionic"),
     "weight": ("reference", "volume"),
-    "quadrature": ("gauss", "corners"),
+    "quadrature": ("auto", "gauss", "corners"),
     "method": ("auto", "lbfgs", "newton", "majorize"),
 }
 
@@ -38,7 +38,8 @@ class Options:
         "barrier": the conformally invariant distortion, infinite for folded cells; "quaternionic": the plain
         distortion of Gruber & Aulisa, blind to orientation, kept valid by the line search alone.
     quadrature
-        "gauss" (2 x 2 x 2) or "corners".
+        "gauss" (2 x 2 x 2), "corners", or "auto": Gauss points for the plain energy; corners for the barrier,
+        which at the Gauss points would not see a corner fold.
     method
         "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", the note's method
         (plain energy only).
@@ -65,7 +66,7 @@ class Options:
     target: Any = "cube"
     weight: str = "reference"
     energy: str = "barrier"
-    quadrature: str = "gauss"
+    quadrature: str = "auto"
     method: str = "auto"
     tolerance: float = 1e-6
     max_iterations: int = 200

@@ -22,7 +22,6 @@ _ORDERS = {
     "lexicographic": [0, 1, 3, 2, 4, 5, 7, 6],
     "bottom and top alternating": [0, 2, 4, 6, 1, 3, 5, 7],
     "top face listed backwards": [0, 1, 2, 3, 7, 6, 5, 4],
-    "top face shifted by one": [0, 1, 2, 3, 7, 4, 5, 6],
 }
 
 

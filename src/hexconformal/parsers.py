@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import io
 import re
 import warnings
@@ -13,6 +14,7 @@ from unittest import mock
 
 import numpy as np
 
+from hexconformal.abaqus import read_deck, replaced_nodes
 from hexconformal.convert import to_meshio
 from hexconformal.errors import ReadError, WriteError
 from hexconformal.mesh import HexMesh
@@ -30,6 +32,17 @@ _KEEPS = {
     "xdmf": ("all", "all", False, False, False),
     "nastran": ("none", "none", False, False, False),
 }
+_GMSH_TAGS = ("gmsh:physical", "gmsh:geometrical", "gmsh:dim_tags")
+# Where meshio lists the types of cells a format has.
+_CELL_TYPES = {
+    "gmsh": "meshio.gmsh.common:_meshio_to_gmsh_type",
+    "abaqus": "meshio.abaqus._abaqus:meshio_to_abaqus_type",
+    "exodus": "meshio.exodus._exodus:meshio_to_exodus_type",
+    "med": "meshio.med._med:meshio_to_med_type",
+    "xdmf": "meshio.xdmf.common:meshio_to_xdmf_type",
+    "nastran": "meshio.nastran._nastran:meshio_to_nastran_type",
+}
+_MEDIT_TYPES = ("line", "triangle", "quad", "tetra", "wedge", "pyramid", "hexahedron")
 _LABELS = {"medit": "medit:ref"}
 # meshio writes the last Abaqus name it knows for a type: a hybrid brick, an axisymmetric pore pressure quadrilateral.
 _ABAQUS = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10MH": "C3D10", "C3D20RH": "C3D20"}
@@ -49,8 +62,11 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
         try:
             # meshio.read() would try several parsers, print their complaints, and exit.
             with mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data):
+                if name == "abaqus":
+                    mesh, deck, notes = read_deck(path)
+                    return mesh, SourceFile(path, deck=deck), notes
                 mesh = reader_map[name](str(path))
-        except (ImportError, MemoryError):
+        except (ImportError, MemoryError, ReadError):
             raise
         except (Exception, SystemExit) as problem:
             reason = f"{type(problem).__name__}: {problem}" if str(problem) else "malformed"
@@ -64,9 +80,15 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
     """Write with meshio's writer of that name; returns what the format could not keep."""
     out, lost = to_meshio(mesh)
     file = getattr(mesh.origin, "file", None)
+    if name == "abaqus" and file is not None and file.deck:
+        if np.array_equal(mesh.cells, mesh.origin.selection.cells):
+            lost += _drop_what_is_not_kept(out, name)
+            target.write_text(replaced_nodes(file.deck, out.points), encoding="utf-8", errors="surrogateescape")
+            return lost
+        lost.append("all of the deck but nodes, elements and sets, because the node order of elements changed")
+    lost += _drop_unknown_cells(out, name) + _drop_what_is_not_kept(out, name)
     if len({block.type for block in out.cells}) < len(out.cells) and name in ("med", "exodus"):
         out = _one_block_per_type(out)
-    lost += _drop_what_is_not_kept(out, name)
     if len(out.field_data.get("med:nom", ())) != len({*out.point_data, *out.cell_data} - {"point_tags", "cell_tags"}):
         # Names of components are told by position, which holds only as long as no array is added.
         out.field_data.pop("med:nom", None)
@@ -163,8 +185,7 @@ def _gmsh_options(out: Any, file: SourceFile | None) -> tuple[str, dict[str, Any
     lost = []
     as_text = file is not None and file.ascii
     arrays = [*out.point_data.items(), *((name, parts[0]) for name, parts in out.cell_data.items())]
-    tags = ("gmsh:physical", "gmsh:geometrical", "gmsh:dim_tags")
-    whole = [name for name, array in arrays if array.dtype.kind in "iu" and name not in tags]
+    whole = [name for name, array in arrays if array.dtype.kind in "iu" and name not in _GMSH_TAGS]
     if whole:
         lost.append(f"the integer type of {', '.join(whole)} (kept as floating point)")
     version = "2.2"
@@ -174,13 +195,13 @@ def _gmsh_options(out: Any, file: SourceFile | None) -> tuple[str, dict[str, Any
         out.point_data.pop("gmsh:dim_tags", None)
         if file is not None and file.version.startswith("4"):
             lost.append("the geometric entities of Gmsh 4 (written as version 2.2)")
-        for tag in tags[:2]:
+        for tag in _GMSH_TAGS[:2]:
             out.cell_data.setdefault(tag, [np.zeros(len(block.data), dtype=np.int32) for block in out.cells])
     if as_text:
         # Plain Python floats: the writer spells out NumPy's as np.float64(...).
-        for name in set(out.point_data) - set(tags):
+        for name in set(out.point_data) - set(_GMSH_TAGS):
             out.point_data[name] = out.point_data[name].astype(np.float64).astype(object)
-        for name in set(out.cell_data) - set(tags):
+        for name in set(out.cell_data) - set(_GMSH_TAGS):
             out.cell_data[name] = [part.astype(np.float64).astype(object) for part in out.cell_data[name]]
     return ("gmsh22" if version == "2.2" else "gmsh"), {"binary": not as_text}, lost
 
@@ -220,12 +241,30 @@ def _one_block_per_type(mesh: Any) -> Any:
     return result
 
 
+def _drop_unknown_cells(out: Any, name: str) -> list[str]:
+    """Take lower-dimensional cells a format has no type for from a meshio.Mesh, and say so."""
+    module, _, table = _CELL_TYPES.get(name, "").partition(":")
+    known = getattr(importlib.import_module(module), table) if module else _MEDIT_TYPES
+    kept = [number for number, block in enumerate(out.cells) if block.type in known]
+    unknown = [block for block in out.cells if block.type not in known]
+    solid = [block for block in unknown if block.dim == 3]
+    if solid:
+        raise WriteError(f"{name} files have no {solid[0].type} cells")
+    for arrays in (out.cell_data, out.cell_sets):
+        for key, parts in arrays.items():
+            arrays[key] = [parts[number] for number in kept]
+    out.cells = [out.cells[number] for number in kept]
+    return [f"{len(block.data)} {block.type} cells" for block in unknown]
+
+
 def _drop_what_is_not_kept(out: Any, name: str) -> list[str]:
     """Take from a meshio.Mesh what the format cannot hold, and say so."""
     point_arrays, cell_arrays, fields, point_sets, cell_sets = _KEEPS[name]
     lost = []
     for kind, data, keeps in (("point", out.point_data, point_arrays), ("cell", out.cell_data, cell_arrays)):
         for key in list(data):
+            if name == "gmsh" and key in _GMSH_TAGS:
+                continue
             parts = [_plain(array, name) for array in (data[key] if kind == "cell" else [data[key]])]
             if keeps == "none" or any(part is None for part in parts):
                 del data[key]

@@ -13,8 +13,8 @@ import numpy as np
 
 from .compiled import algebra
 
-__all__ = ["add", "combine", "conjugate", "cross", "dot", "imaginary_product", "norm2", "product", "scale", "subtract"]
-__all__ += ["unit"]
+__all__ = ["add", "combine", "conjugate", "cross", "dot", "imaginary_product", "norm2", "polar", "product", "scale"]
+__all__ += ["subtract", "unit"]
 
 Vector = tuple[Any, Any, Any]
 Quaternion = tuple[Any, Any, Any, Any]
@@ -57,12 +57,18 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 @algebra
-def unit(a: Vector) -> Vector:
-    """Direction of a vector; the third axis where the vector vanishes, so that it is always a unit."""
+def polar(a: Vector) -> tuple[Vector, Any]:
+    """Direction and reciprocal length of a vector; the third axis and 1 where it vanishes."""
     length = np.sqrt(dot(a, a))
     vanishes = length == 0.0
     inverse = 1.0 / (length + vanishes)
-    return (a[0] * inverse, a[1] * inverse, a[2] * inverse + vanishes)
+    return (a[0] * inverse, a[1] * inverse, a[2] * inverse + vanishes), inverse
+
+
+@algebra
+def unit(a: Vector) -> Vector:
+    """Direction of a vector; the third axis where the vector vanishes, so that it is always a unit."""
+    return polar(a)[0]
 
 
 @algebra

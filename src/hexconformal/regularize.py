@@ -208,8 +208,11 @@ class Regularization:
             volumes = np.abs(cell_volumes(self._start, self._cells))
             scales = volumes / volumes.mean()
         eps = None if options.energy == "quaternionic" else self._eps()
-        inverses = inverse_targets(target, self._start, self._cells, options.quadrature)
-        return Distortion(self._cells, len(self._start), scales, inverses, eps, options.quadrature)
+        quadrature = options.quadrature
+        if quadrature == "auto":
+            quadrature = "gauss" if options.energy == "quaternionic" else "corners"
+        inverses = inverse_targets(target, self._start, self._cells, quadrature)
+        return Distortion(self._cells, len(self._start), scales, inverses, eps, quadrature)
 
     def _eps(self) -> float:
         # No eps where nothing is folded; else enough to see over the fold.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +24,12 @@ _HIGHER = ("hexahedron20", "hexahedron27")
 
 @dataclass(frozen=True)
 class SourceFile:
-    """The file a mesh was read from, and the variant of its format (such as Gmsh 4.1, ASCII)."""
+    """The file a mesh was read from: the variant of its format (such as Gmsh 4.1, ASCII), the text of an Abaqus deck."""
 
     path: Path
     version: str = ""
     ascii: bool = False
+    deck: str = field(default="", repr=False)
 
 
 @dataclass(frozen=True)

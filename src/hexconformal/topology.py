@@ -175,4 +175,4 @@ def _turn(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
     rows = np.arange(len(one))
     place = np.argmax(other == one[:, :1], axis=1)
     after = other[rows, (place + 1) % 4]
-    return np.subtract(after == one[:, 3], after == one[:, 1], dtype=np.int8)
+    return np.asarray(np.subtract(after == one[:, 3], after == one[:, 1], dtype=np.int8))

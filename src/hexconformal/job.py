@@ -1,0 +1,198 @@
+"""A run with everything around it: outputs checked before the work, watched during it, written after it."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .errors import OptionError, WriteError
+from .interrupt import uninterrupted
+from .io import check_writable, saving, write
+from .mesh import HexMesh
+from .options import Options
+from .progress import HistoryFile, Progress
+from .quality import corner_scaled_jacobian, quality
+from .regularize import Regularization, Result
+from .series import Series
+
+__all__ = ["Finished", "Outputs", "check_places", "run_job", "write_text"]
+
+PICTURES = (".png", ".pdf", ".svg")
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Where the results of a run go; what is None is not written.
+
+    Attributes
+    ----------
+    mesh
+        The better mesh.
+    history
+        CSV, one row per iteration.
+    frames
+        .pvd series of the iterations, every `every`-th and the last.
+    report
+        JSON.
+    plot
+        Histograms of the quality before and after.
+    picture
+        The mesh before and after, cut open.
+    """
+
+    mesh: str
+    history: str | None = None
+    frames: str | None = None
+    report: str | None = None
+    plot: str | None = None
+    picture: str | None = None
+    every: int = 1
+
+    def check(self, source: str | None = None, overwrite: bool = False) -> None:
+        """Raise a WriteError or OptionError unless all of them can be written, `source` being the input."""
+        if self.every < 1:
+            raise OptionError(f"every is 1 or more, not {self.every}")
+        check_places([self.mesh, self.history, self.frames, self.report, self.plot, self.picture], source, overwrite)
+        check_writable(self.mesh)
+        for path, extensions in ((self.frames, (".pvd",)), (self.plot, PICTURES), (self.picture, PICTURES)):
+            if path is not None:
+                check_writable(path, extensions)
+        if self.picture is not None:
+            from .plots import require_rendering
+
+            require_rendering()
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a run came to: its result, what the file format could not keep, and what ended it early, if anything."""
+
+    result: Result
+    lost: list[str]
+    stopped_by: BaseException | None
+
+
+def check_places(outputs: list[str | None], source: str | None = None, overwrite: bool = False) -> None:
+    """Raise unless the outputs are places that can be written to, different from each other and from the input.
+
+    Raises
+    ------
+    OptionError
+        If two of them are one file, or the first is the input and `overwrite` is not set, or another is.
+    WriteError
+        If a folder is missing or cannot be written to.
+    """
+    places = [path for path in outputs if path is not None]
+    seen = {} if source is None else {os.path.realpath(source): "the input"}
+    for number, path in enumerate(places):
+        place = os.path.realpath(path)
+        if place in seen and not (overwrite and number == 0):
+            advice = ": add --overwrite to replace it" if number == 0 else ""
+            raise OptionError(f"{path} is {seen[place]} already{advice}")
+        seen[place] = "an output"
+        # Only the folder counts here: any extension will do.
+        check_writable(path, extensions=(Path(path).suffix.lower(),))
+
+
+def run_job(mesh: HexMesh, options: Options, outputs: Outputs, progress: Progress) -> Finished:
+    """Regularize a mesh and write all that is asked for; an interruption leaves the mesh reached so far.
+
+    Parameters
+    ----------
+    mesh, options
+        What to do.
+    outputs
+        Where results go, checked before.
+    progress
+        Where to show what goes on.
+
+    Raises
+    ------
+    MeshError, OptionError
+        If the run cannot begin.
+    WriteError
+        If a file cannot be written: before the work, where that can be known.
+    KeyboardInterrupt
+        If interrupted before there is anything to keep.
+    """
+    progress.say(f"trying {outputs.mesh}")
+    _rehearse(outputs.mesh, mesh)
+    progress.say("preparing")
+    run = Regularization(mesh, options)
+    stopped_by = _watch(run, outputs, progress)
+    if not run.history:
+        raise stopped_by or KeyboardInterrupt
+    with uninterrupted():
+        progress.say(f"writing {outputs.mesh}")
+        result = run.result()
+        better = mesh.replaced(points=result.points)
+        lost = write(outputs.mesh, result.mesh)
+        if outputs.report is not None:
+            write_text(outputs.report, result.report.to_json() + "\n")
+        if outputs.plot is not None:
+            from .plots import histogram
+
+            progress.say(f"drawing {outputs.plot}")
+            histogram(outputs.plot, quality(mesh), quality(better))
+        if outputs.picture is not None:
+            from .plots import before_after
+
+            progress.say(f"drawing {outputs.picture}")
+            before_after(outputs.picture, mesh, better)
+    return Finished(result, lost, stopped_by)
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a text file that is complete or not there.
+
+    Raises
+    ------
+    WriteError
+        If it cannot be written.
+    """
+    saving(Path(path), lambda target: target.write_text(text, encoding="utf-8") and None)
+
+
+def _watch(run: Regularization, outputs: Outputs, progress: Progress) -> BaseException | None:
+    """Run to the end; returns what ended it early."""
+    with ExitStack() as stack:
+        history = None if outputs.history is None else stack.enter_context(HistoryFile(outputs.history))
+        frames = None if outputs.frames is None else stack.enter_context(Series(outputs.frames))
+        shown = -1
+        try:
+            for record in run:
+                if history is not None:
+                    history.add(record)
+                if frames is not None and record.iteration % outputs.every == 0:
+                    shown = record.iteration
+                    _add_frame(frames, run)
+                progress.show(record)
+            if frames is not None and run.history and shown != run.history[-1].iteration:
+                _add_frame(frames, run)
+        except (KeyboardInterrupt, OSError, MemoryError) as problem:
+            # What was reached is worth keeping, also when a disk is full.
+            return problem
+    return None
+
+
+def _add_frame(frames: Series, run: Regularization) -> None:
+    points = run.points
+    data = {"scaled_jacobian": corner_scaled_jacobian(points, run.mesh.cells)}
+    frames.add(run.history[-1].iteration, run.mesh.replaced(points=points, cell_data=data))
+
+
+def _rehearse(path: str, mesh: HexMesh) -> None:
+    """Write the input beside `path` and remove it: what a format cannot hold, or a disk, shows before the work."""
+    place = Path(os.path.realpath(path))
+    as_after = mesh.replaced(cell_data={"scaled_jacobian": np.zeros(len(mesh.cells))})
+    with tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent) as folder:
+        trial = Path(folder) / place.name
+        try:
+            write(trial, as_after)
+        except WriteError as problem:
+            raise WriteError(str(problem).replace(str(trial), path)) from problem

@@ -1,0 +1,545 @@
+"""Files: what each format keeps, and what happens when something is wrong with them."""
+
+import errno
+import os
+import sys
+
+import meshio
+import numpy as np
+import pytest
+import pyvista as pv
+from test_mesh import block, mixed_grid, mixed_meshio
+
+from hexconformal import io
+from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
+from hexconformal.mesh import HexMesh, as_hex_mesh
+from hexconformal.series import Series
+
+# What each format keeps of arrays: all of them, one with integers, or none.
+KEEPS = {
+    ".vtu": ("all", "all"),
+    ".vtk": ("all", "all"),
+    ".msh": ("all", "all"),
+    ".inp": ("none", "none"),
+    ".mesh": ("one", "one"),
+    ".meshb": ("one", "one"),
+    ".e": ("all", "none"),
+    ".exo": ("all", "none"),
+    ".ex2": ("all", "none"),
+    ".med": ("all", "all"),
+    ".xdmf": ("all", "all"),
+    ".xmf": ("all", "all"),
+    ".bdf": ("none", "none"),
+    ".nas": ("none", "none"),
+    ".fem": ("none", "none"),
+}
+
+
+def awkward_mesh():
+    """A distorted block with an unreferenced point, quads, and arrays of every kind."""
+    points, cells = block(2)
+    rng = np.random.default_rng(0)
+    points = np.vstack([points + 0.1 * rng.random(points.shape), [[np.pi, 1e-7, -1e3]]])
+    source = meshio.Mesh(points, [("hexahedron", cells), ("quad", cells[:4, :4]), ("line", cells[:2, :2])])
+    mesh = as_hex_mesh(source)
+    return mesh.replaced(
+        point_data={"f": rng.random(28), "v": rng.random((28, 3)), "i": rng.integers(-9, 9, 28)},
+        cell_data={"f": rng.random(8), "v": rng.random((8, 3)), "i": rng.integers(1, 9, 8)},
+    )
+
+
+def test_every_format_is_tested():
+    assert set(KEEPS) == set(io.WRITE_EXTENSIONS)
+
+
+@pytest.mark.parametrize("extension", KEEPS)
+def test_round_trip(extension, tmp_path):
+    mesh = awkward_mesh()
+    path = tmp_path / f"mesh{extension}"
+    lost = io.write(path, mesh)
+    again = io.read(path)
+    if extension in (".bdf", ".nas", ".fem"):
+        np.testing.assert_allclose(again.points, mesh.points, rtol=1e-9)
+        assert any("digits" in text for text in lost)
+    else:
+        np.testing.assert_array_equal(again.points, mesh.points)
+    np.testing.assert_array_equal(again.cells, mesh.cells)
+    grid = pv.wrap(io_grid(again))
+    assert (grid.celltypes == 9).sum() == 4
+    assert (grid.celltypes == 3).sum() == 2
+    for keeps, kind, ours, theirs in zip(
+        KEEPS[extension],
+        ("point", "cell"),
+        (mesh.point_data, mesh.cell_data),
+        (again.point_data, again.cell_data),
+        strict=True,
+    ):
+        for name, array in ours.items():
+            if keeps == "all":
+                np.testing.assert_array_equal(theirs[name], array)
+                assert f"{kind} array {name!r}" not in lost
+            elif keeps == "one" and name == "i":
+                np.testing.assert_array_equal(theirs["medit:ref"], array)
+            else:
+                assert f"{kind} array {name!r}" in lost
+    if extension == ".msh":
+        assert any("integer type of" in text for text in lost)
+    assert not [name for name in os.listdir(tmp_path) if name.startswith(".")]
+
+
+def io_grid(mesh):
+    from hexconformal.convert import to_pyvista
+
+    return to_pyvista(mesh)[0].cast_to_unstructured_grid()
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk"])
+def test_vtk_keeps_everything(extension, tmp_path):
+    path = tmp_path / f"a b{extension}"
+    assert io.write(path, as_hex_mesh(mixed_grid())) == []
+    again = pv.read(path)
+    grid = mixed_grid()
+    np.testing.assert_array_equal(again.cells, grid.cells)
+    np.testing.assert_array_equal(again.cell_data["id"], np.arange(16))
+    assert list(again.field_data["units"]) == ["mm"]
+    # A mesh read from a file is handed back as it is, and writes all it came with.
+    mesh = io.read(path)
+    assert mesh.restored() is mesh
+    io.write(path, mesh.replaced(points=mesh.points + 1))
+    np.testing.assert_array_equal(pv.read(path).points, grid.points + 1)
+    assert list(pv.read(path).field_data["units"]) == ["mm"]
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk"])
+def test_named_sets_become_arrays_in_vtk(extension, tmp_path):
+    path = tmp_path / f"mesh{extension}"
+    assert io.write(path, as_hex_mesh(mixed_meshio())) == []
+    grid = pv.read(path)
+    assert np.flatnonzero(grid.point_data["inlet"]).tolist() == [0, 5]
+    assert np.flatnonzero(grid.cell_data["some"]).tolist() == [1, 3, 7, 12]
+    np.testing.assert_array_equal(grid.field_data["fluid"], [11, 3])
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_gmsh_22_keeps_its_tags_names_and_kind(binary, tmp_path):
+    path = tmp_path / "mesh.msh"
+    source = mixed_meshio()
+    source.cell_data["gmsh:geometrical"] = [np.full(len(c.data), 7) for c in source.cells]
+    source.point_data.clear()
+    del source.cell_data["p"]
+    meshio.write(path, source, file_format="gmsh22", binary=binary)
+    mesh = io.read(path)
+    np.testing.assert_array_equal(mesh.cell_data["gmsh:physical"], [11] * 5 + [13] * 3)
+    lost = io.write(path, mesh.replaced(cell_data={"q": np.arange(8) / 3}, point_data={"T": np.linspace(0, 1, 28)}))
+    assert lost == []
+    assert path.read_bytes().startswith(b"$MeshFormat\n2.2 %d 8" % binary)
+    again = io.read(path)
+    np.testing.assert_array_equal(again.points, source.points)
+    np.testing.assert_array_equal(again.cell_data["q"], np.arange(8) / 3)
+    np.testing.assert_array_equal(again.point_data["T"], np.linspace(0, 1, 28))
+    np.testing.assert_array_equal(again.cell_data["gmsh:physical"], mesh.cell_data["gmsh:physical"])
+    assert again.cell_data["gmsh:physical"].dtype.kind == "i"
+    back = again.origin.source
+    np.testing.assert_array_equal(back.field_data["fluid"], [11, 3])
+    assert [c.type for c in back.cells] == ["quad", "hexahedron", "line", "hexahedron", "vertex"]
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_gmsh_41_is_kept_where_meshio_can(known, tmp_path):
+    points, cells = block(1)
+    quad = cells[:, :4]
+    source = meshio.Mesh(points, [("hexahedron", cells), ("quad", quad)])
+    source.cell_data = {
+        "gmsh:physical": [np.array([5]), np.array([6])],
+        "gmsh:geometrical": [np.array([1]), np.array([2])],
+    }
+    source.field_data = {"solid": np.array([5, 3])}
+    tags = np.array([[3, 1]] * 8)
+    tags[:4] = [2, 2]
+    source.point_data["gmsh:dim_tags"] = tags
+    path = tmp_path / "mesh.msh"
+    meshio.write(path, source, file_format="gmsh", binary=True)
+    mesh = io.read(path)
+    if not known:
+        mesh = mesh.replaced(point_data={"gmsh:dim_tags": np.array([[3, 1]] * 8)})
+    lost = io.write(path, mesh)
+    assert path.read_bytes().startswith(b"$MeshFormat\n4.1" if known else b"$MeshFormat\n2.2")
+    assert any("entities" in text for text in lost) is not known
+    back = io.read(path).origin.source
+    assert [part.tolist() for part in back.cell_data["gmsh:physical"]] == [[5], [6]]
+    np.testing.assert_array_equal(back.field_data["solid"], [5, 3])
+
+
+def test_abaqus_keeps_sets_and_writes_plain_bricks(tmp_path):
+    path = tmp_path / "mesh.inp"
+    points, cells = block(2)
+    source = meshio.Mesh(points, [("hexahedron", cells), ("quad", cells[:2, :4])])
+    source.point_sets = {"clamped": np.array([0, 3])}
+    source.cell_sets = {"core": [np.array([1, 2]), np.array([], int)]}
+    assert io.write(path, as_hex_mesh(source)) == []
+    text = path.read_text()
+    assert "TYPE=C3D8\n" in text
+    assert "TYPE=S4\n" in text
+    back = io.read(path).origin.source
+    np.testing.assert_array_equal(back.point_sets["clamped"], [0, 3])
+    np.testing.assert_array_equal(back.cell_sets["core"][0], [1, 2])
+
+
+DECK = """*Heading
+ a deck, as a preprocessor writes it
+** comment
+*Node,
+ nset=everything
+ 10, 0., 0., 0.
+ 20, 1., 0., 0.
+ 30, 1., 1., 0.
+ 40, 0., 1., 0.
+*Node
+ 50, 0., 0., 1.
+ 60, 1., 0., 1.
+ 70, 1., 1., 1.
+ 80, 0., 1., 1.
+ 81, 0., 0., 2.
+ 82, 1., 0., 2.
+ 83, 1., 1., 2.
+ 84, 0., 1., 2.
+*Element, type=S4R
+ 7, 10, 20, 30, 40
+*ELEMENT,
+ TYPE=c3d8r, ELSET=lower
+ 1, 10, 20, 30, 40,
+ 50, 60, 70, 80
+*Element, type=C3D8, elset=upper
+ 2, 50, 60, 70, 80, 81, 82, 83, 84
+*Element, type=SPRINGA
+ 9, 10, 84
+*Nset, nset=odd, generate
+ 10, 30, 20
+*Nset, nset=ODD
+ 84,
+*Elset, elset=both
+ lower, upper
+*Elset, elset=skin
+ 7, 2
+*Material, name=Steel
+*Elastic
+ 210000., 0.3
+*Step
+*Static
+*Node Output
+ U
+*End Step
+"""
+
+
+def test_abaqus_deck_is_read_as_abaqus_means_it(tmp_path):
+    (tmp_path / "a.inp").write_text(DECK)
+    mesh = io.read(tmp_path / "a.inp")
+    np.testing.assert_array_equal(mesh.points[mesh.cells[0]], block(1)[0][block(1)[1][0]])
+    source = mesh.origin.source
+    assert [(c.type, len(c.data)) for c in source.cells] == [("quad", 1), ("hexahedron", 1), ("hexahedron", 1)]
+    assert {name: ids.tolist() for name, ids in source.point_sets.items()} == {
+        "everything": [0, 1, 2, 3],
+        "odd": [0, 2, 11],
+    }
+    assert {name: [part.tolist() for part in parts] for name, parts in source.cell_sets.items()} == {
+        "lower": [[], [0], []],
+        "upper": [[], [], [0]],
+        "both": [[], [0], [0]],
+        "skin": [[0], [], [0]],
+    }
+    assert "SPRINGA" in mesh.notes[0]
+
+
+def test_abaqus_deck_keeps_all_but_coordinates(tmp_path):
+    (tmp_path / "a.inp").write_text(DECK)
+    mesh = io.read(tmp_path / "a.inp")
+    assert io.write(tmp_path / "same.inp", mesh) == []
+    moved = mesh.replaced(points=mesh.points / 3)
+    assert io.write(tmp_path / "b.inp", moved) == []
+    np.testing.assert_array_equal(io.read(tmp_path / "b.inp").points, moved.points)
+    old, new = DECK.splitlines(), (tmp_path / "b.inp").read_text().splitlines()
+    assert [line for line in old if "." not in line] == [line for line in new if "." not in line]
+    assert len(old) == len(new)
+    assert " 210000., 0.3" in new
+    # With cells in another order, or from another format, a plain deck is written.
+    from hexconformal.orient import orient
+
+    mirrored = DECK.replace("50, 60, 70, 80, 81, 82, 83, 84", "81, 82, 83, 84, 50, 60, 70, 80")
+    (tmp_path / "c.inp").write_text(mirrored)
+    lost = io.write(tmp_path / "c.inp", orient(io.read(tmp_path / "c.inp"))[0])
+    assert "all of the deck" in lost[0]
+    assert io.read(tmp_path / "c.inp").origin.source.cell_sets.keys() == mesh.origin.source.cell_sets.keys()
+    io.write(tmp_path / "d.vtu", mesh)
+    assert pv.read(tmp_path / "d.vtu").cell_data["both"].tolist() == [0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        (" 84, 0., 1., 2.", "", "not there: 1 .ids 84"),
+        (" 84, 0., 1., 2.", " 83, 0., 1., 2.", "numbered twice"),
+        ("*Material, name=Steel", "*Include, input=b.inp", "includes"),
+        (" lower, upper", " lower, uper", "'uper'"),
+        (" 82, 1., 0., 2.", " 82, 1., 0., x", "could not convert"),
+        ("81, 82, 83, 84", "81, 82, 83", "too few nodes"),
+    ],
+)
+def test_broken_decks_are_refused(old, new, text, tmp_path):
+    (tmp_path / "a.inp").write_text(DECK.replace(old, new, 1))
+    with pytest.raises(ReadError, match=text):
+        io.read(tmp_path / "a.inp")
+
+
+def test_blocks_of_one_type_are_joined_for_med(tmp_path):
+    path = tmp_path / "mesh.med"
+    lost = io.write(path, as_hex_mesh(mixed_meshio()))
+    assert "point set 'inlet'" in lost
+    assert "cell set 'some'" in lost
+    again = io.read(path)
+    np.testing.assert_array_equal(again.cell_data["gmsh:physical"], [11] * 5 + [13] * 3)
+    # A second round, with an array more than the file had names for.
+    io.write(path, again.replaced(point_data={"more": np.arange(28.0)}, cell_data={"w": np.arange(8.0)}))
+    np.testing.assert_array_equal(io.read(path).cell_data["p"], again.cell_data["p"])
+    np.testing.assert_array_equal(io.read(path).point_data["more"], np.arange(28.0))
+
+
+def test_wedges_keep_their_shape_between_libraries(tmp_path):
+    points, cells = block(1)
+    points = np.vstack([points, [[2, 0, 0], [2, 0, 1]]])
+    wedge = [[4, 8, 6, 5, 9, 7]]
+    source = as_hex_mesh(meshio.Mesh(points, [("hexahedron", cells), ("wedge", wedge)]), other_cells="keep")
+    io.write(tmp_path / "a.vtu", source)
+    volumes = pv.read(tmp_path / "a.vtu").compute_cell_sizes()["Volume"]
+    io.write(tmp_path / "b.msh", io.read(tmp_path / "a.vtu", other_cells="keep"))
+    back = io.read(tmp_path / "b.msh", other_cells="keep").origin.source
+    np.testing.assert_array_equal(back.cells_dict["wedge"], wedge)
+    np.testing.assert_allclose(volumes, [1, 0.5])
+
+
+def test_arrays_of_odd_types_are_kept_or_named(tmp_path):
+    mesh = HexMesh(*block(1))
+    mesh = mesh.replaced(
+        point_data={"tensor": np.arange(72.0).reshape(8, 3, 3), "flag": np.arange(8) > 3},
+        cell_data={"name": np.array(["abc"]), "pair": np.ones((1, 2))},
+    )
+    assert io.write(tmp_path / "a.vtu", mesh) == []
+    np.testing.assert_array_equal(io.read(tmp_path / "a.vtu").point_data["tensor"], np.arange(72.0).reshape(8, 9))
+    assert io.read(tmp_path / "a.vtu").cell_data["name"].tolist() == ["abc"]
+    lost = io.write(tmp_path / "a.msh", mesh)
+    assert {"cell array 'name'", "cell array 'pair'"} <= set(lost)
+    np.testing.assert_array_equal(io.read(tmp_path / "a.msh").point_data["flag"], np.arange(8) > 3)
+
+
+def test_writing_changes_nothing_in_memory(tmp_path):
+    source = mixed_meshio()
+    before = repr((source.points, source.cells, source.point_data, source.cell_data, source.field_data))
+    mesh = as_hex_mesh(source)
+    for extension in KEEPS:
+        lost = io.write(tmp_path / f"mesh_{extension[1:]}{extension}", mesh)
+        # The vertex has no counterpart in some formats.
+        assert ("1 vertex cells" in lost) == (extension in (".inp", ".mesh", ".meshb"))
+    assert repr((source.points, source.cells, source.point_data, source.cell_data, source.field_data)) == before
+
+
+# Formats that state their counts or their end; the others cannot show that whole lines are missing.
+@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".msh", ".mesh", ".meshb", ".e", ".med", ".xdmf"])
+def test_truncated_files_are_refused(extension, tmp_path, capfd):
+    path = tmp_path / f"mesh{extension}"
+    io.write(path, awkward_mesh())
+    check_truncations(path, capfd)
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".msh", ".inp"])
+def test_truncated_text_files_are_refused(extension, tmp_path, capfd):
+    path = tmp_path / f"mesh{extension}"
+    if extension == ".msh":
+        meshio.write(path, mixed_meshio_bare(), file_format="gmsh22", binary=False)
+    elif extension == ".inp":
+        io.write(path, awkward_mesh())
+        path.write_bytes(path.read_bytes()[: path.read_bytes().index(b"*ELEMENT") + 80])
+    else:
+        io_grid(awkward_mesh()).save(path, binary=False)
+    check_truncations(path, capfd)
+
+
+def mixed_meshio_bare():
+    mesh = mixed_meshio()
+    return meshio.Mesh(mesh.points, mesh.cells)
+
+
+def check_truncations(path, capfd):
+    data = path.read_bytes()
+    capfd.readouterr()
+    for fraction in (0, 0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97):
+        path.write_bytes(data[: int(fraction * len(data))])
+        with pytest.raises(ReadError, match="mesh") as caught:
+            io.read(path)
+        assert str(path) in str(caught.value)
+    printed = capfd.readouterr()
+    assert (printed.out, printed.err) == ("", "")
+
+
+@pytest.mark.parametrize("extension", io.READ_EXTENSIONS)
+@pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe garbage \x80" * 50, b"hello\nworld\n1 2 3\n", b"# nothing\n"])
+def test_garbage_is_a_read_error(extension, content, tmp_path, capfd):
+    path = tmp_path / f"bad{extension}"
+    path.write_bytes(content)
+    with pytest.raises(ReadError, match="bad"):
+        io.read(path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_file_of_another_format_is_a_read_error(tmp_path):
+    io.write(tmp_path / "a.vtu", HexMesh(*block(1)))
+    for extension in (".vtk", ".msh", ".inp", ".mesh", ".xdmf", ".e", ".med"):
+        os.replace(io_copy(tmp_path / "a.vtu"), tmp_path / f"b{extension}")
+        with pytest.raises(ReadError):
+            io.read(tmp_path / f"b{extension}")
+
+
+def io_copy(path):
+    copy = path.with_name("copy")
+    copy.write_bytes(path.read_bytes())
+    return copy
+
+
+def test_what_is_not_there_or_not_known(tmp_path):
+    with pytest.raises(ReadError, match="does not exist"):
+        io.read(tmp_path / "none.vtu")
+    with pytest.raises(ReadError, match="folder"):
+        io.read(tmp_path)
+    (tmp_path / "a.xyz").write_text("1")
+    with pytest.raises(ReadError, match=r"unknown extension \.xyz; known are .*\.vtu"):
+        io.read(tmp_path / "a.xyz")
+    with pytest.raises(ReadError):
+        as_hex_mesh(tmp_path / "none.vtu")
+    with pytest.raises(ReadError):
+        as_hex_mesh(str(tmp_path / "none.vtu"))
+    pv.Sphere().save(tmp_path / "surface.vtk")
+    with pytest.raises(MeshError, match=r"surface\.vtk.*no hexahedra"):
+        io.read(tmp_path / "surface.vtk")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="everything is readable for root")
+def test_unreadable_files(tmp_path):
+    (tmp_path / "a.vtu").write_text("x")
+    (tmp_path / "a.vtu").chmod(0)
+    with pytest.raises(ReadError, match="denied"):
+        io.read(tmp_path / "a.vtu")
+    tmp_path.chmod(0o500)
+    with pytest.raises(WriteError, match="denied"):
+        io.check_writable(tmp_path / "b.vtu")
+
+
+@pytest.mark.parametrize(("extension", "module"), [(".med", "h5py"), (".e", "netCDF4"), (".xdmf", "h5py")])
+def test_missing_packages_are_named(extension, module, tmp_path, monkeypatch):
+    path = tmp_path / f"a{extension}"
+    io.write(path, HexMesh(*block(1)))
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(ReadError, match=r"hexconformal\[formats\]"):
+        io.read(path)
+    with pytest.raises(WriteError, match=r"hexconformal\[formats\]"):
+        io.write(path, HexMesh(*block(1)))
+
+
+def test_places_that_cannot_be_written_to(tmp_path):
+    mesh = HexMesh(*block(1))
+    with pytest.raises(WriteError, match="does not exist"):
+        io.write(tmp_path / "no" / "a.vtu", mesh)
+    with pytest.raises(WriteError, match=r"unknown extension \.xyz; known are .*\.msh"):
+        io.write(tmp_path / "a.xyz", mesh)
+    with pytest.raises(WriteError, match=r"\(none\)"):
+        io.check_writable(tmp_path / "a")
+    (tmp_path / "b.vtu").mkdir()
+    with pytest.raises(WriteError, match="folder"):
+        io.write(tmp_path / "b.vtu", mesh)
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".msh", ".xdmf"])
+def test_a_failed_write_leaves_the_old_file(extension, tmp_path, monkeypatch):
+    path = tmp_path / f"a{extension}"
+    io.write(path, HexMesh(*block(1)))
+    before = {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)}
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(WriteError, match="No space left"):
+        io.write(path, HexMesh(*block(2)))
+    assert {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)} == before
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+def test_a_writer_that_fails_halfway(tmp_path, monkeypatch):
+    def overflow(*_, **__):
+        with open("/dev/full", "w") as device:
+            device.write("x" * 10**6)
+
+    monkeypatch.setattr(meshio, "write", overflow)
+    with pytest.raises(WriteError, match="No space left"):
+        io.write(tmp_path / "a.msh", HexMesh(*block(1)))
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_companion_of_xdmf(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").mkdir()
+    io.write("out/a.xdmf", HexMesh(*block(1)))
+    assert sorted(os.listdir("out")) == ["a.h5", "a.xdmf"]
+    assert os.listdir(".") == ["out"]
+    io.write("out/a.xdmf", HexMesh(*block(2)))
+    assert len(io.read("out/a.xdmf").cells) == 8
+    # Another file's companion is not overwritten.
+    with pytest.raises(WriteError, match="companion"):
+        io.write("out/a.xmf", HexMesh(*block(1)))
+    assert len(io.read("out/a.xdmf").cells) == 8
+
+
+def test_links_stay_links(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link.vtu").symlink_to(tmp_path / "real" / "a.vtu")
+    io.write(tmp_path / "link.vtu", HexMesh(*block(1)))
+    assert (tmp_path / "link.vtu").is_symlink()
+    assert (tmp_path / "real" / "a.vtu").is_file()
+
+
+def test_series_is_readable_after_every_frame(tmp_path):
+    mesh = as_hex_mesh(mixed_grid())
+    with Series(tmp_path / "run.pvd") as series:
+        for number, time in enumerate([0, 0.25, 1e-3 + 1]):
+            series.add(time, mesh.replaced(points=mesh.points * (1 + number)))
+            reader = pv.get_reader(tmp_path / "run.pvd")
+            assert reader.time_values[-1] == time
+            reader.set_active_time_value(time)
+            frame = reader.read()[0]
+            np.testing.assert_allclose(frame.points, mesh.points * (1 + number))
+            assert list(frame.field_data["units"]) == ["mm"]
+        with pytest.raises(OptionError, match="later"):
+            series.add(0.5, mesh)
+    assert sorted(os.listdir(tmp_path / "run_frames")) == ["run_0000.vtu", "run_0001.vtu", "run_0002.vtu"]
+    assert str(tmp_path) not in (tmp_path / "run.pvd").read_text()
+
+
+def test_series_of_surfaces(tmp_path):
+    with Series(tmp_path / "flow.pvd") as series:
+        series.add(0.0, pv.Sphere())
+    reader = pv.get_reader(tmp_path / "flow.pvd")
+    assert reader.read()[0].n_points == pv.Sphere().n_points
+    assert os.listdir(tmp_path / "flow_frames") == ["flow_0000.vtp"]
+    with pytest.raises(WriteError, match="does not exist"):
+        Series(tmp_path / "no" / "flow.pvd")
+    with pytest.raises(WriteError, match="extension"):
+        Series(tmp_path / "flow.vtu")
+
+
+def test_shared_meshes_survive(shared, tmp_path):
+    path = shared / "meshes" / "hex" / "xu_t3_fandisk_input.vtu"
+    mesh = io.read(path)
+    assert len(mesh.cells) == 357
+    for extension in (".vtu", ".vtk", ".msh", ".mesh"):
+        io.write(tmp_path / f"a{extension}", mesh)
+        again = io.read(tmp_path / f"a{extension}")
+        np.testing.assert_array_equal(again.points, mesh.points)
+        np.testing.assert_array_equal(again.cells, mesh.cells)

@@ -1,0 +1,283 @@
+"""The main job against exact minimizers, invariances, and its promises."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import hexconformal as hc
+from hexconformal import generate
+from hexconformal.topology import boundary_quads
+
+ENERGIES = ["barrier", "quaternionic"]
+
+
+def jittered_box(n=5, seed=0, amount=0.2):
+    return generate.jittered(*generate.box((n, n, n)), amount, seed=seed)
+
+
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_sheared_cube_of_figure_3_becomes_perfectly_regular(energy):
+    result = hc.regularize(generate.sheared_cube(15), energy=energy, tolerance=1e-12)
+    regular, _ = generate.box((15, 15, 15))
+    assert np.abs(result.points - regular).max() < 1e-10
+    assert result.report.energy_after < 1e-15
+    assert result.converged
+
+
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_sheared_block_held_at_its_bottom_becomes_the_cube(energy):
+    points, cells = generate.sheared_block(6, shear=1.5)
+    bottom = points[:, 1] == 0.0
+    result = hc.regularize((points, cells), boundary="free", fixed=bottom, energy=energy, tolerance=1e-10)
+    straight = points - 1.5 * points[:, 1:2] * [1.0, 0.0, 0.0]
+    assert np.abs(result.points - straight).max() < 1e-6
+
+
+def test_majorize_minimize_never_raises_the_energy_and_finds_the_same_minimum():
+    mesh = generate.twisted_cube(5, 50)
+    options = {"boundary": "fixed", "energy": "quaternionic", "tolerance": 1e-8}
+    slow = hc.regularize(mesh, method="majorize", **options)
+    energies = [record.energy for record in slow.history]
+    assert slow.converged and len(energies) > 5
+    assert all(b <= a * (1 + 1e-14) for a, b in zip(energies[:-1], energies[1:], strict=True))
+    fast = hc.regularize(mesh, method="newton", **options)
+    assert np.abs(slow.points - fast.points).max() < 1e-7
+
+
+@pytest.mark.parametrize("method", ["lbfgs", "newton", "auto"])
+def test_solvers_agree_on_the_minimizer(method):
+    mesh = generate.twisted_cube(5, 50)
+    exact = hc.regularize(mesh, boundary="fixed", method="newton", tolerance=1e-12)
+    result = hc.regularize(mesh, boundary="fixed", method=method, tolerance=1e-9)
+    assert result.converged
+    assert np.abs(result.points - exact.points).max() < 1e-7
+
+
+def test_newton_converges_quadratically():
+    history = hc.regularize(generate.twisted_cube(5, 50), boundary="fixed", method="newton", tolerance=1e-12).history
+    gradients = np.array([record.gradient for record in history if record.gradient > 1e-11])
+    orders = np.log(gradients[2:]) / np.log(gradients[1:-1])
+    assert orders[-2:].max() > 1.3  # inexact solves: superlinear
+
+
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_a_regular_mesh_is_a_fixed_point(energy):
+    mesh = generate.box((4, 4, 4))
+    result = hc.regularize(mesh, energy=energy)
+    assert result.converged
+    assert np.abs(result.points - mesh[0]).max() < 1e-14
+
+
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_rotation_translation_and_scale_carry_over(energy):
+    points, cells = jittered_box()
+    plain = hc.regularize((points, cells), boundary="fixed", energy=energy, tolerance=1e-10).points
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix()
+    for size, shift in ((1.0, 0.0), (1e-9, 0.0), (1e9, 0.0), (1.0, 1e4)):
+        moved = hc.regularize((size * points @ turn.T + shift, cells), boundary="fixed", energy=energy, tolerance=1e-10)
+        assert np.abs(moved.points - (size * plain @ turn.T + shift)).max() < 1e-7 * size
+
+
+def test_permuted_cells_and_nodes_give_the_permuted_result():
+    points, cells = jittered_box()
+    plain = hc.regularize((points, cells), boundary="fixed", tolerance=1e-10).points
+    rng = np.random.default_rng(1)
+    nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
+    place = np.argsort(nodes)
+    permuted = hc.regularize((points[nodes], place[cells[order]]), boundary="fixed", tolerance=1e-10).points
+    assert np.abs(permuted - plain[nodes]).max() < 1e-8
+
+
+def test_two_runs_are_bit_identical():
+    mesh = jittered_box(8)
+    assert np.array_equal(hc.regularize(mesh).points, hc.regularize(mesh).points)
+
+
+def test_box_targets_reach_zero_energy_where_cubes_cannot():
+    points, cells = generate.box((6, 6, 6), (1.0, 1.0, 2.0))
+    cubes = hc.regularize((points, cells), energy="quaternionic")
+    boxes = hc.regularize((points, cells), energy="quaternionic", target="1:1:2")
+    assert cubes.report.energy_before == pytest.approx(24.0, rel=1e-12)
+    assert boxes.report.energy_before == pytest.approx(0.0, abs=1e-20)
+
+
+def test_input_targets_keep_a_boundary_layer():
+    points, cells = generate.boundary_layer((4, 4, 8), aspect=100.0)
+    rough = generate.jittered(points, cells, 0.05, seed=2)[0]
+    kept = hc.regularize((rough, cells), boundary="fixed", target=points, tolerance=1e-10)
+    assert np.abs(kept.points - points).max() < 1e-6
+    itself = hc.regularize((points, cells), boundary="fixed", target="input")
+    assert np.abs(itself.points - points).max() < 1e-12
+
+
+def test_volume_weights_change_the_compromise_but_not_a_perfect_mesh():
+    points, cells = generate.box((5, 5, 5))
+    mesh = generate.jittered(points**2, cells, 0.1, seed=3)
+    one = hc.regularize(mesh, boundary="fixed", weight="reference").points
+    other = hc.regularize(mesh, boundary="fixed", weight="volume").points
+    assert np.abs(one - other).max() > 1e-4
+    sheared = hc.regularize(generate.sheared_cube(6), weight="volume", tolerance=1e-12).points
+    assert np.abs(sheared - generate.box((6, 6, 6))[0]).max() < 1e-9
+
+
+def test_the_plain_energy_would_fold_and_the_line_search_does_not_let_it():
+    points, cells = generate.sheared_cube(12)
+    result = hc.regularize((points, cells), boundary="fixed", energy="quaternionic", max_iterations=60)
+    assert result.report.before.invalid == 0
+    assert result.report.after.invalid == 0
+    assert all(record.inverted == 0 for record in result.history)
+    assert result.report.energy_after < result.report.energy_before
+
+
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+def test_what_is_held_is_bit_identical(boundary):
+    points, cells = jittered_box(5)
+    rng = np.random.default_rng(0)
+    held = rng.random(len(points)) < 0.1
+    result = hc.regularize((points + 1e3, cells), boundary=boundary, fixed=held)
+    assert np.array_equal(result.points[held], (points + 1e3)[held])
+    if boundary == "fixed":
+        surface = np.unique(boundary_quads(cells)[0])
+        assert np.array_equal(result.points[surface], (points + 1e3)[surface])
+        assert result.report.boundary_moved == 0
+
+
+def test_sliding_keeps_the_faces_of_a_turned_cube():
+    points, cells = generate.sheared_cube(6)
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix()
+    result = hc.regularize((points @ turn.T, cells), tolerance=1e-11)
+    regular = generate.box((6, 6, 6))[0] @ turn.T
+    assert np.abs(result.points - regular).max() < 1e-8
+
+
+def test_components_can_be_held_one_by_one():
+    points, cells = jittered_box(4)
+    mask = np.zeros((len(points), 3), dtype=bool)
+    mask[:, 2] = True
+    result = hc.regularize((points, cells), boundary="fixed", fixed=mask)
+    assert np.array_equal(result.points[:, 2], points[:, 2])
+    assert np.abs(result.points - points).max() > 1e-3
+
+
+def test_a_point_array_names_the_fixed_nodes():
+    import pyvista as pv
+
+    points, cells = jittered_box(4)
+    grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: cells}, points)
+    grid.point_data["clamp"] = (points[:, 0] < 0.5).astype(np.int32)
+    result = hc.regularize(grid, fixed="clamp")
+    held = points[:, 0] < 0.5
+    assert isinstance(result.mesh, pv.UnstructuredGrid)
+    assert np.array_equal(np.asarray(result.mesh.points)[held], points[held])
+    with pytest.raises(hc.OptionError, match="'clam' names no point array; there are: 'clamp'"):
+        hc.regularize(grid, fixed="clam")
+
+
+def test_records_come_one_by_one_and_the_run_can_be_left():
+    run = hc.Regularization(generate.twisted_cube(6, 60), hc.Options(boundary="fixed"))
+    for record in run:
+        if record.iteration == 3:
+            break
+    result = run.result()
+    assert [r.iteration for r in result.history] == [0, 1, 2, 3]
+    assert not result.converged
+    assert result.report.reason == "interrupted"
+    assert result.history[3].energy < result.history[0].energy
+
+
+def test_a_limit_on_iterations_is_a_result_with_a_reason():
+    result = hc.regularize(generate.twisted_cube(6, 60), boundary="fixed", max_iterations=2)
+    assert not result.converged
+    assert result.report.reason == "reached max_iterations = 2"
+    assert len(result.history) == 3
+    untouched = hc.regularize(generate.twisted_cube(6, 60), max_iterations=0)
+    assert untouched.report.largest_displacement == 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"boundary": "glide"}, "boundary is 'slide', 'fixed' or 'free'"),
+        ({"target": "sphere"}, "target is 'cube', 'input' or 'a:b:c'"),
+        ({"target": "1:-1:2"}, "three positive edge lengths"),
+        ({"target": np.zeros((3, 3))}, "three edge lengths or reference points"),
+        ({"fixed": np.ones(3, dtype=bool)}, "fixed"),
+        ({"fixed": [10**6]}, "fixed"),
+        ({"tolerance": -1.0}, "tolerance lies in"),
+        ({"max_iterations": -1}, "max_iterations is not negative"),
+        ({"method": "majorize"}, "plain energy only"),
+        ({"boundary": "free", "energy": "quaternionic"}, "shrinks the mesh to a point"),
+        ({"speed": 3}, "unknown option 'speed'; there are: boundary"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(options, words):
+    with pytest.raises(hc.OptionError, match=words):
+        hc.regularize(generate.box((2, 2, 2)), **options)
+
+
+def test_mirrored_meshes_are_refused_with_the_remedy():
+    points, cells = generate.box((3, 3, 3))
+    with pytest.raises(hc.MeshError, match=r"orient"):
+        hc.regularize((points, cells[:, [4, 5, 6, 7, 0, 1, 2, 3]]))
+
+
+def test_a_target_mesh_must_be_valid():
+    points, cells = generate.box((3, 3, 3))
+    with pytest.raises(hc.MeshError, match=r"inverted or flat cells: 27 \(first ids 0, 1, 2, 3, 4\)"):
+        hc.regularize((points, cells), target=-points)
+
+
+def test_all_nodes_fixed_is_a_result():
+    points, cells = jittered_box(3)
+    result = hc.regularize((points, cells), fixed=np.ones(len(points), dtype=bool))
+    assert np.array_equal(result.points, points)
+    assert result.converged
+
+
+def test_a_free_boundary_needs_no_pins_with_the_barrier():
+    points, cells = jittered_box(4)
+    result = hc.regularize((points, cells), boundary="free", tolerance=1e-8)
+    assert result.report.after.scaled_jacobian.min > 0.999999
+
+
+@pytest.mark.parametrize("layout", ["float32", "readonly", "fortran", "strided"])
+def test_any_array_is_taken_and_none_is_changed(layout):
+    points, cells = jittered_box(3)
+    if layout == "float32":
+        points, cells = points.astype(np.float32), cells.astype(np.int32)
+    elif layout == "readonly":
+        points.setflags(write=False)
+        cells.setflags(write=False)
+    elif layout == "fortran":
+        points, cells = np.asfortranarray(points), np.asfortranarray(cells)
+    else:
+        points, cells = np.repeat(points, 2, axis=0)[::2], np.repeat(cells, 2, axis=1)[:, ::2]
+    before = points.copy(), cells.copy()
+    result = hc.regularize((points, cells), boundary="fixed")
+    assert np.array_equal(points, before[0]) and np.array_equal(cells, before[1])
+    plain = hc.regularize((np.array(before[0], float, order="C"), np.array(before[1], int, order="C")), boundary="fixed")
+    assert np.array_equal(result.points, plain.points)
+
+
+def test_unreferenced_points_and_several_components_are_kept():
+    points, cells = jittered_box(3)
+    lone = np.array([[50.0, 0.0, 0.0]])
+    two = np.vstack([points, lone, points + [5.0, 0.0, 0.0]])
+    result = hc.regularize((two, np.vstack([cells, cells + len(points) + 1])), tolerance=1e-10)
+    assert np.array_equal(result.points[len(points)], lone[0])
+    assert np.abs(result.points[len(points) + 1 :] - [5.0, 0.0, 0.0] - result.points[: len(points)]).max() < 1e-7
+
+
+def test_constant_normals_make_the_step_a_componentwise_harmonic_map():
+    # A cube stretched along its axes has constant normals; only inner nodes are disturbed, along the axes.
+    from hexconformal.assembly import Distortion
+
+    points, cells = generate.box((5, 5, 5))
+    energy = Distortion(cells, len(points))
+    laplacian = energy.laplacian()
+    surface = np.unique(boundary_quads(cells)[0])
+    inner = np.setdiff1d(np.arange(len(points)), surface)
+    field = np.zeros_like(points)
+    field[inner] = np.random.default_rng(0).normal(size=(len(inner), 3))
+    frozen = energy.frozen_product(points, field)
+    assert np.abs(frozen - 8.0 * (laplacian @ field))[inner].max() < 1e-12
