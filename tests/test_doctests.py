@@ -13,6 +13,7 @@ MODULES = [
     module.name
     for package in (hexconformal, surface)
     for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
+    if not module.name.endswith("__main__")
 ]
 
 

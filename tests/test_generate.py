@@ -142,6 +142,8 @@ def test_jitter_leaves_bad_cells_to_themselves():
     cells[62] = cells[62][[4, 5, 6, 7, 0, 1, 2, 3]]
     moved, _ = generate.jittered(points, cells, amount=0.9)
     assert np.flatnonzero(~is_valid(moved, cells)).tolist() == [62]
+    inside = np.setdiff1d(cells[62], boundary_quads(cells)[0])
+    assert (np.linalg.norm(moved - points, axis=1)[inside] > 0.01).all()
 
 
 @pytest.mark.parametrize(

@@ -202,7 +202,7 @@ DECK = """*Heading
  81, 0., 0., 2.
  82, 1., 0., 2.
  83, 1., 1., 2.
- 84, 0., 1., 2.
+ 84, 0., 1., 2., 0., 0., 1.
 *Element, type=S4R
  7, 10, 20, 30, 40
 *ELEMENT,
@@ -262,6 +262,7 @@ def test_abaqus_deck_keeps_all_but_coordinates(tmp_path):
     assert [line for line in old if "." not in line] == [line for line in new if "." not in line]
     assert len(old) == len(new)
     assert " 210000., 0.3" in new
+    assert [line for line in new if line.startswith(" 84,")][0].endswith(", 0., 0., 1.")
     # With cells in another order, or from another format, a plain deck is written.
     from hexconformal.orient import orient
 
@@ -277,7 +278,7 @@ def test_abaqus_deck_keeps_all_but_coordinates(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [
-        (" 84, 0., 1., 2.", "", "not there: 1 .ids 84"),
+        (" 84, 0., 1., 2., 0., 0., 1.", "", "not there: 1 .ids 84"),
         (" 84, 0., 1., 2.", " 83, 0., 1., 2.", "numbered twice"),
         ("*Material, name=Steel", "*Include, input=b.inp", "includes"),
         (" lower, upper", " lower, uper", "'uper'"),
@@ -361,6 +362,26 @@ def test_truncated_text_files_are_refused(extension, tmp_path, capfd):
     else:
         io_grid(awkward_mesh()).save(path, binary=False)
     check_truncations(path, capfd)
+
+
+@pytest.mark.parametrize("last", ["scalar", "vector", "field"])
+def test_the_last_numbers_of_a_legacy_text_file(last, tmp_path):
+    path = tmp_path / "mesh.vtk"
+    points, cells = block(1)
+    head = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n"
+    mesh = "\n".join(" ".join(map(str, row)) for row in points) + "\nCELLS 1 9\n8 " + " ".join(map(str, cells[0]))
+    array = {
+        "scalar": "SCALARS a double 1\nLOOKUP_TABLE default\n" + "0.25\n" * 8,
+        "vector": "VECTORS a double\n" + "1 2 3\n" * 8,
+        "field": "FIELD FieldData 2\na 1 8 double\n" + "1 " * 8 + "\nb 2 8 double\n" + "1 2\n" * 8,
+    }[last]
+    text = head + mesh + "\nCELL_TYPES 1\n12\nPOINT_DATA 8\n" + array
+    path.write_text(text)
+    assert "a" in io.read(path).point_data
+    for lines in (1, 3) if last != "field" else (1, 3, 9):
+        path.write_text("\n".join(text.rstrip().split("\n")[:-lines]) + "\n")
+        with pytest.raises(ReadError, match="shorter than its header says"):
+            io.read(path)
 
 
 def mixed_meshio_bare():
@@ -462,7 +483,9 @@ def test_a_failed_write_leaves_the_old_file(extension, tmp_path, monkeypatch):
     io.write(path, HexMesh(*block(1)))
     before = {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)}
 
-    def full(*_):
+    def full(source, target):
+        # Side by side, so that the move is one step and not a copy to another disk.
+        assert source.parent.parent == target.parent == tmp_path
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)

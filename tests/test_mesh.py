@@ -142,12 +142,14 @@ def test_voxels_become_hexahedra():
     grid = pv.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
     assert set(grid.celltypes) == {11}
     grid.cell_data["id"] = np.arange(8)
+    grid.field_data["units"] = ["mm"]
     mesh = as_hex_mesh(grid)
     assert "8 voxels" in mesh.notes[0]
     result = mesh.restored()
     assert set(result.celltypes) == {12}
     np.testing.assert_allclose(result.compute_cell_sizes()["Volume"], 1)
     np.testing.assert_array_equal(result.cell_data["id"], np.arange(8))
+    assert list(result.field_data["units"]) == ["mm"]
 
 
 def test_a_collection_of_blocks_is_refused():

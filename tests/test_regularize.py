@@ -255,7 +255,9 @@ def test_any_array_is_taken_and_none_is_changed(layout):
     before = points.copy(), cells.copy()
     result = hc.regularize((points, cells), boundary="fixed")
     assert np.array_equal(points, before[0]) and np.array_equal(cells, before[1])
-    plain = hc.regularize((np.array(before[0], float, order="C"), np.array(before[1], int, order="C")), boundary="fixed")
+    plain = hc.regularize(
+        (np.array(before[0], float, order="C"), np.array(before[1], int, order="C")), boundary="fixed"
+    )
     assert np.array_equal(result.points, plain.points)
 
 

@@ -189,7 +189,6 @@ class Distortion:
             self.cells,
             *self._rule,
             wedges,
-            *self._incidences,
             *self._pattern,
             skew,
         )

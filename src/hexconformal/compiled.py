@@ -17,7 +17,10 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "con
 
 
 def algebra(function: Function) -> Function:
-    """Mark a function for use inside compiled loops; called from Python it stays as it is written."""
+    """Mark a function for use inside compiled loops; called from Python it stays as it is written.
+
+    Inlined always: a loop with a call left in it is not vectorised.
+    """
     return register_jitable(forceinline=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
 
 

@@ -85,7 +85,7 @@ def plane_second(f1: Vector, f2: Vector, d1: Vector, d2: Vector) -> tuple[Vector
 def frame_density(f: Frame) -> Any:
     """Summed conformal distortion of the planes (e1, e2), (e1, e3), (e2, e3) of a frame.
 
-    >>> frame_density(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 2.0)))
+    >>> float(frame_density(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 2.0))))
     4.0
     """
     return (

@@ -24,9 +24,7 @@ EDGES = np.array(
 )
 
 # Counter-clockwise seen from outside.
-FACES = np.array(
-    [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int64
-)
+FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int64)
 
 
 def shape_functions(xi: NDArray[np.float64]) -> NDArray[np.float64]:

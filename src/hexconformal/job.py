@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,14 +16,13 @@ from .interrupt import uninterrupted
 from .io import check_writable, saving, write
 from .mesh import HexMesh
 from .options import Options
+from .plots import PICTURES, before_after, histogram, require_rendering
 from .progress import HistoryFile, Progress
 from .quality import corner_scaled_jacobian, quality
 from .regularize import Regularization, Result
 from .series import Series
 
 __all__ = ["Finished", "Outputs", "check_places", "run_job", "write_text"]
-
-PICTURES = (".png", ".pdf", ".svg")
 
 
 @dataclass(frozen=True)
@@ -53,18 +53,21 @@ class Outputs:
     picture: str | None = None
     every: int = 1
 
+    def named(self) -> list[str]:
+        """The files that are asked for."""
+        places = (self.mesh, self.history, self.frames, self.report, self.plot, self.picture)
+        return [path for path in places if path is not None]
+
     def check(self, source: str | None = None, overwrite: bool = False) -> None:
         """Raise a WriteError or OptionError unless all of them can be written, `source` being the input."""
         if self.every < 1:
             raise OptionError(f"every is 1 or more, not {self.every}")
-        check_places([self.mesh, self.history, self.frames, self.report, self.plot, self.picture], source, overwrite)
+        check_places(self.named(), source, overwrite)
         check_writable(self.mesh)
         for path, extensions in ((self.frames, (".pvd",)), (self.plot, PICTURES), (self.picture, PICTURES)):
             if path is not None:
                 check_writable(path, extensions)
         if self.picture is not None:
-            from .plots import require_rendering
-
             require_rendering()
 
 
@@ -77,7 +80,7 @@ class Finished:
     stopped_by: BaseException | None
 
 
-def check_places(outputs: list[str | None], source: str | None = None, overwrite: bool = False) -> None:
+def check_places(outputs: Sequence[str | None], source: str | None = None, overwrite: bool = False) -> None:
     """Raise unless the outputs are places that can be written to, different from each other and from the input.
 
     Raises
@@ -135,13 +138,9 @@ def run_job(mesh: HexMesh, options: Options, outputs: Outputs, progress: Progres
         if outputs.report is not None:
             write_text(outputs.report, result.report.to_json() + "\n")
         if outputs.plot is not None:
-            from .plots import histogram
-
             progress.say(f"drawing {outputs.plot}")
             histogram(outputs.plot, quality(mesh), quality(better))
         if outputs.picture is not None:
-            from .plots import before_after
-
             progress.say(f"drawing {outputs.picture}")
             before_after(outputs.picture, mesh, better)
     return Finished(result, lost, stopped_by)
@@ -155,7 +154,11 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     WriteError
         If it cannot be written.
     """
-    saving(Path(path), lambda target: target.write_text(text, encoding="utf-8") and None)
+
+    def put(target: Path) -> None:
+        target.write_text(text, encoding="utf-8")
+
+    saving(Path(path), put)
 
 
 def _watch(run: Regularization, outputs: Outputs, progress: Progress) -> BaseException | None:

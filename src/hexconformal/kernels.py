@@ -8,9 +8,11 @@ branches, and because rows of one array of constant shape are known not to overl
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiled import algebra, loop
 from .distortion import (
+    Frame,
     barrier_gradient,
     barrier_second,
     cofactor,
@@ -19,10 +21,13 @@ from .distortion import (
     frame_second,
     plane_normal,
 )
-from .quaternion import add, combine, scale, subtract
+from .quaternion import Vector, add, combine, scale, subtract
 from .sparsity import find
 
 __all__ = ["PLAIN", "energy_gradient", "frozen_product", "frozen_rows", "gather", "second_product"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 PLAIN = -1.0  # the value of eps that asks for the plain, orientation-blind energy
 
@@ -31,7 +36,7 @@ _FRAME, _VARIATION, _STRESS, _ENERGY, _INVERSE, _TABLE, _WEIGHTED, _WEIGHTS, _RO
 
 
 @algebra
-def _scratch(table, weights):  # type: ignore[no-untyped-def]
+def _scratch(table: Field, weights: Field) -> Field:
     """Scratch array with its tables: edge weights, quadrature weights and their product."""
     s = np.empty((_ROWS, 8))
     for q in range(8):
@@ -43,24 +48,24 @@ def _scratch(table, weights):  # type: ignore[no-untyped-def]
 
 
 @algebra
-def _vector(s, row, q):  # type: ignore[no-untyped-def]
+def _vector(s: Field, row: int, q: int) -> Vector:
     return s[row, q], s[row + 1, q], s[row + 2, q]
 
 
 @algebra
-def _frame(s, row, q):  # type: ignore[no-untyped-def]
+def _frame(s: Field, row: int, q: int) -> Frame:
     return _vector(s, row, q), _vector(s, row + 3, q), _vector(s, row + 6, q)
 
 
 @algebra
-def _put(f, s, row, q):  # type: ignore[no-untyped-def]
+def _put(f: Frame, s: Field, row: int, q: int) -> None:
     s[row, q], s[row + 1, q], s[row + 2, q] = f[0]
     s[row + 3, q], s[row + 4, q], s[row + 5, q] = f[1]
     s[row + 6, q], s[row + 7, q], s[row + 8, q] = f[2]
 
 
 @algebra
-def _times(f, a, b, c):  # type: ignore[no-untyped-def]
+def _times(f: Frame, a: Vector, b: Vector, c: Vector) -> Frame:
     """Columns f times the matrix with the columns a, b, c."""
     return (
         add(combine(a[0], f[0], a[1], f[1]), scale(a[2], f[2])),
@@ -70,7 +75,7 @@ def _times(f, a, b, c):  # type: ignore[no-untyped-def]
 
 
 @algebra
-def _targets(inverses, c, s):  # type: ignore[no-untyped-def]
+def _targets(inverses: Field, c: int, s: Field) -> None:
     """Rows of W^-1 at the quadrature points of a cell; nothing where all targets are the unit cube."""
     if len(inverses) > 0:
         target = c if len(inverses) > 1 else 0
@@ -82,22 +87,22 @@ def _targets(inverses, c, s):  # type: ignore[no-untyped-def]
 
 
 @algebra
-def _edge(field, cells, c, a, b):  # type: ignore[no-untyped-def]
+def _edge(field: Field, cells: Ints, c: int, a: int, b: int) -> Vector:
     return subtract(_vector_at(field, cells[c, b]), _vector_at(field, cells[c, a]))
 
 
 @algebra
-def _vector_at(field, i):  # type: ignore[no-untyped-def]
+def _vector_at(field: Field, i: int) -> Vector:
     return field[i, 0], field[i, 1], field[i, 2]
 
 
 @algebra
-def _mean(x0, x1, x2, x3, s, row, q):  # type: ignore[no-untyped-def]
+def _mean(x0: Vector, x1: Vector, x2: Vector, x3: Vector, s: Field, row: int, q: int) -> Vector:
     return add(combine(s[row, q], x0, s[row + 1, q], x1), combine(s[row + 2, q], x2, s[row + 3, q], x3))
 
 
 @algebra
-def _load(field, cells, c, inverses, s, row):  # type: ignore[no-untyped-def]
+def _load(field: Field, cells: Ints, c: int, inverses: Field, s: Field, row: int) -> None:
     """Columns of (d field / d xi) W^-1 at the quadrature points: means of four edges (elements.EDGES) each."""
     x0, x1 = _edge(field, cells, c, 0, 1), _edge(field, cells, c, 3, 2)
     x2, x3 = _edge(field, cells, c, 4, 5), _edge(field, cells, c, 7, 6)
@@ -118,7 +123,7 @@ def _load(field, cells, c, inverses, s, row):  # type: ignore[no-untyped-def]
 
 
 @algebra
-def _store(s, points, factor, inverses, forces, c):  # type: ignore[no-untyped-def]
+def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field, c: int) -> None:
     """Transpose of :func:`_load`: forces of the eight corners from the stresses at the quadrature points."""
     if len(inverses) > 0:
         for q in range(8):
@@ -153,6 +158,46 @@ def _store(s, points, factor, inverses, forces, c):  # type: ignore[no-untyped-d
         forces[c, 7, k] = factor * (y2 + z2 - x3)
 
 
+@algebra
+def _gradients(s: Field, eps: float) -> None:
+    if eps < 0.0:
+        for q in range(8):
+            s[_ENERGY, q], stress = frame_gradient(_frame(s, _FRAME, q))
+            _put(stress, s, _STRESS, q)
+    else:
+        for q in range(8):
+            s[_ENERGY, q], stress = barrier_gradient(_frame(s, _FRAME, q), eps)
+            _put(stress, s, _STRESS, q)
+
+
+@algebra
+def _seconds(s: Field, eps: float) -> None:
+    if eps < 0.0:
+        for q in range(8):
+            _put(frame_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+    else:
+        for q in range(8):
+            _put(barrier_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q), eps), s, _STRESS, q)
+
+
+@algebra
+def _frozen_seconds(s: Field) -> None:
+    for q in range(8):
+        _put(frame_frozen_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+
+
+@algebra
+def _normals(s: Field, inverses: Field) -> None:
+    """Normals of the planes (e2, e3), (e3, e1), (e1, e2), times cof(W^-1)."""
+    for q in range(8):
+        f0, f1, f2 = _frame(s, _FRAME, q)
+        _put((plane_normal(f1, f2), plane_normal(f2, f0), plane_normal(f0, f1)), s, _STRESS, q)
+    if len(inverses) > 0:
+        for q in range(8):
+            u, v, w = cofactor(_frame(s, _INVERSE, q))
+            _put(_times(_frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
+
+
 @loop
 def energy_gradient(first, last, points, cells, table, weights, scales, inverses, eps, energies, forces):  # type: ignore[no-untyped-def]
     """Energy (m,) of each cell and its derivative (m, 8, 3) with respect to the cell's own nodes."""
@@ -160,14 +205,7 @@ def energy_gradient(first, last, points, cells, table, weights, scales, inverses
     for c in range(first, last):
         _targets(inverses, c, s)
         _load(points, cells, c, inverses, s, _FRAME)
-        if eps < 0.0:
-            for q in range(8):
-                s[_ENERGY, q], stress = frame_gradient(_frame(s, _FRAME, q))
-                _put(stress, s, _STRESS, q)
-        else:
-            for q in range(8):
-                s[_ENERGY, q], stress = barrier_gradient(_frame(s, _FRAME, q), eps)
-                _put(stress, s, _STRESS, q)
+        _gradients(s, eps)
         factor = scales[c] if len(scales) > 1 else scales[0]
         total = 0.0
         for q in range(8):
@@ -184,12 +222,7 @@ def second_product(first, last, points, variation, cells, table, weights, scales
         _targets(inverses, c, s)
         _load(points, cells, c, inverses, s, _FRAME)
         _load(variation, cells, c, inverses, s, _VARIATION)
-        if eps < 0.0:
-            for q in range(8):
-                _put(frame_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
-        else:
-            for q in range(8):
-                _put(barrier_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q), eps), s, _STRESS, q)
+        _seconds(s, eps)
         _store(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
 
 
@@ -201,8 +234,7 @@ def frozen_product(first, last, points, variation, cells, table, weights, scales
         _targets(inverses, c, s)
         _load(points, cells, c, inverses, s, _FRAME)
         _load(variation, cells, c, inverses, s, _VARIATION)
-        for q in range(8):
-            _put(frame_frozen_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+        _frozen_seconds(s)
         _store(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
 
 
@@ -219,22 +251,17 @@ def gather(first, last, offsets, incidences, corner_values, out):  # type: ignor
         out[node, 0], out[node, 1], out[node, 2] = s0, s1, s2
 
 
+@algebra
+def _add_at(skew: Field, indptr: Ints, indices: Ints, row: int, column: int, v: Vector) -> None:
+    slot = find(indices, indptr[row], indptr[row + 1], column)
+    skew[slot, 0] += v[0]
+    skew[slot, 1] += v[1]
+    skew[slot, 2] += v[2]
+
+
 @loop
 def frozen_rows(  # type: ignore[no-untyped-def]
-    first,
-    last,
-    points,
-    cells,
-    table,
-    weights,
-    scales,
-    inverses,
-    wedges,
-    offsets,
-    incidences,
-    indptr,
-    indices,
-    skew,
+    first, last, points, cells, table, weights, scales, inverses, wedges, indptr, indices, skew
 ):
     """Rows of the antisymmetric part of the frozen Hessian: one vector per nonzero of the scalar pattern.
 
@@ -243,29 +270,28 @@ def frozen_rows(  # type: ignore[no-untyped-def]
     acts on the normals and the wedges (8, 8, 3, q) of the reference gradients G are the same for all cells.
     """
     s = _scratch(table, weights)
-    for node in range(first, last):
-        for k in range(indptr[node], indptr[node + 1]):
-            skew[k, 0] = skew[k, 1] = skew[k, 2] = 0.0
-        for k in range(offsets[node], offsets[node + 1]):
-            c, corner = incidences[k] // 8, incidences[k] % 8
-            _targets(inverses, c, s)
-            _load(points, cells, c, inverses, s, _FRAME)
-            for q in range(8):
-                f0, f1, f2 = _frame(s, _FRAME, q)
-                _put((plane_normal(f1, f2), plane_normal(f2, f0), plane_normal(f0, f1)), s, _STRESS, q)
-            if len(inverses) > 0:
-                for q in range(8):
-                    a, b, d = cofactor(_frame(s, _INVERSE, q))
-                    _put(_times(_frame(s, _STRESS, q), a, b, d), s, _STRESS, q)
-            factor = scales[c] if len(scales) > 1 else scales[0]
-            for a in range(8):
+    for k in range(indptr[first], indptr[last]):
+        skew[k, 0] = skew[k, 1] = skew[k, 2] = 0.0
+    for c in range(len(cells)):
+        touched = False
+        for a in range(8):
+            touched |= first <= cells[c, a] < last
+        if not touched:
+            continue
+        _targets(inverses, c, s)
+        _load(points, cells, c, inverses, s, _FRAME)
+        _normals(s, inverses)
+        factor = scales[c] if len(scales) > 1 else scales[0]
+        for a in range(8):
+            for b in range(a):
                 v0 = v1 = v2 = 0.0
                 for q in range(len(weights)):
-                    g0, g1, g2 = wedges[corner, a, 0, q], wedges[corner, a, 1, q], wedges[corner, a, 2, q]
+                    g0, g1, g2 = wedges[a, b, 0, q], wedges[a, b, 1, q], wedges[a, b, 2, q]
                     v0 += g0 * s[_STRESS, q] + g1 * s[_STRESS + 3, q] + g2 * s[_STRESS + 6, q]
                     v1 += g0 * s[_STRESS + 1, q] + g1 * s[_STRESS + 4, q] + g2 * s[_STRESS + 7, q]
                     v2 += g0 * s[_STRESS + 2, q] + g1 * s[_STRESS + 5, q] + g2 * s[_STRESS + 8, q]
-                slot = find(indices, indptr[node], indptr[node + 1], cells[c, a])
-                skew[slot, 0] += factor * v0
-                skew[slot, 1] += factor * v1
-                skew[slot, 2] += factor * v2
+                l, m = cells[c, a], cells[c, b]
+                if first <= l < last:
+                    _add_at(skew, indptr, indices, l, m, scale(factor, (v0, v1, v2)))
+                if first <= m < last:
+                    _add_at(skew, indptr, indices, m, l, scale(-factor, (v0, v1, v2)))

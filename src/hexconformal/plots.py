@@ -26,6 +26,7 @@ _FOLDED = "#7b1fa2"
 _BAD_TO_GOOD = ("#a4243b", "#d8572a", "#f4a259", "#f6e7b4", "#a9d6c6", "#5fa8b8")
 _VIEW = np.array([0.92, -1.0, 0.72])  # from where the camera looks, and where the opened octant is
 _PIXELS = 1100
+_LONG = 20  # edge ratio from which on the axis is logarithmic
 
 # Without a graphics driver VTK does not fail, it crashes: so another process has to try.
 _TRIAL = """
@@ -66,7 +67,9 @@ def histogram(path: Any, before: Any, after: Any = None) -> None:
     if after is not None:
         groups.append(("after", _measured(after), _AFTER))
     figure = Figure(figsize=(9, 7))
-    panels = figure.subplots(2, 2, gridspec_kw={"left": 0.075, "right": 0.98, "top": 0.85, "hspace": 0.52, "bottom": 0.05})
+    panels = figure.subplots(
+        2, 2, gridspec_kw={"left": 0.075, "right": 0.98, "top": 0.85, "hspace": 0.52, "bottom": 0.05}
+    )
     for axes, (name, title) in zip(panels.flat, _PANELS, strict=True):
         columns = [np.asarray(getattr(measured, name)) for _, measured, _ in groups]
         edges = _bins(name, np.concatenate(columns))
@@ -78,13 +81,17 @@ def histogram(path: Any, before: Any, after: Any = None) -> None:
             axes.text(*place, f"{label}: {_range(values)}", color=colour, fontsize=9, transform=axes.transAxes)
         axes.set_title(title, fontsize=10, loc="left", pad=20 + 12 * (len(groups) - 1), fontweight="bold")
         axes.set_yscale("log")
+        if edges[-1] >= _LONG:
+            axes.set_xscale("log")
         axes.set_ylim(50 / max(len(values) for values in columns), 150)
         axes.yaxis.set_major_formatter("{x:g} %")
         axes.tick_params(labelsize=9)
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(axis="y", color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
-    figure.suptitle(f"Quality of {len(before.cells)} cells: share of the cells by", x=0.015, y=0.985, ha="left", fontsize=12)
+    figure.suptitle(
+        f"Quality of {len(before.cells)} cells: share of the cells by", x=0.015, y=0.985, ha="left", fontsize=12
+    )
     saving(path, partial(_save, figure))
 
 
@@ -129,10 +136,9 @@ def before_after(path: Any, before: Any, after: Any) -> None:
     measured = [quality(mesh) for mesh in meshes]
     kept = ~_facing(meshes[1])
     pictures = [
-        _rendered(mesh, values.scaled_jacobian, kept, colours)
-        for mesh, values in zip(meshes, measured, strict=True)
+        _rendered(mesh, values.scaled_jacobian, kept, colours) for mesh, values in zip(meshes, measured, strict=True)
     ]
-    figure = Figure(figsize=(10, 5.6), dpi=200, facecolor="white")
+    figure = Figure(figsize=(10, 5.9), dpi=200, facecolor="white")
     for number, (title, picture, values) in enumerate(zip(("before", "after"), pictures, measured, strict=True)):
         axes = figure.add_axes((0.01 + 0.495 * number, 0.13, 0.485, 0.77))
         axes.imshow(picture)
@@ -179,7 +185,7 @@ def _range(values: NDArray[np.float64]) -> str:
 def _bins(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     if name == "edge_ratio":
         largest = float(values[np.isfinite(values)].max(initial=1.1))
-        return np.geomspace(1, max(largest, 1.1) * (1 + 1e-12), 41)
+        return np.linspace(1, largest, 41) if largest < _LONG else np.geomspace(1, largest, 41)
     return np.linspace(min(float(np.floor(10 * values.min()) / 10), 0), 1, 41)
 
 
@@ -201,8 +207,10 @@ def _colours() -> NDArray[np.float64]:
 def _rendered(
     mesh: HexMesh, values: NDArray[np.float64], kept: NDArray[np.bool_], colours: NDArray[np.float64]
 ) -> NDArray[np.uint8]:
-    import pyvista as pv
+    import pyvista
     from matplotlib.colors import ListedColormap
+
+    pv: Any = pyvista
 
     cells = np.column_stack([np.full(int(kept.sum()), 8), mesh.cells[kept]])
     grid = pv.UnstructuredGrid(cells.ravel(), np.full(len(cells), pv.CellType.HEXAHEDRON), np.array(mesh.points))
@@ -211,7 +219,7 @@ def _rendered(
         plotter = pv.Plotter(off_screen=True, window_size=[_PIXELS, _PIXELS], lighting="none")
         try:
             plotter.set_background("white")
-            plotter.add_light(pv.Light(position=(0.3, -0.9, 1.6), light_type="scene light", intensity=1.0))
+            plotter.add_light(pv.Light(position=(0.4, -0.95, 1.4), light_type="scene light", intensity=1.0))
             plotter.add_mesh(
                 grid.extract_surface(algorithm="dataset_surface"),
                 scalars="scaled_jacobian",
@@ -221,15 +229,15 @@ def _rendered(
                 show_edges=True,
                 edge_color="#20262e",
                 line_width=2.2,
-                ambient=0.5,
-                diffuse=0.55,
+                ambient=0.66,
+                diffuse=0.42,
                 show_scalar_bar=False,
             )
             plotter.enable_parallel_projection()
             plotter.camera_position = "xy"
             plotter.view_vector(_VIEW, viewup=(0, 0, 1))
             plotter.reset_camera(bounds=_bounds(mesh))
-            plotter.camera.zoom(0.98)
+            plotter.camera.zoom(1.08)
             plotter.enable_anti_aliasing("ssaa")
             picture: NDArray[np.uint8] = plotter.screenshot(None, return_img=True)
         finally:

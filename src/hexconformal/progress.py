@@ -112,7 +112,7 @@ class HistoryFile:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._path = path
         try:
-            self._file = open(path, "w", newline="", encoding="utf-8")
+            self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 (closed by __exit__)
         except OSError as problem:
             raise WriteError(f"cannot write {path}: {problem}") from problem
         self._rows = csv.writer(self._file, lineterminator="\n")

@@ -24,7 +24,7 @@ _HIGHER = ("hexahedron20", "hexahedron27")
 
 @dataclass(frozen=True)
 class SourceFile:
-    """The file a mesh was read from: the variant of its format (such as Gmsh 4.1, ASCII), the text of an Abaqus deck."""
+    """The file a mesh was read from: the variant of its format (Gmsh 4.1, ASCII), the text of an Abaqus deck."""
 
     path: Path
     version: str = ""

@@ -128,9 +128,7 @@ def scalar_matrix(
     indptr, indices = pattern
     count = len(indptr) - 1
     data = np.empty(len(indices))
-    parallel_ranges(
-        _scalar_rows, count, cells, matrices, scales, offsets, incidences, indptr, indices, data
-    )
+    parallel_ranges(_scalar_rows, count, cells, matrices, scales, offsets, incidences, indptr, indices, data)
     index_type = np.int32 if indptr[-1] < 2**31 else np.int64
     return sparse.csr_matrix(
         (data, indices.astype(index_type, copy=False), indptr.astype(index_type)), shape=(count, count)

@@ -1,0 +1,227 @@
+"""The command line: what can be asked, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from . import commands
+from .errors import MeshError, OptionError, WriteError
+from .interrupt import interruptible
+from .io import READ_EXTENSIONS, WRITE_EXTENSIONS
+from .options import Options
+from .version import __version__
+
+__all__ = ["main"]
+
+_EXIT_CODES = """exit codes:
+  0    done; a run that stops before its tolerance says why, and counts as done
+  1    the mesh cannot be worked on, or a file cannot be read or written
+  2    the command line makes no sense
+  130  interrupted (Ctrl-C or SIGTERM); `regularize` has written the mesh it had reached
+"""
+
+
+_FORMATS = f"""formats:
+  read     {" ".join(READ_EXTENSIONS[:14])}
+           {" ".join(READ_EXTENSIONS[14:])}
+  written  {" ".join(WRITE_EXTENSIONS)}
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments
+        Words after the program's name; default those it was started with.
+
+    Returns
+    -------
+    The exit code: 0 done, 1 a mesh or file that cannot be used, 2 wrong usage, 130 interrupted.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> from hexconformal import HexMesh, write
+    >>> write("box.vtu", HexMesh(*box((2, 2, 2))))
+    []
+    >>> main(["check", "box.vtu"])
+    box.vtu: 8 hexahedra, 27 points, 0 inverted, 0 invalid
+    sound
+    0
+    """
+    parser = _parser()
+    try:
+        parsed = parser.parse_args(arguments)
+    except SystemExit as ending:
+        return int(ending.code or 0)
+    try:
+        with interruptible():
+            return int(parsed.run(parsed))
+    except KeyboardInterrupt:
+        return _failed("interrupted: nothing was written", 130)
+    except OptionError as problem:
+        return _failed(f"error: {problem}", 2)
+    except (MeshError, WriteError) as problem:
+        return _failed(f"error: {problem}", 1)
+    except MemoryError:
+        return _failed("error: not enough memory for this mesh", 1)
+    except BrokenPipeError:
+        # Whoever read our output has had enough; Python would complain again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _failed(message: str, code: int) -> int:
+    print(" ".join(message.split()), file=sys.stderr)
+    return code
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser(
+        prog="hexconformal",
+        description="Make hexahedral meshes regular by minimizing quaternionic conformal distortion.",
+        epilog=f"{_FORMATS}\n{_EXIT_CODES}\n`hexconformal COMMAND --help` shows options and examples.",
+        formatter_class=RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"hexconformal {__version__}")
+    added = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for add in (_add_regularize, _add_quality, _add_orient, _add_check, _add_demo):
+        add(added)
+    return parser
+
+
+def _command(added: Any, name: str, run: Callable[[Namespace], int], summary: str, examples: str) -> ArgumentParser:
+    parser: ArgumentParser = added.add_parser(
+        name,
+        help=summary[0].lower() + summary[1:].partition(".")[0],
+        description=summary,
+        epilog=f"examples:\n{examples}",
+        formatter_class=RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def _add_input(parser: ArgumentParser) -> None:
+    parser.add_argument("input", metavar="IN", help="mesh to read; the extension tells the format")
+    parser.add_argument(
+        "--other-cells", default="refuse", metavar="refuse|keep", help="tetrahedra, wedges, ... beside the hexahedra:"
+        " refuse the mesh (default), or keep them, their nodes staying where they are",
+    )  # fmt: skip
+    parser.add_argument("--linearise", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
+
+
+def _add_output(parser: ArgumentParser) -> None:
+    parser.add_argument("output", metavar="OUT", help="mesh to write; the extension tells the format")
+    _add_overwrite(parser)
+
+
+def _add_overwrite(parser: ArgumentParser) -> None:
+    parser.add_argument("--overwrite", action="store_true", help="allow OUT to be the input file itself")
+
+
+def _add_regularize(added: Any) -> None:
+    parser = _command(
+        added,
+        "regularize",
+        commands.regularize,
+        "Make the cells of a hexahedral mesh regular. A valid cell stays valid in every iteration.",
+        """  hexconformal regularize part.vtu better.vtu
+  hexconformal regularize part.msh better.msh --boundary fixed --history run.csv --frames run.pvd
+  hexconformal regularize layers.vtu better.vtu --target input --fixed wall
+  hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --picture inside.png
+""",
+    )
+    _add_input(parser)
+    _add_output(parser)
+    what = parser.add_argument_group("what is minimized")
+    for flag, metavar, text in (
+        ("boundary", "slide|fixed|free", "boundary nodes slide in flat faces and along straight edges, stay, or go"),
+        ("fixed", "NAME", "point array whose nonzero nodes stay besides; three components hold x, y, z"),
+        ("target", "cube|input|A:B:C", "perfect cell: cube, each cell's own shape in the input, or a box"),
+        ("weight", "reference|volume", "cells count the same, or by their volume in the input"),
+        ("energy", "barrier|quaternionic", "conformally invariant distortion, or the plain one"),
+        ("quadrature", "auto|gauss|corners", "where distortion is measured"),
+        ("method", "auto|lbfgs|newton|majorize", "solver; majorize needs the plain energy"),
+    ):
+        default = getattr(Options, flag)
+        said = f"{text} (default {default})" if default is not None else text
+        what.add_argument(f"--{flag}", default=default, metavar=metavar, help=said)
+    what.add_argument(
+        "--tolerance", type=float, default=Options.tolerance, metavar="X",
+        help="stop where the gradient is this much smaller than at the start (default %(default)g)",
+    )  # fmt: skip
+    what.add_argument(
+        "--max-iterations", type=int, default=Options.max_iterations, metavar="N", help="default %(default)d"
+    )
+    told = parser.add_argument_group("what is told")
+    told.add_argument("--history", metavar="run.csv", help="a row per iteration, there as soon as it is known")
+    told.add_argument("--frames", metavar="run.pvd", help="the iterations, as a series for ParaView")
+    told.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K iterations (default 1)")
+    told.add_argument("--report", metavar="report.json", help="before and after as JSON; - for stdout")
+    told.add_argument("--plot", metavar="quality.png", help="histograms of the quality before and after")
+    told.add_argument("--picture", metavar="inside.png", help="the mesh before and after, cut open")
+    told.add_argument("--quiet", action="store_true", help="errors only")
+
+
+def _add_quality(added: Any) -> None:
+    parser = _command(
+        added,
+        "quality",
+        commands.quality,
+        "Measure every cell of a hexahedral mesh. Validity (det J > 0 everywhere) is certified.",
+        """  hexconformal quality part.vtu
+  hexconformal quality part.vtu --plot quality.png --worst 20
+  hexconformal quality part.vtu --json - | jq .scaled_jacobian.min
+  hexconformal quality part.msh --out measured.vtu
+""",
+    )
+    _add_input(parser)
+    parser.add_argument("--json", metavar="FILE", help="write the summary as JSON; - for stdout")
+    parser.add_argument("--plot", metavar="quality.png", help="draw histograms")
+    parser.add_argument("--worst", type=int, default=5, metavar="N", help="name the N worst cells (default 5)")
+    parser.add_argument("--out", dest="output", metavar="FILE", help="write the mesh with the measures as cell arrays")
+    _add_overwrite(parser)
+
+
+def _add_orient(added: Any) -> None:
+    parser = _command(
+        added,
+        "orient",
+        commands.orient,
+        "Put mirrored cells, or cells in a foreign node order, into VTK's order. No point moves.",
+        "  hexconformal orient mirrored.msh sound.msh\n",
+    )
+    _add_input(parser)
+    _add_output(parser)
+
+
+def _add_check(added: Any) -> None:
+    parser = _command(
+        added,
+        "check",
+        commands.check,
+        "Tell whether a mesh can be worked on, and what is doubtful about it. Exit code 1 if it cannot.",
+        "  hexconformal check part.vtu\n",
+    )
+    _add_input(parser)
+
+
+def _add_demo(added: Any) -> None:
+    parser = _command(
+        added,
+        "demo",
+        commands.demo,
+        "Make a cube of skewed cells regular. Leaves meshes, a ParaView series, a picture and a report in a folder.",
+        "  hexconformal demo\n  hexconformal demo /tmp/cube --size 30\n",
+    )
+    parser.add_argument("folder", nargs="?", default="hexconformal-demo", metavar="FOLDER", help="default %(default)s")
+    parser.add_argument("--size", type=int, default=15, metavar="N", help="cells along an edge (default %(default)d)")

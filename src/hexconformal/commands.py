@@ -1,0 +1,155 @@
+"""One function per command: takes what was asked, prints what came out, returns the exit code."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+from dataclasses import fields
+
+from .checks import check as find_faults
+from .demo import run_demo
+from .errors import OptionError
+from .io import check_writable, read, write
+from .job import Finished, Outputs, check_places, run_job, write_text
+from .mesh import HexMesh
+from .options import Options
+from .orient import orient as put_in_order
+from .plots import PICTURES, histogram
+from .progress import Progress
+from .quality import MEASURES, Summary
+from .quality import quality as measure
+
+__all__ = ["check", "demo", "orient", "quality", "regularize"]
+
+_STDOUT = "-"
+
+
+def regularize(arguments: Namespace) -> int:
+    """Regularize a mesh; an interruption leaves what was reached."""
+    options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
+    as_json = arguments.report == _STDOUT
+    outputs = Outputs(
+        mesh=arguments.output,
+        history=arguments.history,
+        frames=arguments.frames,
+        report=None if as_json else arguments.report,
+        plot=arguments.plot,
+        picture=arguments.picture,
+        every=arguments.every,
+    )
+    outputs.check(arguments.input, arguments.overwrite)
+    with Progress(arguments.quiet) as progress:
+        progress.say(f"reading {arguments.input}")
+        finished = run_job(_mesh(arguments), options, outputs, progress)
+    if as_json:
+        print(finished.result.report.to_json())
+    elif not arguments.quiet:
+        print(finished.result.report)
+        print(f"wrote {', '.join(outputs.named())}")
+    _tell_lost(arguments.output, finished.lost)
+    return _ending(finished, arguments.output)
+
+
+def quality(arguments: Namespace) -> int:
+    """Measure a mesh."""
+    if arguments.worst < 0:
+        raise OptionError(f"worst is not negative, not {arguments.worst}")
+    to_file = None if arguments.json == _STDOUT else arguments.json
+    check_places([arguments.output, to_file, arguments.plot], arguments.input, arguments.overwrite)
+    if arguments.plot is not None:
+        check_writable(arguments.plot, PICTURES)
+    if arguments.output is not None:
+        check_writable(arguments.output)
+    with Progress() as progress:
+        progress.say(f"measuring {arguments.input}")
+        mesh = _mesh(arguments)
+        measured = measure(mesh)
+        summary = measured.summary(arguments.worst)
+        if arguments.plot is not None:
+            histogram(arguments.plot, measured)
+        lost = []
+        if arguments.output is not None:
+            arrays = {name: getattr(measured, name) for name in MEASURES}
+            valid = measured.valid.astype("uint8")
+            lost = write(arguments.output, mesh.replaced(cell_data={**arrays, "valid": valid}))
+        if to_file is not None:
+            write_text(to_file, _json(summary))
+    if arguments.json == _STDOUT:
+        print(_json(summary), end="")
+    else:
+        print(summary)
+        if summary.worst:
+            print("worst cells (id, scaled jacobian, centre)")
+        for cell in summary.worst:
+            centre = ", ".join(f"{x:.6g}" for x in cell.centre)
+            print(f"{cell.id:>10d} {cell.scaled_jacobian:>10.5f}  ({centre})")
+    _tell_lost(arguments.output, lost)
+    return 0
+
+
+def orient(arguments: Namespace) -> int:
+    """Put cells into VTK's order."""
+    check_places([arguments.output], arguments.input, arguments.overwrite)
+    check_writable(arguments.output)
+    mesh, report = put_in_order(_mesh(arguments))
+    lost = write(arguments.output, mesh)
+    if report.changed:
+        print(f"node order was {report.order}; {len(report.mirrored)} of {len(mesh.cells)} cells turned round")
+    else:
+        print("nothing to do: all cells are in VTK's order, none is mirrored")
+    print(f"wrote {arguments.output}")
+    _tell_lost(arguments.output, lost)
+    return 0
+
+
+def check(arguments: Namespace) -> int:
+    """Tell what is wrong with a mesh."""
+    mesh = _mesh(arguments)
+    findings = find_faults(mesh)
+    head = f"{arguments.input}: {len(mesh.cells)} hexahedra, {len(mesh.points)} points"
+    countable = not any(finding.kind in ("not finite", "bad index") for finding in findings)
+    if countable:
+        summary = measure(mesh).summary()
+        head += f", {summary.inverted} inverted, {summary.invalid} invalid"
+    print(head)
+    for note in mesh.notes:
+        print(f"note: {note}")
+    for finding in findings:
+        print(f"{finding.severity}: {finding.message}")
+    if not findings:
+        print("sound")
+    return int(any(finding.severity == "error" for finding in findings))
+
+
+def demo(arguments: Namespace) -> int:
+    """Make a sheared cube regular."""
+    with Progress() as progress:
+        finished, lines = run_demo(arguments.folder, arguments.size, progress)
+    print(finished.result.report)
+    print("\n".join(["", *lines]))
+    return _ending(finished, arguments.folder)
+
+
+def _mesh(arguments: Namespace) -> HexMesh:
+    return read(arguments.input, other_cells=arguments.other_cells, linearise=arguments.linearise)
+
+
+def _json(summary: Summary) -> str:
+    return json.dumps(summary.to_dict(), indent=2, allow_nan=False) + "\n"
+
+
+def _tell_lost(path: str, lost: list[str]) -> None:
+    if lost:
+        print(f"note: {path} does not keep {', '.join(lost)}", file=sys.stderr)
+
+
+def _ending(finished: Finished, place: str) -> int:
+    if finished.stopped_by is None:
+        return 0
+    reached = f"the mesh of iteration {finished.result.report.iterations} is in {place}"
+    if isinstance(finished.stopped_by, KeyboardInterrupt):
+        print(f"interrupted: {reached}", file=sys.stderr)
+        return 130
+    print(f"error: {finished.stopped_by or 'not enough memory'}; {reached}", file=sys.stderr)
+    return 1
