@@ -161,7 +161,8 @@ def test_derivatives_of_a_frame(rng, eps):
 
 def test_second_derivative_of_a_plane(rng):
     f1, f2, d1, d2 = (np.array(v) for v in vectors(rng, 4, 20))
-    f1, f2 = f1 + [[3.0], [0.0], [0.0]], f2 + [[0.0], [3.0], [0.0]]
+    f1[0] += 3.0
+    f2[1] += 3.0
 
     def gradient(t):
         a, b = tuple(f1 + t * d1), tuple(f2 + t * d2)

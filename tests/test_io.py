@@ -262,7 +262,7 @@ def test_abaqus_deck_keeps_all_but_coordinates(tmp_path):
     assert [line for line in old if "." not in line] == [line for line in new if "." not in line]
     assert len(old) == len(new)
     assert " 210000., 0.3" in new
-    assert [line for line in new if line.startswith(" 84,")][0].endswith(", 0., 0., 1.")
+    assert next(line for line in new if line.startswith(" 84,")).endswith(", 0., 0., 1.")
     # With cells in another order, or from another format, a plain deck is written.
     from hexconformal.orient import orient
 
@@ -371,16 +371,17 @@ def test_the_last_numbers_of_a_legacy_text_file(last, tmp_path):
     head = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n"
     mesh = "\n".join(" ".join(map(str, row)) for row in points) + "\nCELLS 1 9\n8 " + " ".join(map(str, cells[0]))
     array = {
-        "scalar": "SCALARS a double 1\nLOOKUP_TABLE default\n" + "0.25\n" * 8,
+        "scalar": "SCALARS a double 3\nLOOKUP_TABLE default\n" + "1 2 3 " * 8,
         "vector": "VECTORS a double\n" + "1 2 3\n" * 8,
         "field": "FIELD FieldData 2\na 1 8 double\n" + "1 " * 8 + "\nb 2 8 double\n" + "1 2\n" * 8,
     }[last]
     text = head + mesh + "\nCELL_TYPES 1\n12\nPOINT_DATA 8\n" + array
     path.write_text(text)
     assert "a" in io.read(path).point_data
-    for lines in (1, 3) if last != "field" else (1, 3, 9):
-        path.write_text("\n".join(text.rstrip().split("\n")[:-lines]) + "\n")
-        with pytest.raises(ReadError, match="shorter than its header says"):
+    # VTK itself notices only some of these.
+    for missing in range(4, 30):
+        path.write_text(text.rstrip()[:-missing])
+        with pytest.raises(ReadError, match="truncated"):
             io.read(path)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,7 @@ class FrozenHessian:
         pattern = (self.laplacian.indices, self.laplacian.indptr)
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
-            part = sparse.csr_matrix((self.skew[:, k], *pattern), shape=self.laplacian.shape)
+            part: Any = sparse.csr_matrix((self.skew[:, k], *pattern), shape=self.laplacian.shape)
             # [V]x f: component j gains V_k f_i, component i loses V_k f_j.
             out[:, j] -= 4.0 * (part @ field[:, i])
             out[:, i] += 4.0 * (part @ field[:, j])
@@ -135,27 +136,19 @@ class Distortion:
         energy = float(self.cell_energies(points).sum())
         return energy, self._gathered()
 
-    def second_product(self, points: Field, variation: Field) -> Field:
-        """Exact Hessian at the points times a variation (n, 3), matrix-free."""
-        eps = kernels.PLAIN if self.eps is None else self.eps
+    def _second_product(self, points: Field, variation: Field, eps: float) -> Field:
         parallel_ranges(
-            kernels.second_product,
-            len(self.cells),
-            points,
-            variation,
-            self.cells,
-            *self._rule,
-            eps,
-            self._forces,
+            kernels.second_product, len(self.cells), points, variation, self.cells, *self._rule, eps, self._forces
         )
         return self._gathered()
 
+    def second_product(self, points: Field, variation: Field) -> Field:
+        """Exact Hessian at the points times a variation (n, 3), matrix-free."""
+        return self._second_product(points, variation, kernels.PLAIN if self.eps is None else self.eps)
+
     def frozen_product(self, points: Field, variation: Field) -> Field:
         """Majorizing Hessian of the plain energy, normals frozen at the points, times a variation."""
-        parallel_ranges(
-            kernels.frozen_product, len(self.cells), points, variation, self.cells, *self._rule, self._forces
-        )
-        return self._gathered()
+        return self._second_product(points, variation, kernels.FROZEN)
 
     def laplacian(self, scales: Field | None = None) -> sparse.csr_matrix:
         """Scalar Laplacian L on the target shapes; 8 L is the frozen Hessian for constant normals.

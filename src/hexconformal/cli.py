@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, BooleanOptionalAction, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -155,6 +155,12 @@ def _add_regularize(added: Any) -> None:
         default = getattr(Options, flag)
         said = f"{text} (default {default})" if default is not None else text
         what.add_argument(f"--{flag}", default=default, metavar=metavar, help=said)
+    what.add_argument(
+        "--lift",
+        action=BooleanOptionalAction,
+        default=Options.lift,
+        help="raise the worst cells once the distortion is low (default: with the barrier)",
+    )
     what.add_argument(
         "--tolerance", type=float, default=Options.tolerance, metavar="X",
         help="stop where the gradient is this much smaller than at the start (default %(default)g)",

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .checks import as_mask
 from .errors import MeshError, OptionError, first_ids
-from .topology import boundary_quads
+from .mesh import HexMesh
 
-__all__ = ["Constraint", "boundary_constraint"]
+__all__ = ["Constraint", "boundary_constraint", "fixed_components"]
 
 Field = NDArray[np.float64]
 
@@ -51,6 +53,12 @@ class Constraint:
         out[self.nodes] = np.einsum("kij,kj->ki", self.projectors, field[self.nodes])
         return out
 
+    def projections(self, count: int) -> Field:
+        """(count, 3, 3) the projectors of all nodes, the identity where a node is free."""
+        projectors = np.tile(np.eye(3), (count, 1, 1))
+        projectors[self.nodes] = self.projectors
+        return projectors
+
     def held(self, count: int) -> NDArray[np.bool_]:
         """(count, 3) components to leave out where a field is treated component by component.
 
@@ -65,8 +73,35 @@ class Constraint:
         return held
 
 
+def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
+    """Components (n, 3) that the user, or cells that are carried along, hold.
+
+    Parameters
+    ----------
+    mesh
+        The mesh; other cells' nodes are held.
+    fixed
+        None, the name of a point array (nonzero holds), an (n,) or (n, 3) mask, or node ids.
+
+    Raises
+    ------
+    OptionError
+        If the name is unknown, or the mask has another length.
+    """
+    held = mesh.held[:, None] | np.zeros((1, 3), dtype=bool)
+    if fixed is None:
+        return held
+    if isinstance(fixed, str):
+        if fixed not in mesh.point_data:
+            known = ", ".join(map(repr, mesh.point_data)) or "none"
+            raise OptionError(f"fixed={fixed!r} names no point array; there are: {known}")
+        fixed = np.asarray(mesh.point_data[fixed]) != 0
+    mask = as_mask(fixed, len(mesh.points), "fixed")
+    return held | (mask if mask.ndim == 2 else mask[:, None])
+
+
 def boundary_constraint(
-    points: Field, cells: NDArray[np.int64], boundary: str = "slide", fixed: NDArray[np.bool_] | None = None
+    points: Field, quads: NDArray[np.int64], boundary: str = "slide", fixed: NDArray[np.bool_] | None = None
 ) -> Constraint:
     """The constraint of a boundary mode, with further components held by a mask.
 
@@ -74,8 +109,8 @@ def boundary_constraint(
     ----------
     points
         (n, 3) coordinates.
-    cells
-        (m, 8) hexahedra.
+    quads
+        (k, 4) boundary quads.
     boundary
         "fixed" holds every boundary node. "slide" lets a node move in all the planes of the boundary quads
         around it: in a flat face, along a straight edge, not at a corner; on a curved boundary that means
@@ -89,17 +124,27 @@ def boundary_constraint(
         If the mode is unknown.
     MeshError
         If boundary quads have no area, so that there is no face to slide in.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.topology import boundary_quads
+    >>> points, cells = box((2, 2, 2))
+    >>> constraint = boundary_constraint(points, boundary_quads(cells)[0])
+    >>> constraint.project(np.ones_like(points))[[0, 1, 4]]  # a corner, an edge, a face
+    array([[0., 0., 0.],
+           [1., 0., 0.],
+           [1., 1., 0.]])
     """
     if boundary not in ("fixed", "slide", "free"):
         raise OptionError(f"boundary is 'fixed', 'slide' or 'free', not {boundary!r}")
-    count = len(points)
-    sums = np.zeros((count, 3, 3))
+    sums = np.zeros((len(points), 3, 3))
     if fixed is not None:
         sums[:, [0, 1, 2], [0, 1, 2]] += fixed
     if boundary == "fixed":
-        sums[np.unique(boundary_quads(cells)[0])] = np.eye(3)
+        sums[np.unique(quads)] = np.eye(3)
     elif boundary == "slide":
-        sums += _normal_sums(points, boundary_quads(cells)[0])
+        sums += _normal_sums(points, quads)
     nodes = np.flatnonzero(sums.any(axis=(1, 2)))
     return Constraint.from_normals(nodes, sums[nodes])
 

@@ -134,7 +134,7 @@ def run_job(mesh: HexMesh, options: Options, outputs: Outputs, progress: Progres
         progress.say(f"writing {outputs.mesh}")
         result = run.result()
         better = mesh.replaced(points=result.points)
-        lost = write(outputs.mesh, result.mesh)
+        lost = _write_or_rescue(outputs.mesh, result.mesh)
         if outputs.report is not None:
             write_text(outputs.report, result.report.to_json() + "\n")
         if outputs.plot is not None:
@@ -187,6 +187,16 @@ def _add_frame(frames: Series, run: Regularization) -> None:
     points = run.points
     data = {"scaled_jacobian": corner_scaled_jacobian(points, run.mesh.cells)}
     frames.add(run.history[-1].iteration, run.mesh.replaced(points=points, cell_data=data))
+
+
+def _write_or_rescue(path: str, mesh: HexMesh) -> list[str]:
+    """Write the mesh; if that fails after all, to the folder for temporary files, for the work not to be lost."""
+    try:
+        return write(path, mesh)
+    except WriteError as problem:
+        refuge = Path(tempfile.mkdtemp(prefix="hexconformal-")) / "rescued.vtu"
+        write(refuge, mesh)
+        raise WriteError(f"{problem}; the mesh was saved as {refuge}") from problem
 
 
 def _rehearse(path: str, mesh: HexMesh) -> None:

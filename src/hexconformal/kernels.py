@@ -24,12 +24,13 @@ from .distortion import (
 from .quaternion import Vector, add, combine, scale, subtract
 from .sparsity import find
 
-__all__ = ["PLAIN", "energy_gradient", "frozen_product", "frozen_rows", "gather", "second_product"]
+__all__ = ["FROZEN", "PLAIN", "energy_gradient", "frozen_rows", "gather", "second_product"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-PLAIN = -1.0  # the value of eps that asks for the plain, orientation-blind energy
+# Values of eps that ask for the plain, orientation-blind energy, and for its second derivative with frozen normals.
+PLAIN, FROZEN = -1.0, -2.0
 
 # First rows of what the scratch array holds; the tables stay, the rest changes from cell to cell.
 _FRAME, _VARIATION, _STRESS, _ENERGY, _INVERSE, _TABLE, _WEIGHTED, _WEIGHTS, _ROWS = 0, 9, 18, 27, 28, 37, 49, 61, 62
@@ -172,18 +173,15 @@ def _gradients(s: Field, eps: float) -> None:
 
 @algebra
 def _seconds(s: Field, eps: float) -> None:
-    if eps < 0.0:
+    if eps == FROZEN:
+        for q in range(8):
+            _put(frame_frozen_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+    elif eps < 0.0:
         for q in range(8):
             _put(frame_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
     else:
         for q in range(8):
             _put(barrier_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q), eps), s, _STRESS, q)
-
-
-@algebra
-def _frozen_seconds(s: Field) -> None:
-    for q in range(8):
-        _put(frame_frozen_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
 
 
 @algebra
@@ -216,25 +214,13 @@ def energy_gradient(first, last, points, cells, table, weights, scales, inverses
 
 @loop
 def second_product(first, last, points, variation, cells, table, weights, scales, inverses, eps, forces):  # type: ignore[no-untyped-def]
-    """Exact second derivative of each cell's energy, applied to a variation of the points."""
+    """Second derivative of each cell's energy, applied to a variation of the points."""
     s = _scratch(table, weights)
     for c in range(first, last):
         _targets(inverses, c, s)
         _load(points, cells, c, inverses, s, _FRAME)
         _load(variation, cells, c, inverses, s, _VARIATION)
         _seconds(s, eps)
-        _store(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
-
-
-@loop
-def frozen_product(first, last, points, variation, cells, table, weights, scales, inverses, forces):  # type: ignore[no-untyped-def]
-    """Majorizing second derivative (normals frozen at the points), applied to a variation."""
-    s = _scratch(table, weights)
-    for c in range(first, last):
-        _targets(inverses, c, s)
-        _load(points, cells, c, inverses, s, _FRAME)
-        _load(variation, cells, c, inverses, s, _VARIATION)
-        _frozen_seconds(s)
         _store(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
 
 
@@ -253,7 +239,7 @@ def gather(first, last, offsets, incidences, corner_values, out):  # type: ignor
 
 @algebra
 def _add_at(skew: Field, indptr: Ints, indices: Ints, row: int, column: int, v: Vector) -> None:
-    slot = find(indices, indptr[row], indptr[row + 1], column)
+    slot = find(indices, indptr[row], indptr[row + 1], column)  # type: ignore[no-untyped-call]
     skew[slot, 0] += v[0]
     skew[slot, 1] += v[1]
     skew[slot, 2] += v[2]

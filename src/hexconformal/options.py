@@ -43,8 +43,12 @@ class Options:
     method
         "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", the note's method
         (plain energy only).
+    lift
+        Raise the worst cells once the distortion is low: from then on the smallest scaled Jacobian counts more
+        than the sum. None means yes with the barrier, no with the plain energy.
     tolerance
-        Stop where the gradient is this much smaller than at the start.
+        Stop where the gradient is this much smaller than at the start; with `lift`, that is only reached by
+        meshes that become regular, others go on to the worst cells where the energy stalls.
     max_iterations
         Stop after so many.
 
@@ -68,6 +72,7 @@ class Options:
     energy: str = "barrier"
     quadrature: str = "auto"
     method: str = "auto"
+    lift: bool | None = None
     tolerance: float = 1e-6
     max_iterations: int = 200
 
@@ -81,8 +86,15 @@ class Options:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
         if self.max_iterations < 0:
             raise OptionError(f"max_iterations is not negative, not {self.max_iterations!r}")
+        if self.lift and self.energy == "quaternionic":
+            raise OptionError("lift goes with energy='barrier': the plain energy is blind to orientation")
         if self.method == "majorize" and self.energy != "quaternionic":
             raise OptionError("method 'majorize' minimizes the plain energy only: add energy='quaternionic'")
+
+    @property
+    def lifts(self) -> bool:
+        """Whether the worst cells are raised."""
+        return self.energy == "barrier" if self.lift is None else self.lift
 
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays by their shape alone, for a report."""
@@ -111,7 +123,7 @@ class Record:
     energy
         The energy that is minimized, in the mesh's own units.
     gradient
-        Norm of its admissible gradient, relative to the input's.
+        Norm of its admissible gradient, relative to the input's; NaN where the energy changes as the run goes.
     step
         Length of the step taken, 1 for a full one.
     min_scaled_jacobian, mean_scaled_jacobian

@@ -135,10 +135,13 @@ def before_after(path: Any, before: Any, after: Any) -> None:
     colours = _colours()
     measured = [quality(mesh) for mesh in meshes]
     kept = ~_facing(meshes[1])
+    corners = np.concatenate([mesh.points[mesh.cells].reshape(-1, 3) for mesh in meshes])
+    bounds = np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1).ravel().tolist()
     pictures = [
-        _rendered(mesh, values.scaled_jacobian, kept, colours) for mesh, values in zip(meshes, measured, strict=True)
+        _rendered(mesh, values.scaled_jacobian, kept, colours, bounds)
+        for mesh, values in zip(meshes, measured, strict=True)
     ]
-    figure = Figure(figsize=(10, 5.9), dpi=200, facecolor="white")
+    figure = Figure(figsize=(10, 5.9), facecolor="white")
     for number, (title, picture, values) in enumerate(zip(("before", "after"), pictures, measured, strict=True)):
         axes = figure.add_axes((0.01 + 0.495 * number, 0.13, 0.485, 0.77))
         axes.imshow(picture)
@@ -170,7 +173,7 @@ def require_rendering() -> None:
 
 
 def _save(figure: Any, target: Path) -> None:
-    figure.savefig(target, dpi=200, facecolor="white")
+    figure.savefig(target, dpi=160, facecolor="white")
 
 
 def _measured(mesh: Any) -> Quality:
@@ -205,7 +208,11 @@ def _colours() -> NDArray[np.float64]:
 
 
 def _rendered(
-    mesh: HexMesh, values: NDArray[np.float64], kept: NDArray[np.bool_], colours: NDArray[np.float64]
+    mesh: HexMesh,
+    values: NDArray[np.float64],
+    kept: NDArray[np.bool_],
+    colours: NDArray[np.float64],
+    bounds: list[float],
 ) -> NDArray[np.uint8]:
     import pyvista
     from matplotlib.colors import ListedColormap
@@ -236,15 +243,10 @@ def _rendered(
             plotter.enable_parallel_projection()
             plotter.camera_position = "xy"
             plotter.view_vector(_VIEW, viewup=(0, 0, 1))
-            plotter.reset_camera(bounds=_bounds(mesh))
+            plotter.reset_camera(bounds=bounds)
             plotter.camera.zoom(1.08)
             plotter.enable_anti_aliasing("ssaa")
             picture: NDArray[np.uint8] = plotter.screenshot(None, return_img=True)
         finally:
             plotter.close()
     return picture
-
-
-def _bounds(mesh: HexMesh) -> tuple[float, ...]:
-    corners = mesh.points[mesh.cells].reshape(-1, 3)
-    return tuple(np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1).ravel().tolist())

@@ -118,9 +118,10 @@ def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     from scipy.sparse.csgraph import connected_components
 
     size = int(cells.max()) + 1
-    # A star at the first node of each cell connects its eight nodes.
+    # A star at the first node of each cell connects its eight nodes; 32 bits are what the graph routines work in.
+    cells = cells.astype(np.int32) if size < 2**31 else cells
     rows = np.repeat(cells[:, 0], 7)
-    links = csr_array((np.ones(len(rows), dtype=np.int8), (rows, cells[:, 1:].ravel())), shape=(size, size))
+    links = csr_array((np.ones(len(rows)), (rows, cells[:, 1:].ravel())), shape=(size, size))
     labels = connected_components(links, directed=False)[1][cells[:, 0]]
     names, index, inverse = np.unique(labels, return_index=True, return_inverse=True)
     rank = np.empty(len(names), dtype=np.int64)

@@ -1,0 +1,86 @@
+"""The frame a run works in: centred, with edges of unit length on average, so that no unit and no origin matters."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .elements import EDGES
+from .errors import MeshError, first_ids
+from .mesh import HexMesh
+from .target import cell_volumes
+from .topology import boundary_quads
+from .validity import is_valid
+
+__all__ = ["Frame"]
+
+Field = NDArray[np.float64]
+
+
+class Frame:
+    """A mesh in a frame of its own, and the way back.
+
+    Parameters
+    ----------
+    mesh
+        A sound mesh.
+
+    Attributes
+    ----------
+    start
+        (n, 3) its points in this frame.
+    cells
+        (m, 8) its cells, writable.
+    used
+        (n,) nodes that belong to a cell.
+    unit
+        Length of one unit here in the mesh's own unit of length.
+
+    Raises
+    ------
+    MeshError
+        If most cells have negative volume, or all edges have no length.
+    """
+
+    def __init__(self, mesh: HexMesh) -> None:
+        self.mesh = mesh
+        self.cells = np.array(mesh.cells)
+        self.used = np.zeros(len(mesh.points), dtype=bool)
+        self.used[self.cells] = True
+        self._corner = mesh.points[self.used].min(axis=0)
+        start = np.array(mesh.points - self._corner)
+        self.unit = float(np.linalg.norm(np.diff(start[self.cells[:, EDGES]], axis=2), axis=-1).mean())
+        if self.unit == 0.0:
+            raise MeshError("all edges have no length")
+        self.start = start / self.unit
+        volumes = cell_volumes(self.start, self.cells)
+        if (volumes < 0).mean() > 0.5:
+            raise MeshError(
+                f"cells with negative volume: {first_ids(np.flatnonzero(volumes < 0))} of {len(volumes)}; the mesh is "
+                "mirrored or its nodes are in a foreign order: hexconformal.orient(mesh) puts them right"
+            )
+
+    def to_user(self, points: Field) -> Field:
+        """Points in the user's frame; what did not move is bit-identical to the input."""
+        return self.mesh.points + self.unit * (points - self.start)
+
+    def from_user(self, points: Field) -> Field:
+        """Points of the user's frame in this one."""
+        return (points - self._corner) / self.unit
+
+    @cached_property
+    def quads(self) -> NDArray[np.int64]:
+        """(k, 4) boundary quads, seen from outside."""
+        return boundary_quads(self.cells)[0]
+
+    @cached_property
+    def valid(self) -> NDArray[np.bool_]:
+        """(m,) cells that are valid at the start."""
+        return is_valid(self.start, self.cells)
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box, in units of this frame."""
+        return float(np.linalg.norm(np.ptp(self.start[self.used], axis=0)))

@@ -1,0 +1,70 @@
+"""Raise the worst cells: angles first, then a stiffening barrier that follows the worst corner.
+
+The scaled Jacobian of a corner depends on its angles alone, so the distortion of the unit columns is what
+counts, with a little of the whole distortion to keep edge lengths in order. phi(e) = e / (1 - t e) with t just
+below one over the worst density forbids any corner to get worse and pushes hardest where it is needed
+(quasi-isometric stiffening, Garanzha et al. 2021).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .quality import corner_scaled_jacobian
+from .shaping import Emphasis, Shaping, projected_newton, rings
+
+__all__ = ["lift", "lift_patches"]
+
+Field = NDArray[np.float64]
+Step = tuple[str, Field, float]
+
+_SHAPE = 0.05  # share of the whole distortion beside the angles
+_STIFF = 0.95  # stiffness times the worst density
+_ANGLE_STEPS, _STIFF_STEPS, _STIFF_ROUNDS = 30, 6, 3
+_PATCH_STEPS, _PATCH_PASSES, _PATCH_ROUNDS = 4, 3, 40
+_MARGIN = 0.1  # cells this close to the worst scaled Jacobian are lifted with it
+_RINGS = 3  # of cells around them that move
+_GAIN = 1e-3  # of the worst scaled Jacobian; two rounds with less are a stall
+_GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
+
+
+def _stiff(problem: Shaping, points: Field) -> Emphasis:
+    worst = max(float(problem.measures(points).angle.max()), 1e-3)
+    return Emphasis(_SHAPE, 1.0, _STIFF / worst)
+
+
+def lift(problem: Shaping, points: Field) -> Iterator[Step]:
+    """Lift a whole valid mesh, then its worst patches, until the worst cell stalls."""
+    for points, energy in islice(projected_newton(problem, points, Emphasis(_SHAPE, 1.0), decrease=3e-3), _ANGLE_STEPS):
+        yield "angles", points, energy
+    for _ in range(_STIFF_ROUNDS):
+        for points, energy in islice(projected_newton(problem, points, _stiff(problem, points)), _STIFF_STEPS):
+            yield "stiffen", points, energy
+    yield from lift_patches(problem, points)
+
+
+def lift_patches(problem: Shaping, points: Field) -> Iterator[Step]:
+    """Lift the patches around the worst cells only, until the worst cell of the mesh stalls."""
+    stalled, best = 0, float(corner_scaled_jacobian(points, problem.cells).min())
+    for _ in range(_PATCH_ROUNDS):
+        if stalled == 2 or best >= _GOOD:
+            return
+        quality = corner_scaled_jacobian(points, problem.cells)
+        core = rings(problem.cells, len(points), quality < quality.min() + _MARGIN, _RINGS)
+        patch, nodes = problem.restricted(core)
+        if not patch.free.any():
+            return
+        local, energy = points[nodes], 0.0
+        for _ in range(_PATCH_PASSES):
+            steps = list(islice(projected_newton(patch, local, _stiff(patch, local)), _PATCH_STEPS))
+            local, energy = steps[-1] if steps else (local, energy)
+        points = points.copy()
+        points[nodes] = local
+        yield "worst cells", points, energy
+        worst = float(corner_scaled_jacobian(points, problem.cells).min())
+        stalled = stalled + 1 if worst < best + _GAIN else 0
+        best = max(best, worst)

@@ -1,0 +1,225 @@
+"""The corner energy of a mesh, or of a patch of it, and its projected Newton method.
+
+For meshes where the note's energy is not enough: tangled cells, cells that are barely valid, and the worst
+cells of an otherwise good mesh. Everything is measured at the corners, where the scaled Jacobian is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .block_matrix import BlockMatrix, cell_places
+from .corner_kernels import corner_densities, corner_sums
+from .elements import CORNERS
+from .threads import parallel_ranges
+from .validity import is_valid
+
+__all__ = ["Emphasis", "Measures", "Shaping", "Surface", "projected_newton", "rings"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+_ARMIJO = 1e-4
+_HALVINGS = 25
+_CURVATURE = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvature the convex Hessian leaves out
+
+
+def _corner_table() -> Ints:
+    """(8, 6): at each corner the neighbours along e1, e2, e3, and the signs that turn edges into derivatives."""
+    neighbours = [[int(np.flatnonzero((CORNERS ^ CORNERS[q] == axis).all(axis=1))[0]) for axis in np.eye(3, dtype=int)]
+                  for q in range(8)]  # fmt: skip
+    return np.ascontiguousarray(np.hstack([neighbours, 1 - 2 * CORNERS]), dtype=np.int64)
+
+
+_TABLE = _corner_table()
+
+
+@dataclass(frozen=True)
+class Emphasis:
+    """What counts: sum of shape * e(f) + angle * phi(e(u)) over the corners (see corner_kernels).
+
+    Attributes
+    ----------
+    shape
+        Weight of the whole distortion, edge lengths and angles against the target.
+    angle
+        Weight of the angles alone: the distortion of the unit columns, edge lengths free.
+    stiffness
+        phi(e) = e / (1 - stiffness e): no corner gets worse than 1 / stiffness.
+    eps
+        Of the barrier chi_eps; 0 once nothing is folded.
+    """
+
+    shape: float = 1.0
+    angle: float = 0.0
+    stiffness: float = 0.0
+    eps: float = 0.0
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Per cell: smallest corner determinant, largest densities e(f) and e(u); infinite where folded."""
+
+    determinant: Field
+    shape: Field
+    angle: Field
+
+
+class Surface(Protocol):
+    """What keeps boundary nodes near the surface: a penalty, and a limit that is never crossed."""
+
+    def value(self, points: Field) -> float: ...
+    def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
+    def nodes_around(self, moving: Mask) -> Mask: ...
+    def restricted(self, nodes: Ints, moving: Mask) -> Surface: ...
+
+
+@dataclass
+class Shaping:
+    """The corner energy of cells whose nodes move in admissible directions.
+
+    Attributes
+    ----------
+    cells
+        (m, 8) nodes.
+    inverses
+        Inverse target frames as in :class:`hexconformal.assembly.Distortion`, empty for cubes.
+    projectors
+        (n, 3, 3) orthogonal projections onto the admissible displacements; 0 holds a node.
+    surface
+        What keeps boundary nodes near the surface, or None.
+    """
+
+    cells: Ints
+    inverses: Field
+    projectors: Field
+    surface: Surface | None = None
+
+    @cached_property
+    def _matrix(self) -> BlockMatrix:
+        return BlockMatrix.of_cells(self.cells, len(self.projectors))
+
+    @cached_property
+    def _places(self) -> Ints:
+        return cell_places(self.cells, self._matrix.indptr, self._matrix.indices)
+
+    def value(self, points: Field, emphasis: Emphasis) -> float:
+        """Energy at the points; infinite where a corner is folded, too bad, or too far from the surface."""
+        total = self._sums(points, emphasis, 0, np.empty((0, 3)))
+        if self.surface is not None and np.isfinite(total):
+            total += self.surface.value(points)
+        return total
+
+    def value_gradient_hessian(self, points: Field, emphasis: Emphasis) -> tuple[float, Field, BlockMatrix]:
+        """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
+        gradient, matrix = np.zeros_like(points), self._matrix
+        matrix.data[:] = 0.0
+        total = self._sums(points, emphasis, 2, gradient)
+        if self.surface is not None:
+            total += self.surface.add(points, gradient, matrix)
+        return total, gradient, matrix
+
+    def _sums(self, points: Field, emphasis: Emphasis, order: int, gradient: Field) -> float:
+        return float(
+            corner_sums(
+                points,
+                self.cells,
+                _TABLE,
+                self.inverses,
+                emphasis.eps,
+                emphasis.shape,
+                emphasis.angle,
+                emphasis.stiffness,
+                order,
+                gradient,
+                self._matrix.data,
+                self._places,
+            )
+        )
+
+    def measures(self, points: Field) -> Measures:
+        """Figures of every cell, as the energy sees it."""
+        columns = np.empty((3, len(self.cells)))
+        parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
+        return Measures(*columns)
+
+    @property
+    def free(self) -> Mask:
+        """(n,) nodes that can move at all."""
+        return np.asarray(self.projectors.any(axis=(1, 2)))
+
+    def restricted(self, moving: Mask) -> tuple[Shaping, Ints]:
+        """The same energy with only some nodes moving: the patch's own problem, and its nodes' ids here."""
+        moving = moving & self.free
+        around = np.flatnonzero(moving[self.cells].any(axis=1))
+        inside = np.zeros(len(moving), dtype=bool)
+        inside[self.cells[around]] = True
+        surface = None
+        if self.surface is not None:
+            inside |= self.surface.nodes_around(moving)
+        nodes = np.flatnonzero(inside)
+        local = np.full(len(moving), -1)
+        local[nodes] = np.arange(len(nodes))
+        if self.surface is not None:
+            surface = self.surface.restricted(nodes, moving)
+        patch = Shaping(
+            local[self.cells[around]],
+            self.inverses[around] if len(self.inverses) > 1 else self.inverses,
+            np.where(moving[nodes, None, None], self.projectors[nodes], 0.0),
+            surface,
+        )
+        return patch, nodes
+
+
+def rings(cells: Ints, count: int, cores: Mask, width: int) -> Mask:
+    """(count,) nodes of the cells in a mask (m,), grown by rings of cells."""
+    nodes = np.zeros(count, dtype=bool)
+    nodes[cells[cores]] = True
+    for _ in range(width):
+        nodes[cells[nodes[cells].any(axis=1)]] = True
+    return nodes
+
+
+def projected_newton(
+    problem: Shaping,
+    points: Field,
+    emphasis: Emphasis,
+    *,
+    decrease: float = 1e-3,
+    tolerance: float = 0.1,
+    solver_iterations: int = 50,
+) -> Iterator[tuple[Field, float]]:
+    """Newton's method with the convex Hessian and truncated solves; yields points and energy of every step.
+
+    Ends where two steps in a row lower the energy by less than the given fraction, or no step lowers it. A cell
+    that is valid everywhere (Bernstein) stays so.
+    """
+    valid = is_valid(points, problem.cells)
+    shift, slow = _CURVATURE[0], 0
+    while slow < 2:
+        energy, gradient, matrix = problem.value_gradient_hessian(points, emphasis)
+        direction, _ = matrix.solve(-gradient, problem.projectors, tolerance, solver_iterations, shift)
+        slope = float(np.einsum("ij,ij->", gradient, direction))
+        step = 1.0
+        for _ in range(_HALVINGS):
+            trial = points + step * direction
+            value = problem.value(trial, emphasis)
+            if value <= energy + _ARMIJO * step * slope:
+                now = is_valid(trial, problem.cells)
+                if now[valid].all():
+                    break
+            step *= 0.5
+        else:
+            return
+        points, valid = trial, now
+        yield points, value
+        low, high = _CURVATURE
+        shift = min(high, 4 * shift) if step < 0.3 else max(low, shift / 4)
+        slow = slow + 1 if energy - value < decrease * abs(energy) else 0

@@ -1,0 +1,192 @@
+"""Geometry of triangle and bilinear quadrilateral surfaces: area vectors, normals, volume, angles.
+
+A surface is points (n, 3) and `Cells`: triangles (t, 3) and quadrilaterals (q, 4), both counter-clockwise seen
+from outside. Everything is exact for the bilinear patch of a quadrilateral unless it says otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Cells",
+    "area_vectors",
+    "cell_angles",
+    "cell_areas",
+    "corner_triangles",
+    "enclosed_volume",
+    "mean_edge_length",
+    "nodal_areas",
+    "nodal_vectors",
+    "transport_vectors",
+    "unit_vectors",
+]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_QUAD_MASS = np.array([[4, 2, 1, 2], [2, 4, 2, 1], [1, 2, 4, 2], [2, 1, 2, 4]]) / 36.0
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """The cells of a surface, sorted by their number of corners.
+
+    Attributes
+    ----------
+    triangles
+        (t, 3) node ids.
+    quads
+        (q, 4) node ids.
+    """
+
+    triangles: Ints
+    quads: Ints
+
+    def __len__(self) -> int:
+        return len(self.triangles) + len(self.quads)
+
+    def groups(self) -> tuple[Ints, ...]:
+        """The tables of node ids that are not empty."""
+        return tuple(table for table in (self.triangles, self.quads) if len(table))
+
+    def nodes(self) -> Ints:
+        """Ids of the nodes that belong to a cell, ascending."""
+        return np.unique(np.concatenate([self.triangles.ravel(), self.quads.ravel()]))
+
+    def edges(self) -> Ints:
+        """(e, 2) every edge once, the lower id first."""
+        sides = [np.stack([table, np.roll(table, -1, axis=1)], axis=2).reshape(-1, 2) for table in self.groups()]
+        return np.unique(np.sort(np.concatenate(sides), axis=1), axis=0)
+
+
+def unit_vectors(vectors: Floats) -> Floats:
+    """Vectors (..., 3) scaled to unit length; zero where they vanish.
+
+    >>> unit_vectors(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]]))
+    array([[0. , 0.6, 0.8],
+           [0. , 0. , 0. ]])
+    """
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0, length, 1.0))
+
+
+def area_vectors(points: Floats, cells: Cells) -> Floats:
+    """(m, 3) integral of the unit normal over each cell: triangles first, then quadrilaterals.
+
+    >>> cells = Cells(np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]]))
+    >>> area_vectors(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), cells)
+    array([[0. , 0. , 0.5],
+           [0. , 0. , 1. ]])
+    """
+    x, y = points[cells.triangles], points[cells.quads]
+    return np.concatenate(
+        [np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) / 2, np.cross(y[:, 2] - y[:, 0], y[:, 3] - y[:, 1]) / 2]
+    )
+
+
+def _corner_products(points: Floats, table: Ints) -> Floats:
+    """(m, k, 3) cross product of the two edges that leave each corner."""
+    x = points[table]
+    return np.cross(np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x)
+
+
+def cell_areas(points: Floats, cells: Cells) -> Floats:
+    """(m,) area of each cell; of a quadrilateral the area of four triangles around its centre."""
+    x, y = points[cells.triangles], points[cells.quads]
+    flat = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) / 2
+    spokes = y - y.mean(axis=1, keepdims=True)
+    fans = np.linalg.norm(np.cross(spokes, np.roll(spokes, -1, axis=1)), axis=2).sum(axis=1) / 2
+    return np.concatenate([flat, fans])
+
+
+def nodal_vectors(points: Floats, cells: Cells) -> Floats:
+    """(n, 3) integral of normal times shape function: the gradient of the enclosed volume.
+
+    Its direction is the normal at a node (a lumped, area-weighted one).
+    """
+    result = np.zeros_like(points)
+    if len(cells.triangles):
+        x = points[cells.triangles]
+        _scatter(result, cells.triangles, np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])[:, None] / 6)
+    if len(cells.quads):
+        _scatter(result, cells.quads, np.einsum("ij,mjx->mix", _QUAD_MASS, _corner_products(points, cells.quads)))
+    return result
+
+
+def nodal_areas(points: Floats, cells: Cells) -> Floats:
+    """(n,) share of each node in the area: the lumped mass matrix."""
+    areas = cell_areas(points, cells)
+    result = np.zeros(len(points))
+    for table, part in zip(
+        (cells.triangles, cells.quads), (areas[: len(cells.triangles)], areas[len(cells.triangles) :]), strict=True
+    ):
+        k = table.shape[1]
+        result += np.bincount(table.ravel(), np.repeat(part / k, k), len(points))
+    return result
+
+
+def _scatter(result: Floats, table: Ints, values: Floats) -> None:
+    values = np.broadcast_to(values, (*table.shape, 3))
+    for component in range(3):
+        result[:, component] += np.bincount(table.ravel(), values[:, :, component].ravel(), len(result))
+
+
+def transport_vectors(points: Floats, moved: Floats, cells: Cells, rule: str = "middle") -> Floats:
+    """(n, 3) nodal area vectors that a displacement should be orthogonal to.
+
+    Parameters
+    ----------
+    points, moved
+        (n, 3) positions before and after.
+    cells
+        The cells.
+    rule
+        "linear": of the old surface; "middle": of the half-way surface (Gruber & Aulisa: the difference vector is
+        orthogonal to it to third order); "simpson": (N0 + 4 N_half + N1) / 6, whose flux is exactly the change of
+        the enclosed volume, because the volume is a cubic polynomial along the way.
+    """
+    if rule == "linear":
+        return nodal_vectors(points, cells)
+    half = nodal_vectors((points + moved) / 2, cells)
+    if rule == "middle":
+        return half
+    return (nodal_vectors(points, cells) + 4 * half + nodal_vectors(moved, cells)) / 6
+
+
+def enclosed_volume(points: Floats, cells: Cells) -> float:
+    """Volume inside a closed surface; of an open one, of the cone over it from the mean of its nodes.
+
+    >>> tetrahedron = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> cells = Cells(np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), np.empty((0, 4), np.int64))
+    >>> round(enclosed_volume(tetrahedron, cells), 12)
+    0.166666666667
+    """
+    centred = points - points[cells.nodes()].mean(axis=0)
+    return float(np.einsum("ij,ij->", centred, nodal_vectors(centred, cells)) / 3)
+
+
+def cell_angles(points: Floats, table: Ints) -> Floats:
+    """(m, k) angle at each corner, radians.
+
+    >>> np.degrees(cell_angles(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))).round(6)
+    array([[90., 45., 45.]])
+    """
+    x = points[table]
+    a, b = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
+    # Exact near 0 and pi, where the arc cosine is not.
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)))
+
+
+def corner_triangles(table: Ints) -> Ints:
+    """(4 q, 3) the corners of quadrilaterals as triangles (corner, next, previous), cell by cell."""
+    return np.stack([table, np.roll(table, -1, axis=1), np.roll(table, 1, axis=1)], axis=2).reshape(-1, 3)
+
+
+def mean_edge_length(points: Floats, cells: Cells) -> float:
+    """Mean length h of the edges."""
+    edges = cells.edges()
+    return float(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1).mean())

@@ -1,0 +1,347 @@
+"""The command line, as a user meets it: what it writes, what it says, and how it ends."""
+
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields
+
+import numpy as np
+import pytest
+import pyvista as pv
+from numba import njit
+
+import hexconformal as hc
+from hexconformal import generate
+from hexconformal.cli import main
+from hexconformal.options import _CHOICES, Record
+from hexconformal.plots import require_rendering
+from hexconformal.progress import Progress
+from hexconformal.validity import is_valid
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty working folder that holds a sheared cube with nodes marked in the array "wall"."""
+    monkeypatch.chdir(tmp_path)
+    points, cells = generate.sheared_cube(5)
+    wall = (points[:, 2] == 0).astype(int)
+    hc.write("part.vtu", hc.HexMesh(points, cells, {"wall": wall}, {"tag": np.arange(len(cells))}))
+    return tmp_path
+
+
+def run(words):
+    return main(words.split())
+
+
+def run_program(*words, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "hexconformal", *words], capture_output=True, text=True, timeout=120, **options
+    )
+
+
+def error_line(capsys):
+    said = capsys.readouterr()
+    assert said.err.count("\n") == 1
+    assert "Traceback" not in said.err
+    return said.err
+
+
+def test_regularize_writes_everything_that_is_asked_for(here, capsys):
+    words = "regularize part.vtu better.vtu --history run.csv --frames run.pvd --report report.json --plot q.png"
+    assert run(words) == 0
+    said = capsys.readouterr()
+    assert "converged" in said.out
+    assert "wrote better.vtu, run.csv, run.pvd, report.json, q.png" in said.out
+    assert said.err == ""  # no terminal, no progress
+
+    before, after = pv.read("part.vtu"), pv.read("better.vtu")
+    np.testing.assert_array_equal(after["tag"], before["tag"])
+    np.testing.assert_array_equal(after["wall"], before["wall"])
+    regular = generate.box((5, 5, 5))[0]
+    assert np.abs(after.points - regular).max() < 1e-4
+    assert after["scaled_jacobian"].min() > 0.999
+
+    with open("run.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == [field.name for field in fields(Record)]
+    assert [int(row["iteration"]) for row in rows] == list(range(len(rows)))
+    assert float(rows[-1]["energy"]) < 1e-3 * float(rows[0]["energy"])
+
+    reader = pv.get_reader("run.pvd")
+    assert reader.time_values == [float(row["iteration"]) for row in rows]
+    reader.set_active_time_value(reader.time_values[-1])
+    np.testing.assert_array_equal(reader.read()[0].points, after.points)
+
+    report = json.loads((here / "report.json").read_text())
+    assert report["iterations"] == len(rows) - 1
+    assert report["after"]["inverted"] == 0
+    assert (here / "q.png").stat().st_size > 10_000
+
+
+def test_options_reach_the_run(here, capsys):
+    words = "regularize part.vtu better.vtu --boundary free --fixed wall --target 1:1:2 --energy quaternionic"
+    words += " --weight volume --quadrature corners --method majorize --no-lift --tolerance 1e-3 --max-iterations 4 --report -"
+    assert run(words) == 0
+    options = json.loads(capsys.readouterr().out)["options"]
+    assert options == {
+        "boundary": "free",
+        "fixed": "wall",
+        "target": "1:1:2",
+        "weight": "volume",
+        "energy": "quaternionic",
+        "quadrature": "corners",
+        "method": "majorize",
+        "lift": False,
+        "tolerance": 1e-3,
+        "max_iterations": 4,
+    }
+    before, after = pv.read("part.vtu"), pv.read("better.vtu")
+    wall = before["wall"] == 1
+    np.testing.assert_array_equal(after.points[wall], before.points[wall])
+    assert np.abs(after.points[~wall] - before.points[~wall]).max() > 0.01
+
+
+def test_help_names_every_choice(capsys):
+    assert run("regularize --help") == 0
+    said = capsys.readouterr().out
+    for flag, choices in _CHOICES.items():
+        assert f"--{flag} {'|'.join(choices)}" in said
+    for field in fields(hc.Options):
+        assert f"--{field.name.replace('_', '-')}" in said
+
+
+@pytest.mark.parametrize("command", ["regularize", "quality", "orient", "check", "demo"])
+def test_help_has_examples(command, capsys):
+    assert main([command, "--help"]) == 0
+    said = capsys.readouterr().out
+    assert f"examples:\n  hexconformal {command}" in said
+
+
+def test_every_writes_a_frame_in_so_many_and_the_last(here):
+    assert run("regularize part.vtu better.vtu --frames run.pvd --every 4 --max-iterations 6 --quiet") == 0
+    assert pv.get_reader("run.pvd").time_values == [0.0, 4.0, 6.0]
+
+
+def test_not_converged_is_done_with_the_reason_shown(here, capsys):
+    assert run("regularize part.vtu better.vtu --max-iterations 1") == 0
+    assert "not converged: reached max_iterations = 1" in capsys.readouterr().out
+
+
+def test_quiet_says_nothing(here, capsys):
+    assert run("regularize part.vtu better.vtu --max-iterations 1 --quiet") == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == ""
+
+
+def test_the_input_is_replaced_only_on_demand(here, capsys):
+    before = (here / "part.vtu").read_bytes()
+    assert run("regularize part.vtu ./part.vtu") == 2
+    assert "--overwrite" in error_line(capsys)
+    assert (here / "part.vtu").read_bytes() == before
+    assert run("regularize part.vtu part.vtu --max-iterations 1 --overwrite --quiet") == 0
+    assert (here / "part.vtu").read_bytes() != before
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        ("regularize missing.vtu out.vtu", 1, "missing.vtu does not exist"),
+        ("regularize part.vtu nowhere/out.vtu", 1, "the folder"),
+        ("regularize part.vtu out.xyz", 1, "unknown extension .xyz"),
+        ("regularize part.vtu out.vtu --history nowhere/run.csv", 1, "nowhere/run.csv"),
+        ("regularize part.vtu out.vtu --frames run.vtu", 1, "known are .pvd"),
+        ("regularize part.vtu out.vtu --plot q.doc", 1, "unknown extension .doc"),
+        ("regularize part.vtu out.vtu --plot part.vtu", 2, "part.vtu is the input"),
+        ("regularize part.vtu out.vtu --report x --history x", 2, "x is an output already"),
+        ("regularize part.vtu out.vtu --boundary slippery", 2, "'slide', 'fixed' or 'free', not 'slippery'"),
+        ("regularize part.vtu out.vtu --fixed walls", 2, "names no point array"),
+        ("regularize part.vtu out.vtu --target 1:2", 2, "target"),
+        ("regularize part.vtu out.vtu --method majorize", 2, "quaternionic"),
+        ("regularize part.vtu out.vtu --every 0", 2, "every"),
+        ("regularize tets.vtu out.vtu", 1, "tetra"),
+        ("regularize broken.vtu out.vtu", 1, "cannot read broken.vtu"),
+        ("quality missing.vtu", 1, "missing.vtu does not exist"),
+        ("quality part.vtu --worst -1", 2, "worst"),
+        ("quality part.vtu --out part.vtu", 2, "--overwrite"),
+        ("orient part.vtu part.vtu", 2, "--overwrite"),
+        ("check missing.vtu", 1, "missing.vtu does not exist"),
+        ("demo part.vtu", 1, "cannot make the folder part.vtu"),
+        ("demo --size 1", 2, "two cells"),
+    ],
+)
+def test_errors_are_one_readable_line(here, capsys, words, code, said):
+    pv.Sphere().delaunay_3d().save("tets.vtu")
+    (here / "broken.vtu").write_bytes((here / "part.vtu").read_bytes()[:-900])
+    files = {path: path.read_bytes() for path in here.iterdir() if path.is_file()}
+    assert run(words) == code
+    line = error_line(capsys)
+    assert line.startswith("error: ")
+    assert said in line
+    # Nothing was begun, nothing was lost.
+    assert {path: path.read_bytes() for path in here.iterdir() if path.is_file()} == files
+
+
+@pytest.mark.parametrize("words", [[], ["polish"], ["regularize", "part.vtu"], ["check", "part.vtu", "--loud"]])
+def test_wrong_usage_ends_with_2(words, capsys):
+    assert main(words) == 2
+    assert "usage: hexconformal" in capsys.readouterr().err
+
+
+def test_a_format_that_cannot_hold_the_mesh_is_refused_before_the_work(here, capsys, monkeypatch):
+    (pv.read("part.vtu") + pv.Pyramid().translate((5, 0, 0))).save("mixed.vtu")
+    monkeypatch.setattr("hexconformal.job.Regularization", None)  # the work itself must not begin
+    assert run("regularize mixed.vtu out.inp --other-cells keep") == 1
+    assert error_line(capsys) == "error: cannot write out.inp: abaqus files have no pyramid cells\n"
+    assert {path.name for path in here.iterdir()} == {"part.vtu", "mixed.vtu"}
+
+
+def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, monkeypatch):
+    def full(path, mesh):
+        if str(path) == "better.vtu":
+            raise hc.WriteError("cannot write better.vtu: no space left on device")
+        return hc.write(path, mesh)
+
+    monkeypatch.setattr("hexconformal.job.write", full)
+    monkeypatch.setattr("tempfile.tempdir", str(here))
+    assert run("regularize part.vtu better.vtu --max-iterations 2") == 1
+    said = error_line(capsys)
+    assert said.startswith("error: cannot write better.vtu: no space left on device; the mesh was saved as ")
+    assert len(hc.read(said.split()[-1]).cells) == 125
+
+
+def test_a_series_that_fails_midway_ends_the_run_with_its_mesh(here, capsys, monkeypatch):
+    def full(series, time, mesh):
+        if time == 2:
+            raise hc.WriteError("cannot write run_0002.vtu: no space left on device")
+
+    monkeypatch.setattr("hexconformal.series.Series.add", full)
+    assert run("regularize part.vtu better.vtu --frames run.pvd --quiet") == 1
+    assert error_line(capsys) == (
+        "error: cannot write run_0002.vtu: no space left on device; the mesh of iteration 2 is in better.vtu\n"
+    )
+    assert hc.quality("better.vtu").valid.all()
+
+
+def test_quality_names_the_worst_cells_and_writes_the_measures(here, capsys):
+    assert run("quality part.vtu --worst 2 --out measured.vtu --plot q.png") == 0
+    out = capsys.readouterr().out
+    measured = hc.quality("part.vtu")
+    worst = int(measured.scaled_jacobian.argmin())
+    assert out.splitlines()[-2].split()[0] == str(worst)
+    grid = pv.read("measured.vtu")
+    for name in ("scaled_jacobian", "minimum_jacobian", "shape", "conformal_distortion", "edge_ratio", "volume"):
+        np.testing.assert_array_equal(grid[name], getattr(measured, name))
+    np.testing.assert_array_equal(grid["valid"] == 1, measured.valid)
+    assert (here / "q.png").stat().st_size > 10_000
+
+
+def test_quality_as_json_on_stdout_and_in_a_file(here, capsys):
+    assert run("quality part.vtu --json -") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert run("quality part.vtu --json q.json") == 0
+    assert json.loads((here / "q.json").read_text()) == told
+    assert told["count"] == 125
+    assert told["scaled_jacobian"]["min"] == pytest.approx(hc.quality("part.vtu").scaled_jacobian.min())
+
+
+def test_orient_turns_mirrored_cells_round(here, capsys):
+    points, cells = generate.box((2, 2, 2))
+    hc.write("mirrored.vtu", hc.HexMesh(points, cells[:, [4, 5, 6, 7, 0, 1, 2, 3]]))
+    assert run("check mirrored.vtu") == 1
+    assert "error: " in capsys.readouterr().out
+    assert run("orient mirrored.vtu sound.vtu") == 0
+    assert "8 of 8 cells turned round" in capsys.readouterr().out
+    np.testing.assert_array_equal(hc.read("sound.vtu").cells, cells)
+    assert run("orient sound.vtu again.vtu") == 0
+    assert "nothing to do" in capsys.readouterr().out
+    assert run("check again.vtu") == 0
+
+
+def test_check_reports_points_that_are_not_finite(here, capsys):
+    mesh = hc.read("part.vtu")
+    points = mesh.points.copy()
+    points[7] = np.nan
+    hc.write("nan.vtu", mesh.replaced(points=points))
+    assert run("check nan.vtu") == 1
+    assert "NaN or infinite coordinates: 1 (ids 7)" in capsys.readouterr().out
+
+
+def test_demo_leaves_all_it_speaks_of(here, capsys):
+    assert run("demo cube --size 4") == 0
+    out = capsys.readouterr().out
+    places = {path.name for path in (here / "cube").iterdir()}
+    expected = {"sheared_cube.vtu", "regular_cube.vtu", "run.pvd", "run_frames", "quality.png", "history.csv"}
+    expected |= {"report.txt", "report.json"}
+    try:
+        require_rendering()
+        expected.add("figure3.png")
+    except hc.WriteError:
+        assert "no figure3.png" in out
+    assert places == expected
+    for name in expected - {"run_frames"}:
+        assert name in out
+    regular = generate.box((4, 4, 4))[0]
+    assert np.abs(hc.read("cube/regular_cube.vtu").points - regular).max() < 1e-10
+
+
+def test_version_and_module_entry():
+    done = run_program("--version")
+    assert (done.returncode, done.stdout) == (0, f"hexconformal {hc.__version__}\n")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interruption_leaves_the_last_valid_mesh(tmp_path, number):
+    points, cells = generate.twisted_cube(24, degrees=150)
+    hc.write(tmp_path / "part.vtu", hc.HexMesh(points, cells))
+    words = "-m hexconformal regularize part.vtu better.vtu --boundary fixed --tolerance 0 --max-iterations 100000"
+    words += " --energy quaternionic --method majorize --history run.csv --report report.json"
+    program = subprocess.Popen(
+        [sys.executable, *words.split()], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    history = tmp_path / "run.csv"
+    deadline = time.monotonic() + 100
+    while time.monotonic() < deadline and program.poll() is None:
+        if history.exists() and history.read_text().count("\n") > 3:
+            break
+        time.sleep(0.02)
+    program.send_signal(number)
+    _, said = program.communicate(timeout=60)
+    assert program.returncode == 130, said
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert said == f"interrupted: the mesh of iteration {report['iterations']} is in better.vtu\n"
+    assert report["reason"] == "interrupted"
+    better = hc.read(tmp_path / "better.vtu")
+    assert is_valid(better.points, better.cells).all()
+    assert np.abs(better.points - points).max() > 0
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_terminal_sees_iterations_and_compilation(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    with Progress() as progress:
+        progress.show(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36))
+        time.sleep(0.3)
+        assert "7 lbfgs  energy 4.685e+00" in sys.stderr.getvalue()
+        assert "compiling" not in sys.stderr.getvalue()
+        njit(slowly_compiled)(3)
+    assert "compiling (first run only)" in sys.stderr.getvalue()
+
+
+def slowly_compiled(count):
+    total = 0.0
+    for row in range(count):
+        total += row
+    return total

@@ -1,0 +1,106 @@
+"""Pictures are there, and they show something."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import hexconformal as hc
+from hexconformal import generate
+from hexconformal.plots import before_after, histogram, require_rendering
+
+
+@pytest.fixture(scope="module")
+def rendering():
+    try:
+        require_rendering()
+    except hc.WriteError as problem:
+        pytest.skip(str(problem))
+
+
+def colours(picture):
+    """Share of the pixels whose nearest plain colour is red-ish, blue-ish, or white."""
+    red, green, blue = (picture[..., i] for i in range(3))
+    return {
+        "white": float(((red > 0.97) & (green > 0.97) & (blue > 0.97)).mean()),
+        "warm": float((red > blue + 0.1).mean()),
+        "cold": float((blue > red + 0.1).mean()),
+    }
+
+
+def test_histogram_shows_both_distributions(tmp_path):
+    histogram(tmp_path / "q.png", generate.sheared_cube(6), generate.box((6, 6, 6)))
+    picture = imread(tmp_path / "q.png")
+    assert picture.shape[0] > 800
+    assert picture.shape[1] > 1000
+    share = colours(picture)
+    assert share["white"] > 0.5
+    assert share["warm"] > 0.05
+    assert share["cold"] > 0.005
+
+
+def test_histogram_of_one_mesh_has_one_colour(tmp_path):
+    histogram(tmp_path / "q.png", hc.quality(generate.sheared_cube(6)))
+    share = colours(imread(tmp_path / "q.png"))
+    assert share["cold"] > 0.05
+    assert share["warm"] < 0.001
+
+
+def test_histogram_takes_inverted_and_degenerate_cells(tmp_path):
+    points, cells = generate.box((2, 2, 2))
+    points[13] = (2.0, 2.0, 2.0)
+    points[0] = points[1]
+    histogram(tmp_path / "q.svg", (points, cells))
+    assert "<svg" in (tmp_path / "q.svg").read_text()
+
+
+def test_pictures_need_a_known_extension(tmp_path):
+    with pytest.raises(hc.WriteError, match="unknown extension"):
+        histogram(tmp_path / "q.vtu", generate.box((1, 1, 1)))
+
+
+def test_before_after_is_cut_open_and_coloured_by_quality(tmp_path, rendering):
+    before_after(tmp_path / "f.png", generate.sheared_cube(6), generate.box((6, 6, 6)))
+    picture = imread(tmp_path / "f.png")
+    half = picture.shape[1] // 2
+    top = picture[: int(0.85 * picture.shape[0])]  # without the colour bar
+    left, right = colours(top[:, :half]), colours(top[:, half:])
+    assert 0.3 < left["white"] < 0.8
+    assert 0.3 < right["white"] < 0.8
+    assert left["warm"] > 0.05  # skewed cells
+    assert right["warm"] < 0.005  # none after
+    assert right["cold"] > 0.2
+    # Cut open: in the middle of the right half lie faces of three directions, so three shades.
+    shades = np.unique((top[:, half:] * 16).astype(int).reshape(-1, top.shape[2]), axis=0, return_counts=True)[1]
+    assert (shades > 0.03 * top[:, half:, 0].size).sum() >= 4
+
+
+def test_before_after_marks_inverted_cells(tmp_path, rendering):
+    points, cells = generate.box((3, 3, 3))
+    folded = points.copy()
+    folded[3, 2] += 0.6  # the corner at the lower front, lifted past its neighbour
+    before_after(tmp_path / "f.png", (folded, cells), (points, cells))
+    red, green, blue = (imread(tmp_path / "f.png")[..., i] for i in range(3))
+    assert ((red > green + 0.2) & (blue > green + 0.2)).mean() > 0.001
+
+
+def test_before_after_needs_the_same_cells(tmp_path):
+    with pytest.raises(hc.MeshError, match="same cells"):
+        before_after(tmp_path / "f.png", generate.box((2, 2, 2)), generate.box((3, 3, 3)))
+
+
+def test_without_a_graphics_driver_the_error_says_what_to_install(monkeypatch):
+    def crashed(*words, **options):
+        return subprocess.CompletedProcess(words, -11)
+
+    monkeypatch.setattr(subprocess, "run", crashed)
+    with pytest.raises(hc.WriteError, match="libegl1"):
+        require_rendering.__wrapped__()
+
+
+def test_drawing_leaves_no_trace_of_pyplot(tmp_path):
+    code = "import sys\nfrom hexconformal import generate, plots\n"
+    code += "plots.histogram('q.png', generate.box((1, 1, 1)))\nassert 'matplotlib.pyplot' not in sys.modules\n"
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=120)
