@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .compiled import algebra, loop
-from .errors import MeshError, OptionError
-from .quaternion import combine, dot, subtract
+from .errors import MeshError, OptionError, first_ids
+from .quaternion import combine, cross, dot, subtract
 from .threads import parallel_ranges
 
 __all__ = ["Closest", "Polyline", "Surface", "closest_on_segment", "closest_on_triangle", "walk"]
@@ -21,6 +21,8 @@ Ints = NDArray[np.int64]
 
 # Steps of a walk: more than any mesh is wide between two positions of a point.
 _STEPS = 1000
+# Squared sine below which rounding spoils what is computed from the area of a triangle.
+_SLIVER = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ class Surface:
         import pyvista as pv
 
         mesh = pv.wrap(source)
-        poly = (mesh if isinstance(mesh, pv.PolyData) else mesh.extract_surface()).triangulate()
+        poly = (mesh if isinstance(mesh, pv.PolyData) else mesh.extract_surface(algorithm="dataset_surface")).triangulate()
         faces = np.asarray(poly.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
         return cls(np.asarray(poly.points, dtype=np.float64), faces)
 
@@ -254,8 +256,9 @@ class Polyline:
         """
         wanted = np.ascontiguousarray(curves, dtype=np.int64)
         offsets, members = self._members
-        if len(wanted) and not (0 <= wanted.min() and wanted.max() < len(offsets) - 1 and np.diff(offsets)[wanted].all()):
-            raise OptionError(f"there are curves 0..{len(offsets) - 2} only")
+        bad = wanted[~np.isin(wanted, self.curves)]
+        if len(bad):
+            raise OptionError(f"there are no such curves: {first_ids(bad)}")
         return self._asked(places, members[offsets[wanted]], offsets, members, wanted)
 
     def walked(self, places: ArrayLike, start: Ints) -> Closest:
@@ -291,10 +294,18 @@ def closest_on_segment(p: Any, a: Any, b: Any) -> Any:
 def closest_on_triangle(p: Any, a: Any, b: Any, c: Any) -> Any:
     """Weights of a, b, c in the point of their triangle that is closest to p.
 
-    After Ericson, Real-Time Collision Detection, section 5.1.5; a triangle without area is a segment or point.
+    After Ericson, Real-Time Collision Detection, section 5.1.5; a triangle without area is its three edges.
     """
     ab, ac, ap = subtract(b, a), subtract(c, a), subtract(p, a)
     bp, cp = subtract(p, b), subtract(p, c)
+    normal = cross(ab, ac)
+    if dot(normal, normal) <= _SLIVER * dot(ab, ab) * dot(ac, ac):
+        u, v, w = closest_on_segment(p, a, b), closest_on_segment(p, b, c), closest_on_segment(p, c, a)
+        on_ab, on_bc, on_ca = combine(1.0 - u, ap, u, bp), combine(1.0 - v, bp, v, cp), combine(1.0 - w, cp, w, ap)
+        one, two, three = dot(on_ab, on_ab), dot(on_bc, on_bc), dot(on_ca, on_ca)
+        if one <= two and one <= three:
+            return 1.0 - u, u, 0.0
+        return (0.0, 1.0 - v, v) if two <= three else (w, 0.0, 1.0 - w)
     d1, d2, d3, d4, d5, d6 = dot(ab, ap), dot(ac, ap), dot(ab, bp), dot(ac, bp), dot(ab, cp), dot(ac, cp)
     if d1 <= 0.0 and d2 <= 0.0:
         return 1.0, 0.0, 0.0
@@ -315,8 +326,6 @@ def closest_on_triangle(p: Any, a: Any, b: Any, c: Any) -> Any:
         w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
         return 0.0, 1.0 - w, w
     total = va + vb + vc
-    if not total > 0.0:
-        return 1.0, 0.0, 0.0
     return va / total, vb / total, vc / total
 
 

@@ -13,9 +13,13 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# How often normals are averaged, and the cosine from which on a neighbour has a say.
+# How often normals are averaged; neighbours have a say up to this multiple of the noise, at most so many degrees.
 _ROUNDS = 3
-_AGREE = 0.5
+_SPREAD = 4.0
+_WIDEST = 60.0
+# Degrees from which on an edge is a crease whatever is beside it, and else how much sharper it must be.
+_ROUND = 55.0
+_CONTRAST = 1.5
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ def area_vectors(points: Floats, quads: Ints) -> Floats:
 
 
 def steady_normals(points: Floats, quads: Ints, edges: SurfaceEdges) -> Floats:
-    """Unit normals of quads, averaged with those neighbours that roughly agree: noise goes, creases stay.
+    """Unit normals of quads, averaged with neighbours that agree but for noise: noise goes, creases stay.
 
     A quad that is folded, or has no area, has no say: it gets the normal of its neighbours.
 
@@ -106,11 +110,12 @@ def steady_normals(points: Floats, quads: Ints, edges: SurfaceEdges) -> Floats:
     behind = np.bincount(np.concatenate([left[around], right[around]]), minlength=count)
     weight = np.where(sound & (behind < 3), size, 0.0)
     normals = area / np.where(size > 0, size, 1.0)[:, None]
+    least = np.cos(np.radians(np.minimum(_SPREAD * _noise(dihedral_angles(normals, edges), edges, count), _WIDEST)))
     normals[weight == 0] = 0.0
     for turn in range(_ROUNDS):
-        agree = np.einsum("ei,ei->e", normals[left], normals[right]) - _AGREE
-        agree[(weight[left] == 0) | (weight[right] == 0)] = 1.0 - _AGREE
-        agree = np.maximum(agree, 0.0)
+        agree = np.einsum("ei,ei->e", normals[left], normals[right]) - least
+        untold = (weight[left] == 0) | (weight[right] == 0)
+        agree = np.where(untold, 1.0, np.maximum(agree, 0.0))
         sums = normals * np.maximum(weight, 1e-300)[:, None]
         for to, of in ((left, right), (right, left)):
             share = (agree * weight[of])[:, None] * normals[of]
@@ -124,10 +129,44 @@ def steady_normals(points: Floats, quads: Ints, edges: SurfaceEdges) -> Floats:
     return normals
 
 
+def _noise(angles: Floats, edges: SurfaceEdges, count: int) -> Floats:
+    """(s,) degrees by which normals vary for no reason, around each edge with two quads."""
+    every = np.zeros(len(edges.nodes))
+    every[edges.smooth] = angles
+    # Along creases and around cylinders two edges of a quad are flat; only where it is rough are there three bends.
+    rough = np.sort(every[edges.of_quads], axis=1)[:, 1]
+    left, right = edges.quads.T
+    total, number = rough.copy(), np.ones(count)
+    for to, of in ((left, right), (right, left)):
+        total += np.bincount(to, rough[of], minlength=count)
+        number += np.bincount(to, minlength=count)
+    mean = total / number
+    return np.asarray(np.maximum(mean[left], mean[right]))
+
+
 def dihedral_angles(normals: Floats, edges: SurfaceEdges) -> Floats:
     """(s,) angles in degrees between the normals on both sides of the edges with two quads, 0 where it is flat."""
     a, b = normals[edges.quads[:, 0]], normals[edges.quads[:, 1]]
     return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ei,ei->e", a, b))))
+
+
+def round_edges(angles: Floats, edges: SurfaceEdges) -> Mask:
+    """(s,) edges hardly sharper than the next ones on both sides: those of a coarse cylinder, not of a crease.
+
+    Parameters
+    ----------
+    angles
+        (s,) degrees at the edges with two quads.
+    edges
+        Of the same surface.
+    """
+    every = np.zeros(len(edges.nodes))
+    every[edges.smooth] = angles
+    # The angle at the edge opposite to each edge of each quad, then the smaller one of both quads.
+    opposite = every[np.roll(edges.of_quads, 2, axis=1)]
+    least = np.full(len(edges.nodes), np.inf)
+    np.minimum.at(least, edges.of_quads.ravel(), opposite.ravel())
+    return np.asarray((angles < _ROUND) & (angles < _CONTRAST * least[edges.smooth]))
 
 
 def step_quads(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float) -> tuple[Mask, Mask]:
@@ -148,7 +187,7 @@ def step_quads(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float) -
     sign = np.zeros(len(edges.nodes))
     sign[edges.smooth] = np.where(sharp, np.sign(rises), 0.0)
     around = sign[edges.of_quads]
-    return (around * np.roll(around, 2, axis=1) < 0).any(axis=1), sharp
+    return np.asarray((around * np.roll(around, 2, axis=1) < 0).any(axis=1)), sharp
 
 
 def connected(pairs: Ints, count: int) -> Ints:

@@ -8,7 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .creases import Chains, SurfaceEdges, chains, connected, dihedral_angles, steady_normals, step_quads, surface_edges
+from .creases import (
+    Chains,
+    SurfaceEdges,
+    chains,
+    connected,
+    dihedral_angles,
+    round_edges,
+    steady_normals,
+    step_quads,
+    surface_edges,
+)
 from .errors import OptionError
 from .mesh import HexMesh
 
@@ -20,10 +30,11 @@ Mask = NDArray[np.bool_]
 
 # A crease goes on, once found, down to this share of the threshold.
 _WEAK = 0.6
-# Edges of a curve that ends nowhere in particular: fewer are noise.
+# Edges of a curve that ends nowhere in particular: fewer are noise, also where other curves are sure.
 _SHORTEST = 5
+_SHORTEST_BESIDE = 15
 # Chains that change their sense of turning more than this are stair steps or noise.
-_SAW = 0.45
+_SAW = 0.6
 # Share of the sharp edges beside steps of one cell from which on all are stair steps.
 _STEPPED = 0.7
 # A curve may be rounded off if the surface may move this far, in edges and in bounding-box diagonals.
@@ -71,9 +82,9 @@ def find_features(
     """Find the smooth patches of a boundary, the curves between them, and the corners.
 
     Without tags, a curve is a chain of edges with an angle of at least 0.6 `angle` between the (averaged) normals
-    on both sides, at least half of them more than `angle`. Chains that zigzag, and short ones that end anywhere
-    but at other curves, are noise; so are all that end there, where others are kept in mode "auto". Edges with
-    other than two quads always belong to a curve.
+    on both sides, at least half of them more than `angle` and clearly more than the edges beside. Chains that
+    zigzag, and short ones that end anywhere but at other curves, are noise; beside curves that are kept, mode
+    "auto" also leaves out longer ones that end like that. Edges with other than two quads always belong to a curve.
 
     Parameters
     ----------
@@ -126,7 +137,7 @@ def find_features(
     if mode == "auto" and tags is None:
         soft, loose, why = _decide(points, quads, edges, np.union1d(chosen, edges.odd), odd, angle, tolerance)
         if loose and not soft:
-            chosen = _creases(points, quads, edges, angle, odd, len(edges.nodes))
+            chosen = _creases(points, quads, edges, angle, odd, _SHORTEST_BESIDE)
     chosen = np.union1d(chosen, edges.odd)
     nodes = edges.nodes[chosen]
     strung = chains(points, nodes, odd)
@@ -192,13 +203,14 @@ def _odd_nodes(quads: Ints, edges: SurfaceEdges, count: int) -> Mask:
 def _creases(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float, odd: Mask, shortest: int) -> Ints:
     """Ids of the edges with two quads that belong to creases; those with a free end have `shortest` edges or more."""
     angles = dihedral_angles(steady_normals(points, quads, edges), edges)
+    coarse = round_edges(angles, edges)
     chosen = np.flatnonzero(angles > _WEAK * angle)
     # To lose a spur makes one chain of two: look again until nothing goes.
     while len(chosen):
         nodes = edges.nodes[edges.smooth[chosen]]
         strung = chains(points, nodes, odd)
         length = np.bincount(strung.labels)
-        strong = np.bincount(strung.labels, angles[chosen] > angle)
+        strong = np.bincount(strung.labels, (angles[chosen] > angle) & ~coarse[chosen])
         piece = connected(nodes, len(points))[nodes[:, 0]]
         small = np.bincount(piece)[piece] < _SHORTEST
         good = (strong >= 0.5 * length) & (strung.zigzag < _SAW)
@@ -236,7 +248,7 @@ def _decide(
     if tolerance > max(_ROUNDED[0] * edge, _ROUNDED[1] * diagonal):
         share = f"{tolerance / edge:.2g} edge lengths, {tolerance / diagonal:.2g} diagonals"
         return True, False, f"the surface may move by {share}, which rounds them off"
-    return False, free > 0, "sharp" + (", less those that end in the middle of a smooth surface" if free > 0 else "")
+    return False, free > 0, "sharp" + (", less short ones that end in the middle of a smooth surface" if free > 0 else "")
 
 
 def _carried(mesh: HexMesh, name: str) -> tuple[Ints, Ints] | None:

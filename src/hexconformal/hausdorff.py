@@ -39,8 +39,8 @@ def surface_samples(quads: Ints) -> tuple[Ints, Floats]:
     middle = (corner + np.roll(corner, 1, axis=1)) / 2
     every = np.arange(count)
     of = np.concatenate([nodes // 4, edges // 4, every, np.repeat(every, 4)])
-    weights = [corner[nodes % 4], middle[edges % 4], np.full((count, 4), 0.25), np.tile((corner + 0.25) / 2, (count, 1))]
-    return of, np.concatenate(weights)
+    quarters = np.tile((corner + 0.25) / 2, (count, 1))
+    return of, np.concatenate([corner[nodes % 4], middle[edges % 4], np.full((count, 4), 0.25), quarters])
 
 
 def hausdorff(points: Floats, reference: Floats, quads: Ints) -> float:

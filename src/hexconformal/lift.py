@@ -55,7 +55,7 @@ def lift_patches(problem: Shaping, points: Field) -> Iterator[Step]:
             return
         quality = corner_scaled_jacobian(points, problem.cells)
         core = rings(problem.cells, len(points), quality < quality.min() + _MARGIN, _RINGS)
-        patch, nodes = problem.restricted(core)
+        patch, nodes = problem.restricted(core, points)
         if not patch.free.any():
             return
         local, energy = points[nodes], 0.0

@@ -77,8 +77,7 @@ class Surface(Protocol):
 
     def value(self, points: Field) -> float: ...
     def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
-    def nodes_around(self, moving: Mask) -> Mask: ...
-    def restricted(self, nodes: Ints, moving: Mask) -> Surface: ...
+    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> Surface: ...
 
 
 @dataclass
@@ -155,25 +154,18 @@ class Shaping:
         """(n,) nodes that can move at all."""
         return np.asarray(self.projectors.any(axis=(1, 2)))
 
-    def restricted(self, moving: Mask) -> tuple[Shaping, Ints]:
+    def restricted(self, moving: Mask, points: Field) -> tuple[Shaping, Ints]:
         """The same energy with only some nodes moving: the patch's own problem, and its nodes' ids here."""
         moving = moving & self.free
         around = np.flatnonzero(moving[self.cells].any(axis=1))
-        inside = np.zeros(len(moving), dtype=bool)
-        inside[self.cells[around]] = True
-        surface = None
-        if self.surface is not None:
-            inside |= self.surface.nodes_around(moving)
-        nodes = np.flatnonzero(inside)
+        nodes = np.unique(self.cells[around])
         local = np.full(len(moving), -1)
         local[nodes] = np.arange(len(nodes))
-        if self.surface is not None:
-            surface = self.surface.restricted(nodes, moving)
         patch = Shaping(
             local[self.cells[around]],
             self.inverses[around] if len(self.inverses) > 1 else self.inverses,
             np.where(moving[nodes, None, None], self.projectors[nodes], 0.0),
-            surface,
+            None if self.surface is None else self.surface.restricted(nodes, moving, points),
         )
         return patch, nodes
 

@@ -232,15 +232,22 @@ class Barrier(Distortion):
         See :class:`Distortion`.
     """
 
-    def __init__(self, cells: Cells, shapes: tuple[Floats, Floats], count: int) -> None:
+    def __init__(self, cells: Cells, shapes: tuple[Floats, Floats], count: int, evenness: float = 0.0) -> None:
         super().__init__(corner_frames(cells, shapes), count)
+        self._evenness = evenness
+
+    def _unevenness(self, area: Floats) -> Floats:
+        """Logarithm of the areas over their geometric mean."""
+        logarithm = np.log(np.maximum(area, _TINY))
+        mean = (self.frames.weights * logarithm).sum() / self.frames.weights.sum()
+        return np.asarray(logarithm - mean)
 
     def densities(self, points: Floats) -> Floats:
         f1, f2 = self.frames.derivatives(points)
         c = cross(f1, f2)
         area = np.sqrt(dot(c, c))
         with np.errstate(divide="ignore", invalid="ignore"):
-            density = plane_density(f1, f2, plane_normal(f1, f2)) / area
+            density = plane_density(f1, f2, plane_normal(f1, f2)) / area + self._evenness * self._unevenness(area) ** 2
         return np.asarray(self.frames.weights * np.where(area > 0, density, np.inf))
 
     def slopes(self, points: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
@@ -249,7 +256,7 @@ class Barrier(Distortion):
         area = np.sqrt(dot(c, c)) + _TINY
         n = plane_normal(f1, f2)
         g1, g2 = plane_gradient(f1, f2, n)
-        ratio = plane_density(f1, f2, n) / area
+        ratio = plane_density(f1, f2, n) / area - 2 * self._evenness * self._unevenness(area)
         s = self.frames.weights / area
         return (
             scale(s, subtract(g1, scale(ratio, cross(f2, n)))),
@@ -289,13 +296,17 @@ class Barrier(Distortion):
         # Directions d|a| = <(a, n x a), df> / 2 and the like: hence the quarters.
         result = np.einsum("f,if,jf->fij", w * 4 * largest / area**3, radial, radial)
         result += np.einsum("f,if,jf->fij", w * 4 * alpha**2 / area**2, turning, turning)
+        spread = np.concatenate([np.stack(cross(f2, n)), np.stack(cross(n, f1))])
+        result += np.einsum("f,if,jf->fij", w * 2 * self._evenness / area**2, spread, spread)
         # Out of the plane the frozen normal gives 4 / area; turning a cell costs nothing in truth.
         normal = np.einsum("f,if,jf->fij", w * _STIFFNESS * 4 / area, np.stack(n), np.stack(n))
         result[:, :3, :3] += normal
         result[:, 3:, 3:] += normal
+        result[:, range(6), range(6)] += (_PROXY * 4 * w / area)[:, None]
         return result
 
 
 _STIFFNESS = 0.1
+_PROXY = 0.2
 
 ENERGIES = ("barrier", "quaternionic")

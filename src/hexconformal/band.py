@@ -1,0 +1,275 @@
+"""Keep a moving boundary near where it was: the compatible constraint, as a penalty with a hard limit.
+
+The note's constraint makes the displacement of a surface orthogonal to its normal, relaxed by eps. Eliminating
+the multiplier leaves the penalty |<v, N>|^2 / (2 eps); measured from the closest point of the original surface
+instead of the last position, it also brings nodes back that have drifted. That is the soft part here, with
+eps = bound^2 / (2 ATTRACTION), so that no unit of length matters. The steep part begins near the bound and
+holds both directions of the Hausdorff distance, sample by sample: of the moved surface to the original, and of
+the original to the moved one. Feature curves and corners have a narrower band of their own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .block_matrix import BlockMatrix
+from .closest import Polyline, Surface
+from .compiled import loop
+from .features import Features
+from .hausdorff import surface_samples
+from .sparsity import find
+
+__all__ = ["Band"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+_ATTRACTION = 30.0  # soft weight of nodes, per squared distance in bounds: without it thin bodies inflate
+_STEEP = 500.0  # weight beyond the onset
+_ONSET = 0.8  # share of the bound where the steep part begins
+_LIMIT = 0.98  # share of the bound that is never crossed from inside
+_NARROW = 0.2  # width of the band of feature curves and corners, as a share of the bound
+_CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
+
+
+@dataclass
+class _Rows:
+    """Distances of samples that are attached to nodes: what they pull at, and how steeply."""
+
+    nodes: Ints  # (k, j)
+    weights: Field  # (k, j) share of each node in the sample
+    residuals: Field  # (k, 3) from where the sample belongs to where it is
+    distances: Field  # (k,)
+    directions: Field  # (k, 3, 3) projection onto the directions in which the distance grows
+
+
+@dataclass
+class Band:
+    """A penalty on the distance between a boundary and its original, in the interface of a Shaping's surface.
+
+    Attributes
+    ----------
+    original
+        Where the boundary was: its points, and the quads.
+    bound
+        Distance that must not be exceeded.
+    features
+        Curves and corners to keep; None where there are none, or they may be soft.
+    steepness
+        Weight of the steep part; raise it where the bound is not kept.
+    reference
+        Surface to return to, if it is not the original one.
+    """
+
+    original: Surface
+    bound: float
+    features: Features | None = None
+    steepness: float = _STEEP
+    reference: Surface | None = None
+    _take: Mask | None = field(default=None, repr=False)
+    _nodes: Ints | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        points, quads = self.original.points, self.original.faces
+        self._full = points.copy()
+        self._of, self._weights = surface_samples(quads)
+        self._places = np.einsum("sj,sji->si", self._weights, points[quads[self._of]])
+        self._is_node = self._weights.max(axis=1) == 1.0
+        self._onto = self._of.copy() if self.reference is None else self.reference.closest(self._places).faces
+        self._back = self._of.copy()
+        self._ahead_distance = np.zeros(len(self._of))
+        self._back_distance = np.zeros(len(self._of))
+        self._since = points.copy()
+        self._worst = 0.0
+        self._curves, self._along = self._feature_samples()
+
+    def _feature_samples(self) -> tuple[Polyline | None, Ints]:
+        """The original curves; the samples on them are the nodes and midpoints of their edges."""
+        points, features = self.original.points, self.features
+        if features is None or features.soft:
+            self._edge_nodes, self._edge_weights = np.empty((0, 2), np.int64), np.empty((0, 2))
+            self._corners = np.empty(0, np.int64)
+            return None, np.empty(0, np.int64)
+        self._corners = features.corners
+        edges = features.edges
+        # Each node once per curve; corners are held by themselves.
+        keys = edges * (int(features.curves.max(initial=0)) + 1) + features.curves[:, None]
+        first = np.unique(keys, return_index=True)[1]
+        first = first[~np.isin(edges.ravel()[first], features.corners)]
+        ends = edges.ravel()[first]
+        self._edge_nodes = np.vstack([np.column_stack([ends, ends]), edges])
+        self._edge_weights = np.vstack([np.tile([1.0, 0.0], (len(ends), 1)), np.full((len(edges), 2), 0.5)])
+        if len(edges) == 0:
+            return None, np.empty(0, np.int64)
+        return Polyline(points, edges, features.curves), np.concatenate([first // 2, np.arange(len(edges))])
+
+    # ------------------------------------------------------------------------------------ interface
+    def value(self, points: Field) -> float:
+        """Penalty at the points; infinite beyond the limit."""
+        x = self._all(points)
+        total, worst = 0.0, 0.0
+        for rows, width, attraction, onset in self._measured(x, refresh=False):
+            worst = max(worst, rows.distances.max(initial=0.0) * self.bound / width)
+            total += self._penalty(rows.distances, width, attraction, onset)[0].sum()
+        return float(total) if worst <= max(_LIMIT * self.bound, self._worst) else np.inf
+
+    def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float:
+        """Penalty; adds its gradient and the Gauss-Newton part of its Hessian, and remembers where things are."""
+        x = self._all(points)
+        total, self._worst = 0.0, 0.0
+        for rows, width, attraction, onset in self._measured(x, refresh=True):
+            self._worst = max(self._worst, rows.distances.max(initial=0.0) * self.bound / width)
+            values, slopes, curvatures = self._penalty(rows.distances, width, attraction, onset)
+            total += values.sum()
+            pull = slopes[:, None] * rows.residuals
+            nodes = rows.nodes if self._nodes is None else self._local[rows.nodes]
+            _add_rows(
+                nodes, rows.weights, pull, curvatures[:, None, None] * rows.directions,
+                matrix.indptr, matrix.indices, matrix.data, forces,
+            )  # fmt: skip
+        return float(total)
+
+    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> Band:
+        """The band of a patch whose own nodes are numbered 0..; the others stay at the points (n, 3) given."""
+        quads = self.original.faces
+        movable = moving[quads].any(axis=1)
+        patch = object.__new__(Band)
+        patch.__dict__.update(self.__dict__)
+        patch._take = movable[self._of] | movable[self._back]
+        if self._take is not None:
+            patch._take = patch._take & self._take
+        patch._full = points.copy()
+        patch._nodes = nodes
+        patch._local = np.full(len(points), -1)
+        patch._local[nodes] = np.arange(len(nodes))
+        for name in ("_onto", "_back", "_ahead_distance", "_back_distance", "_since", "_along"):
+            setattr(patch, name, getattr(self, name).copy())
+        keep = moving[self._edge_nodes].any(axis=1)
+        patch._edge_nodes, patch._edge_weights = self._edge_nodes[keep], self._edge_weights[keep]
+        patch._along = self._along[keep]
+        patch._corners = self._corners[moving[self._corners]]
+        return patch
+
+    def excess(self, points: Field) -> float:
+        """Largest distance of any sample, in both directions, in units of the bound."""
+        everything = np.arange(len(self._of))
+        ahead, back = self._ahead(points, everything), self._backward(points, everything)
+        worst = max(ahead[0].distances.max(initial=0.0), back[0].distances.max(initial=0.0))
+        return float(worst / self.bound)
+
+    # ------------------------------------------------------------------------------------- measuring
+    def _all(self, points: Field) -> Field:
+        if self._nodes is None:
+            return points
+        self._full[self._nodes] = points
+        return self._full
+
+    def _measured(self, x: Field, refresh: bool):  # type: ignore[no-untyped-def]
+        """Rows of every kind that may matter, with the width, attraction and onset of their bands."""
+        moved = np.sqrt(((x - self._since) ** 2).sum(axis=1))[self.original.faces].max(axis=1)
+        onset = _ONSET * self.bound
+        # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
+        ahead_bound = self._ahead_distance + moved[self._of]
+        back_bound = self._back_distance + moved[self._back]
+        take = np.ones(len(self._of), dtype=bool) if self._take is None else self._take
+        near = np.flatnonzero(take & (self._is_node | (ahead_bound >= onset)))
+        behind = np.flatnonzero(take & (back_bound >= onset))
+        ahead, faces = self._ahead(x, near)
+        back, back_faces = self._backward(x, behind)
+        if refresh:
+            self._ahead_distance, self._back_distance = ahead_bound, back_bound
+            self._onto[near], self._ahead_distance[near] = faces, ahead.distances
+            self._back[behind], self._back_distance[behind] = back_faces, back.distances
+            self._since = x.copy()
+        soft = self._is_node[near]
+        yield _part(ahead, soft), self.bound, _ATTRACTION, _ONSET
+        yield _part(ahead, ~soft), self.bound, 0.0, _ONSET
+        yield back, self.bound, 0.0, _ONSET
+        width = _NARROW * self.bound
+        if self._curves is not None and len(self._along):
+            places = np.einsum("kj,kji->ki", self._edge_weights, x[self._edge_nodes])
+            there = self._curves.walked(places, self._along)
+            if refresh:
+                self._along = there.faces
+            ends = self._curves.points[self._curves.edges[there.faces]]
+            tangent = ends[:, 1] - ends[:, 0]
+            tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
+            inside = (there.weights.min(axis=1) > 0.0)[:, None, None]
+            across = np.eye(3) - inside * np.einsum("ki,kj->kij", tangent, tangent)
+            rows = _Rows(self._edge_nodes, self._edge_weights, places - there.positions, there.distances, across)
+            yield rows, width, _CURVE_ATTRACTION, _CURVE_ONSET
+        if len(self._corners):
+            residuals = x[self._corners] - self.original.points[self._corners]
+            distances = np.linalg.norm(residuals, axis=1)
+            nodes = np.column_stack([self._corners, self._corners])
+            weights = np.tile([1.0, 0.0], (len(nodes), 1))
+            everywhere = np.broadcast_to(np.eye(3), (len(nodes), 3, 3))
+            yield _Rows(nodes, weights, residuals, distances, everywhere), width, _CURVE_ATTRACTION, _CURVE_ONSET
+
+    def _ahead(self, x: Field, samples: Ints) -> tuple[_Rows, Ints]:
+        """From samples of the moved surface to the original, or to the reference."""
+        surface = self.original if self.reference is None else self.reference
+        nodes, weights = self.original.faces[self._of[samples]], self._weights[samples]
+        places = np.einsum("kj,kji->ki", weights, x[nodes])
+        there = surface.walked(places, self._onto[samples])
+        normals = _directions(places - there.positions, there.distances, self.bound, surface, there.faces)
+        return _Rows(nodes, weights, places - there.positions, there.distances, normals), there.faces
+
+    def _backward(self, x: Field, samples: Ints) -> tuple[_Rows, Ints]:
+        """From samples of the original surface to the moved one."""
+        if len(samples) == 0:
+            empty = np.empty((0, 3))
+            return _Rows(np.empty((0, 4), np.int64), np.empty((0, 4)), empty, empty[:, 0], np.empty((0, 3, 3))), samples
+        moved = self.original.moved(x)
+        there = moved.walked(self._places[samples], self._back[samples])
+        residuals = there.positions - self._places[samples]
+        normals = _directions(residuals, there.distances, self.bound, moved, there.faces)
+        return _Rows(moved.faces[there.faces], there.weights, residuals, there.distances, normals), there.faces
+
+    def _penalty(self, d: Field, width: float, attraction: float, onset: float) -> tuple[Field, Field, Field]:
+        """Penalty of each distance, its slope over the distance, and its second derivative."""
+        over = np.maximum(d - onset * width, 0.0)
+        values = (self.steepness * over**2 + attraction * d**2) / width**2
+        slopes = 2.0 * (self.steepness * over / np.maximum(d, 1e-300) + attraction) / width**2
+        curvatures = 2.0 * (self.steepness * (over > 0) + attraction) / width**2
+        return values, slopes, curvatures
+
+
+def _part(rows: _Rows, chosen: Mask) -> _Rows:
+    return _Rows(
+        rows.nodes[chosen], rows.weights[chosen], rows.residuals[chosen], rows.distances[chosen], rows.directions[chosen]
+    )
+
+
+def _directions(residuals: Field, distances: Field, bound: float, surface: Surface, faces: Ints) -> Field:
+    """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
+    x = surface.points[surface.faces[faces]]
+    normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
+    far = distances > 1e-9 * bound
+    normals[far] = residuals[far]
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    return np.einsum("ki,kj->kij", normals, normals)
+
+
+@loop
+def _add_rows(nodes, weights, pull, curvature, indptr, indices, data, forces):  # type: ignore[no-untyped-def]
+    """Add the forces and curvatures of samples to their nodes; nodes below zero take no part."""
+    for k in range(len(nodes)):
+        for i in range(nodes.shape[1]):
+            a, w = nodes[k, i], weights[k, i]
+            if a < 0 or w == 0.0:
+                continue
+            for r in range(3):
+                forces[a, r] += w * pull[k, r]
+            for j in range(nodes.shape[1]):
+                b, share = nodes[k, j], w * weights[k, j]
+                if b < 0 or share == 0.0:
+                    continue
+                place = find(indices, indptr[a], indptr[a + 1], b)
+                for r in range(3):
+                    for c in range(3):
+                        data[place, r, c] += share * curvature[k, r, c]
