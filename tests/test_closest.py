@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from hexconformal.closest import Polyline, Surface, closest_on_segment, closest_on_triangle
+from hexconformal.closest import Polyline, Surface
 from hexconformal.errors import MeshError, OptionError
 from hexconformal.generate import ball, box, cylinder
+from hexconformal.nearest import closest_on_segment, closest_on_triangle
 from hexconformal.topology import boundary_quads
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])

@@ -200,7 +200,7 @@ def test_a_limit_on_iterations_is_a_result_with_a_reason():
     ("options", "words"),
     [
         ({"boundary": "glide"}, "boundary is 'slide', 'fixed' or 'free'"),
-        ({"target": "sphere"}, "target is 'cube', 'input' or 'a:b:c'"),
+        ({"target": "sphere"}, "target is 'auto', 'cube', 'input' or 'a:b:c'"),
         ({"target": "1:-1:2"}, "three positive edge lengths"),
         ({"target": np.zeros((3, 3))}, "three edge lengths or reference points"),
         ({"fixed": np.ones(3, dtype=bool)}, "fixed"),

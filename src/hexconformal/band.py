@@ -241,7 +241,11 @@ class Band:
 
 def _part(rows: _Rows, chosen: Mask) -> _Rows:
     return _Rows(
-        rows.nodes[chosen], rows.weights[chosen], rows.residuals[chosen], rows.distances[chosen], rows.directions[chosen]
+        rows.nodes[chosen],
+        rows.weights[chosen],
+        rows.residuals[chosen],
+        rows.distances[chosen],
+        rows.directions[chosen],
     )
 
 

@@ -12,7 +12,7 @@ from .checks import as_mask
 from .errors import MeshError, OptionError, first_ids
 from .mesh import HexMesh
 
-__all__ = ["Constraint", "boundary_constraint", "fixed_components"]
+__all__ = ["Constraint", "boundary_constraint", "fixed_components", "free_directions", "planar_normals"]
 
 Field = NDArray[np.float64]
 
@@ -37,10 +37,21 @@ class Constraint:
     projectors: Field
 
     @classmethod
-    def from_normals(cls, nodes: NDArray[np.int64], sums: Field) -> Constraint:
-        """Constraint from the sums (k, 3, 3) of n n^T over the forbidden unit directions n of each node."""
-        values, vectors = np.linalg.eigh(sums)
-        admissible = values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None]
+    def from_sums(cls, sums: Field, fixed: NDArray[np.bool_] | None = None) -> Constraint:
+        """Constraint from the sums (n, 3, 3) of n n^T over the forbidden unit directions n of every node.
+
+        Parameters
+        ----------
+        sums
+            Zero where a node is free.
+        fixed
+            (n, 3) components that are held besides.
+        """
+        if fixed is not None:
+            sums = sums.copy()
+            sums[:, [0, 1, 2], [0, 1, 2]] += fixed
+        nodes = np.flatnonzero(sums.any(axis=(1, 2)))
+        admissible, vectors = _admissible(sums[nodes])
         projectors = np.einsum("kia,ka,kja->kij", vectors, admissible.astype(float), vectors)
         # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
         projectors[np.abs(projectors) < 1e-9] = 0.0
@@ -139,17 +150,28 @@ def boundary_constraint(
     if boundary not in ("fixed", "slide", "free"):
         raise OptionError(f"boundary is 'fixed', 'slide' or 'free', not {boundary!r}")
     sums = np.zeros((len(points), 3, 3))
-    if fixed is not None:
-        sums[:, [0, 1, 2], [0, 1, 2]] += fixed
     if boundary == "fixed":
         sums[np.unique(quads)] = np.eye(3)
     elif boundary == "slide":
-        sums += _normal_sums(points, quads)
+        sums = planar_normals(points, quads)
+    return Constraint.from_sums(sums, fixed)
+
+
+def free_directions(sums: Field) -> NDArray[np.int64]:
+    """(n,) number of directions that sums (n, 3, 3) of n n^T leave open: 2 in a plane, 1 on an edge, 0 at a corner."""
+    free = np.full(len(sums), 3)
     nodes = np.flatnonzero(sums.any(axis=(1, 2)))
-    return Constraint.from_normals(nodes, sums[nodes])
+    free[nodes] = _admissible(sums[nodes])[0].sum(axis=1)
+    return free
 
 
-def _normal_sums(points: Field, quads: NDArray[np.int64]) -> Field:
+def _admissible(sums: Field) -> tuple[NDArray[np.bool_], Field]:
+    """(k, 3) which eigenvectors (k, 3, 3) of the sums are open."""
+    values, vectors = np.linalg.eigh(sums)
+    return values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None], vectors
+
+
+def planar_normals(points: Field, quads: NDArray[np.int64]) -> Field:
     """(n, 3, 3) sums of n n^T over the triangles that the boundary quads around a node are made of."""
     x = points[quads] - points[quads[:, :1]]
     sums = np.zeros((len(points), 3, 3))

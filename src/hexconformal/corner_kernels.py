@@ -28,6 +28,13 @@ def _put(frame, out):  # type: ignore[no-untyped-def]
 
 
 @algebra
+def _clear(values):  # type: ignore[no-untyped-def]
+    flat = values.ravel()
+    for i in range(len(flat)):
+        flat[i] = 0.0
+
+
+@loop
 def _frame(x, corners, q, inverses, target, f):  # type: ignore[no-untyped-def]
     """Frame at corner q from the nodes x (8, 3); f[j] is column j of J W^-1."""
     for i in range(3):
@@ -46,7 +53,7 @@ def _frame(x, corners, q, inverses, target, f):  # type: ignore[no-untyped-def]
                 )
 
 
-@algebra
+@loop
 def _parts(f, eps, order, gradient, area, normal):  # type: ignore[no-untyped-def]
     """q, s, s', s'' (raised to convexity) of a frame; G, a and the plane normals into the arrays."""
     frame = (
@@ -69,7 +76,7 @@ def _parts(f, eps, order, gradient, area, normal):  # type: ignore[no-untyped-de
     return q, s, ds, dds, d
 
 
-@algebra
+@loop
 def _directions(f, u, lengths):  # type: ignore[no-untyped-def]
     """Split a frame into unit columns and their lengths."""
     for i in range(3):
@@ -78,7 +85,7 @@ def _directions(f, u, lengths):  # type: ignore[no-untyped-def]
             u[i, k] = f[i, k] / lengths[i]
 
 
-@algebra
+@loop
 def _chain(u, lengths, vectors):  # type: ignore[no-untyped-def]
     """Derivatives with respect to the unit columns become derivatives with respect to the columns."""
     for i in range(3):
@@ -87,7 +94,7 @@ def _chain(u, lengths, vectors):  # type: ignore[no-untyped-def]
             vectors[i, k] = (vectors[i, k] - along * u[i, k]) / lengths[i]
 
 
-@algebra
+@loop
 def _cross_matrix(n, p, m):  # type: ignore[no-untyped-def]
     """[n]x of normal number p, into m."""
     m[0, 0] = m[1, 1] = m[2, 2] = 0.0
@@ -95,7 +102,7 @@ def _cross_matrix(n, p, m):  # type: ignore[no-untyped-def]
     m[1, 0], m[2, 0], m[2, 1] = n[p, 2], -n[p, 1], n[p, 0]
 
 
-@algebra
+@loop
 def _sandwich(u, i, j, lengths, m):  # type: ignore[no-untyped-def]
     """m becomes P_i m P_j / (l_i l_j), P the projections orthogonal to the unit columns."""
     scale = 1.0 / (lengths[i] * lengths[j])
@@ -109,7 +116,7 @@ def _sandwich(u, i, j, lengths, m):  # type: ignore[no-untyped-def]
             m[r, c] = (m[r, c] - along * u[i, r]) * scale
 
 
-@algebra
+@loop
 def _add_blocks(parts, weight, bend, g, gradient, area, normal, unit, u, lengths, m, blocks):  # type: ignore[no-untyped-def]
     """Add weight * (convex Hessian) + bend * g g^T to the nine 3 x 3 blocks of a corner."""
     q, s, ds, dds, _ = parts
@@ -137,6 +144,56 @@ def _add_blocks(parts, weight, bend, g, gradient, area, normal, unit, u, lengths
 
 
 @loop
+def _pull_back(inverses, target, point, order, column, blocks, g, raw):  # type: ignore[no-untyped-def]
+    """Derivatives with respect to J W^-1 become derivatives with respect to J; g and raw are scratch."""
+    for i in range(3):
+        for k in range(3):
+            g[i, k] = 0.0
+            for j in range(3):
+                g[i, k] += inverses[target, point, i, j] * column[j, k]
+    for i in range(3):
+        for k in range(3):
+            column[i, k] = g[i, k]
+    if order < 2:
+        return
+    _clear(raw)
+    for i in range(3):
+        for j in range(3):
+            for a in range(3):
+                for b in range(3):
+                    w = inverses[target, point, i, a] * inverses[target, point, j, b]
+                    if w != 0.0:
+                        for r in range(3):
+                            for c in range(3):
+                                raw[i, j, r, c] += w * blocks[a, b, r, c]
+    for i in range(3):
+        for j in range(3):
+            for r in range(3):
+                for c in range(3):
+                    blocks[i, j, r, c] = raw[i, j, r, c]
+
+
+@loop
+def _spread(corners, q, order, column, blocks, forces, matrix):  # type: ignore[no-untyped-def]
+    """Add what the three edges of corner q feel to the cell's nodes: forces (8, 3) and matrix (8, 8, 3, 3)."""
+    for i in range(3):
+        sign, a = corners[q, 3 + i], corners[q, i]
+        for k in range(3):
+            forces[a, k] += sign * column[i, k]
+            forces[q, k] -= sign * column[i, k]
+        if order > 1:
+            for j in range(3):
+                w, b = sign * corners[q, 3 + j], corners[q, j]
+                for r in range(3):
+                    for s in range(3):
+                        value = w * blocks[i, j, r, s]
+                        matrix[a, b, r, s] += value
+                        matrix[a, q, r, s] -= value
+                        matrix[q, b, r, s] -= value
+                        matrix[q, q, r, s] += value
+
+
+@loop
 def corner_sums(  # type: ignore[no-untyped-def]
     points, cells, corners, inverses, eps, shape, angle, stiffness, order, forces, data, places
 ):
@@ -157,13 +214,13 @@ def corner_sums(  # type: ignore[no-untyped-def]
         for a in range(8):
             for k in range(3):
                 x[a, k] = points[cells[c, a], k]
-        local_forces[:] = 0.0
+        _clear(local_forces)
         if order > 1:
-            local[:] = 0.0
+            _clear(local)
         for q in range(8):
             _frame(x, corners, q, inverses, target, f)
-            column[:] = 0.0
-            blocks[:] = 0.0
+            _clear(column)
+            _clear(blocks)
             if shape > 0.0:
                 parts = _parts(f, eps, order, gradient, area, normal)
                 density = parts[0] * parts[1]
@@ -199,37 +256,8 @@ def corner_sums(  # type: ignore[no-untyped-def]
                 continue
             if len(inverses) > 0:
                 point = q if inverses.shape[1] > 1 else 0
-                for i in range(3):
-                    for k in range(3):
-                        g[i, k] = 0.0
-                        for j in range(3):
-                            g[i, k] += inverses[target, point, i, j] * column[j, k]
-                column[:] = g
-                if order > 1:
-                    raw[:] = 0.0
-                    for i in range(3):
-                        for j in range(3):
-                            for a in range(3):
-                                for b in range(3):
-                                    w = inverses[target, point, i, a] * inverses[target, point, j, b]
-                                    if w != 0.0:
-                                        raw[i, j] += w * blocks[a, b]
-                    blocks[:] = raw
-            for i in range(3):
-                sign, a = corners[q, 3 + i], corners[q, i]
-                for k in range(3):
-                    local_forces[a, k] += sign * column[i, k]
-                    local_forces[q, k] -= sign * column[i, k]
-                if order > 1:
-                    for j in range(3):
-                        w, b = sign * corners[q, 3 + j], corners[q, j]
-                        for r in range(3):
-                            for s in range(3):
-                                value = w * blocks[i, j, r, s]
-                                local[a, b, r, s] += value
-                                local[a, q, r, s] -= value
-                                local[q, b, r, s] -= value
-                                local[q, q, r, s] += value
+                _pull_back(inverses, target, point, order, column, blocks, g, raw)
+            _spread(corners, q, order, column, blocks, local_forces, local)
         if order > 0:
             for a in range(8):
                 for k in range(3):

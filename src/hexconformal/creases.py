@@ -105,10 +105,12 @@ def steady_normals(points: Floats, quads: Ints, edges: SurfaceEdges) -> Floats:
     sound = (np.einsum("kci,ki->kc", at_corners, area) > 0).all(axis=1) & (size > 1e-3 * lengths)
     left, right = edges.quads.T
     count = len(quads)
-    # A sound quad turned over among its neighbours is a fold too: most of those around it see it from behind.
+    # Where two quads lie on each other, the smaller one is taken for folded; if the surface does turn there, its
+    # other neighbours put that right.
     around = np.einsum("ei,ei->e", area[left], area[right]) < -0.5 * size[left] * size[right]
-    behind = np.bincount(np.concatenate([left[around], right[around]]), minlength=count)
-    weight = np.where(sound & (behind < 3), size, 0.0)
+    folded = np.zeros(len(quads), dtype=bool)
+    folded[np.where(size[left] < size[right], left, right)[around]] = True
+    weight = np.where(sound & ~folded, size, 0.0)
     normals = area / np.where(size > 0, size, 1.0)[:, None]
     least = np.cos(np.radians(np.minimum(_SPREAD * _noise(dihedral_angles(normals, edges), edges, count), _WIDEST)))
     normals[weight == 0] = 0.0

@@ -248,7 +248,11 @@ def _decide(
     if tolerance > max(_ROUNDED[0] * edge, _ROUNDED[1] * diagonal):
         share = f"{tolerance / edge:.2g} edge lengths, {tolerance / diagonal:.2g} diagonals"
         return True, False, f"the surface may move by {share}, which rounds them off"
-    return False, free > 0, "sharp" + (", less short ones that end in the middle of a smooth surface" if free > 0 else "")
+    return (
+        False,
+        free > 0,
+        "sharp" + (", less short ones that end in the middle of a smooth surface" if free > 0 else ""),
+    )
 
 
 def _carried(mesh: HexMesh, name: str) -> tuple[Ints, Ints] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,12 @@ class Frame:
     def from_user(self, points: Field) -> Field:
         """Points of the user's frame in this one."""
         return (points - self._corner) / self.unit
+
+    def target(self, target: Any) -> Any:
+        """A target in this frame: points of a reference mesh are scaled, other targets have no unit."""
+        if isinstance(target, str) or np.shape(target) != self.start.shape:
+            return target
+        return self.from_user(np.asarray(target, dtype=np.float64))
 
     @cached_property
     def quads(self) -> NDArray[np.int64]:

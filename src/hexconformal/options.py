@@ -11,6 +11,7 @@ __all__ = ["Options", "Record"]
 
 _CHOICES = {
     "boundary": ("slide", "fixed", "free"),
+    "features": ("auto", "keep", "soft"),
     "energy": ("barrier", "quaternionic"),
     "weight": ("reference", "volume"),
     "quadrature": ("auto", "gauss", "corners"),
@@ -25,13 +26,22 @@ class Options:
     Attributes
     ----------
     boundary
-        "slide": boundary nodes move in the flat faces and along the straight edges they lie on; "fixed": they
-        stay; "free": nothing holds them but `fixed`.
+        "slide": boundary nodes move in the flat faces and along the straight edges they lie on, and along
+        curved parts within `hausdorff`; "fixed": they stay; "free": nothing holds them but `fixed`.
+    hausdorff
+        How far a curved boundary may move, in both directions, relative to the diagonal of the bounding box.
+        0: curved parts stay. With the plain energy curved parts always stay.
+    features
+        Sharp edges and corners: "keep"; "soft": they may be rounded within `hausdorff`; "auto": kept unless
+        they are noise, or the stair steps of a voxel mesh.
+    surface
+        Surface to slide on instead of the input's own: a path or a pyvista mesh, which may be finer.
     fixed
         Nodes held besides: the name of a point array, or an (n,) mask, (n, 3) mask by component, or node ids.
     target
-        Perfect shape: "cube", "a:b:c" or three numbers (a box), "input" (the cells' own shapes), or the
-        (n, 3) points of a reference mesh with the same cells.
+        Perfect shape: "auto" (cubes, but valid cells that are clearly stretched keep their proportions, as in
+        boundary layers; cubes with the plain energy), "cube", "a:b:c" or three numbers (a box), "input" (the
+        cells' own shapes), or the (n, 3) points of a reference mesh with the same cells.
     weight
         "reference": every cell counts the same; "volume": by its volume in the input, the dV of the note.
     energy
@@ -67,7 +77,10 @@ class Options:
 
     boundary: str = "slide"
     fixed: Any = None
-    target: Any = "cube"
+    hausdorff: float = 0.005
+    features: str = "auto"
+    surface: Any = None
+    target: Any = "auto"
     weight: str = "reference"
     energy: str = "barrier"
     quadrature: str = "auto"
@@ -86,10 +99,21 @@ class Options:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
         if self.max_iterations < 0:
             raise OptionError(f"max_iterations is not negative, not {self.max_iterations!r}")
+        if not 0.0 <= self.hausdorff < 1.0:
+            raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
+        if isinstance(self.target, str) and self.target == "auto" and self.energy == "quaternionic":
+            object.__setattr__(self, "target", "cube")
         if self.lift and self.energy == "quaternionic":
             raise OptionError("lift goes with energy='barrier': the plain energy is blind to orientation")
         if self.method == "majorize" and self.energy != "quaternionic":
             raise OptionError("method 'majorize' minimizes the plain energy only: add energy='quaternionic'")
+
+    @property
+    def rule(self) -> str:
+        """The quadrature, decided."""
+        if self.quadrature != "auto":
+            return self.quadrature
+        return "gauss" if self.energy == "quaternionic" else "corners"
 
     @property
     def lifts(self) -> bool:

@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .boundary import boundary_of
 from .checks import require_sound
-from .constraint import Constraint, boundary_constraint, fixed_components
 from .errors import OptionError
 from .frame import Frame
+from .hausdorff import hausdorff
 from .mesh import as_hex_mesh
 from .options import Options, Record
 from .quality import corner_scaled_jacobian, quality
 from .report import Report
-from .stages import Stages, Step
+from .stages import Stages
+from .step import Step
+from .target import stretched
 
 __all__ = ["Regularization", "Result", "regularize"]
 
@@ -90,7 +93,13 @@ class Regularization:
         notes = [finding.message for finding in require_sound(self.mesh)]
         self._notes = tuple(notes) + self.mesh.notes
         self._frame = Frame(self.mesh)
-        self._stages = Stages(self._frame, self._constraint(), self.options)
+        self._boundary = boundary_of(self._frame, self.options)
+        if self.options.energy == "quaternionic" and len(self._boundary.constraint.nodes) < 2:
+            raise OptionError(
+                "with a free boundary the plain energy shrinks the mesh to a point: fix two nodes or more, or use "
+                "energy='barrier'"
+            )
+        self._stages = Stages(self._frame, self._boundary, self.options)
         self._points = self._frame.start
 
     @property
@@ -110,8 +119,10 @@ class Regularization:
 
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
-        points, reason = self.points, self._stages.reason
-        if self._points is self._frame.start and len(self.history) > 1:
+        points, reason, moved_by = self.points, self._stages.reason, 0.0
+        if self._points is not self._frame.start:
+            moved_by = hausdorff(self._points, self._frame.start, self._frame.quads) / self._frame.diagonal
+        elif len(self.history) > 1:
             reason += "; nothing better than the input was found"
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
         moved = np.linalg.norm(points - self.mesh.points, axis=1)
@@ -128,7 +139,8 @@ class Regularization:
             reason=reason,
             converged=self._stages.converged,
             options=self.options.described(),
-            notes=self._notes,
+            notes=self._all_notes(),
+            hausdorff=moved_by,
         )
         better = self.mesh.replaced(
             points=points,
@@ -139,16 +151,13 @@ class Regularization:
         )
         return Result(better.restored(), points, report, tuple(self.history))
 
-    def _constraint(self) -> Constraint:
-        options = self.options
-        fixed = fixed_components(self.mesh, options.fixed)
-        constraint = boundary_constraint(self._frame.start, self._frame.quads, options.boundary, fixed)
-        if options.energy == "quaternionic" and len(constraint.nodes) < 2:
-            raise OptionError(
-                "with a free boundary the plain energy shrinks the mesh to a point: fix two nodes or more, or use "
-                "energy='barrier'"
-            )
-        return constraint
+    def _all_notes(self) -> tuple[str, ...]:
+        notes = [*self._notes, *self._boundary.notes, *self._stages.notes]
+        if isinstance(self.options.target, str) and self.options.target == "auto":
+            keeping = int((stretched(self._frame.start, self._frame.cells)[0] > 0).sum())
+            if keeping:
+                notes.append(f"target auto: {keeping} cells are stretched in the input and keep their proportions")
+        return tuple(notes)
 
     def _record(self, step: Step) -> Record:
         scaled_jacobian = corner_scaled_jacobian(step.points, self._frame.cells)

@@ -6,7 +6,7 @@ cells of an otherwise good mesh. Everything is measured at the corners, where th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -20,7 +20,7 @@ from .elements import CORNERS
 from .threads import parallel_ranges
 from .validity import is_valid
 
-__all__ = ["Emphasis", "Measures", "Shaping", "Surface", "projected_newton", "rings"]
+__all__ = ["Emphasis", "Measures", "Shaping", "Surface", "newton_step", "next_shift", "projected_newton", "rings"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -28,6 +28,7 @@ Mask = NDArray[np.bool_]
 
 _ARMIJO = 1e-4
 _HALVINGS = 25
+_SOLVE, _SOLVE_ITERATIONS = 0.1, 50  # tolerance and limit of the truncated solves
 _CURVATURE = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvature the convex Hessian leaves out
 
 
@@ -179,14 +180,34 @@ def rings(cells: Ints, count: int, cores: Mask, width: int) -> Mask:
     return nodes
 
 
+def newton_step(
+    problem: Shaping, points: Field, emphasis: Emphasis, shift: float, accept: Callable[[Field], bool]
+) -> tuple[Field, float, float, float] | None:
+    """One truncated Newton step with the convex Hessian: new points, energy before and after, length.
+
+    None where no step lowers the energy acceptably.
+    """
+    energy, gradient, matrix = problem.value_gradient_hessian(points, emphasis)
+    direction, _ = matrix.solve(-gradient, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, shift)
+    slope = float(np.einsum("ij,ij->", gradient, direction))
+    step = 1.0
+    for _ in range(_HALVINGS):
+        trial = points + step * direction
+        value = problem.value(trial, emphasis)
+        if value <= energy + _ARMIJO * step * slope and accept(trial):
+            return trial, energy, value, step
+        step *= 0.5
+    return None
+
+
+def next_shift(shift: float, step: float) -> float:
+    """More of the diagonal after short steps, less after long ones."""
+    low, high = _CURVATURE
+    return min(high, 4 * shift) if step < 0.3 else max(low, shift / 4)
+
+
 def projected_newton(
-    problem: Shaping,
-    points: Field,
-    emphasis: Emphasis,
-    *,
-    decrease: float = 1e-3,
-    tolerance: float = 0.1,
-    solver_iterations: int = 50,
+    problem: Shaping, points: Field, emphasis: Emphasis, decrease: float = 1e-3
 ) -> Iterator[tuple[Field, float]]:
     """Newton's method with the convex Hessian and truncated solves; yields points and energy of every step.
 
@@ -195,23 +216,17 @@ def projected_newton(
     """
     valid = is_valid(points, problem.cells)
     shift, slow = _CURVATURE[0], 0
+
+    def keeps_valid(trial: Field) -> bool:
+        return bool(is_valid(trial, problem.cells)[valid].all())
+
     while slow < 2:
-        energy, gradient, matrix = problem.value_gradient_hessian(points, emphasis)
-        direction, _ = matrix.solve(-gradient, problem.projectors, tolerance, solver_iterations, shift)
-        slope = float(np.einsum("ij,ij->", gradient, direction))
-        step = 1.0
-        for _ in range(_HALVINGS):
-            trial = points + step * direction
-            value = problem.value(trial, emphasis)
-            if value <= energy + _ARMIJO * step * slope:
-                now = is_valid(trial, problem.cells)
-                if now[valid].all():
-                    break
-            step *= 0.5
-        else:
+        step = newton_step(problem, points, emphasis, shift, keeps_valid)
+        if step is None:
             return
-        points, valid = trial, now
-        yield points, value
-        low, high = _CURVATURE
-        shift = min(high, 4 * shift) if step < 0.3 else max(low, shift / 4)
-        slow = slow + 1 if energy - value < decrease * abs(energy) else 0
+        points, before, after, length = step
+        if not valid.all():
+            valid |= is_valid(points, problem.cells)
+        yield points, after
+        shift = next_shift(shift, length)
+        slow = slow + 1 if before - after < decrease * abs(before) else 0

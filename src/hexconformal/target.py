@@ -7,12 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .elements import corner_rule, gauss_rule, shape_gradients
+from .elements import EDGES, corner_rule, gauss_rule, shape_gradients
 from .errors import MeshError, OptionError, first_ids
+from .quality import corner_scaled_jacobian
 
-__all__ = ["cell_frames", "cell_volumes", "inverse_targets"]
+__all__ = ["cell_frames", "cell_volumes", "inverse_targets", "stretched"]
 
 Field = NDArray[np.float64]
+
+_BRICK = 0.8  # scaled Jacobian from which a stretched cell is a brick
+_STRETCHED = (2.0, 5.0)  # aspect ratios between which a cell passes from a cube to its own box
 
 
 def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gauss") -> Field:
@@ -33,8 +37,9 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
     Parameters
     ----------
     target
-        "cube"; "a:b:c" or three positive numbers, the edge lengths of a box; "input" for the cells' own
-        shapes; or (n, 3) points of a reference mesh with the same cells.
+        "auto": cubes, but a box of its own mean edge lengths for a valid cell that is clearly stretched, as in
+        boundary layers; "cube"; "a:b:c" or three positive numbers, the edge lengths of a box; "input" for the
+        cells' own shapes; or (n, 3) points of a reference mesh with the same cells.
     points, cells
         The mesh.
     quadrature
@@ -59,12 +64,14 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
     if isinstance(target, str):
         if target == "cube":
             return None
+        if target == "auto":
+            return _stretched_boxes(points, cells)
         if target == "input":
             return _inverted(points, cells, quadrature)
         try:
             target = [float(part) for part in target.split(":")]
         except ValueError:
-            raise OptionError(f"target is 'cube', 'input' or 'a:b:c', not {target!r}") from None
+            raise OptionError(f"target is 'auto', 'cube', 'input' or 'a:b:c', not {target!r}") from None
     values = np.asarray(target, dtype=np.float64)
     if values.shape == (3,):
         if not (np.isfinite(values).all() and (values > 0).all()):
@@ -81,4 +88,37 @@ def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str) -> Field
     if len(bad):
         raise MeshError(f"target shapes need a valid reference mesh; its inverted or flat cells: {first_ids(bad)}")
     inverses: Field = np.linalg.inv(frames)
+    return inverses
+
+
+def stretched(points: Field, cells: NDArray[np.int64]) -> tuple[Field, Field]:
+    """Which cells are stretched on purpose, and how.
+
+    Stretched cells that are bricks, as in boundary layers, are meant to be so; where most of them are skewed, the
+    mesh is distorted instead, and no cell counts.
+
+    Returns
+    -------
+    (m,) 0 for cells of aspect up to 2 and for inverted ones, 1 from aspect 5 on, logarithmic between; and (m, 3)
+    mean edge lengths along the three axes.
+    """
+    edges = points[cells[:, EDGES[:, 1]]] - points[cells[:, EDGES[:, 0]]]
+    lengths = np.maximum(np.linalg.norm(edges, axis=2).reshape(-1, 3, 4).mean(axis=2), 1e-300)
+    aspect = lengths.max(axis=1) / lengths.min(axis=1)
+    low, high = _STRETCHED
+    degree = np.clip(np.log(aspect / low) / np.log(high / low), 0.0, 1.0)
+    quality = corner_scaled_jacobian(points, cells)
+    degree[quality <= 0.0] = 0.0
+    if degree.any() and np.median(quality[degree > 0.0]) < _BRICK:
+        degree[:] = 0.0
+    return degree, lengths
+
+
+def _stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
+    degree, lengths = stretched(points, cells)
+    if not degree.any():
+        return None
+    mean = np.exp(np.log(lengths).mean(axis=1, keepdims=True))
+    inverses = np.zeros((len(cells), 1, 3, 3))
+    inverses[:, 0, [0, 1, 2], [0, 1, 2]] = (mean / lengths) ** degree[:, None]
     return inverses

@@ -26,6 +26,7 @@ from .geometry import Cells, Floats, Ints, corner_triangles
 __all__ = ["ENERGIES", "Barrier", "Distortion", "Frames", "Quaternionic", "corner_frames", "gauss_frames"]
 
 _TINY = 1e-300
+_STIFFNESS = 0.1  # of the frozen normal's out of the plane
 _GAUSS = 0.5 + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(12.0)
 
 
@@ -230,25 +231,23 @@ class Barrier(Distortion):
     ----------
     cells, shapes, count
         See :class:`Distortion`.
+    severity
+        c in g + c g^2 / 2, the density of a cell of distortion g: bad cells count more than good ones.
     """
 
-    def __init__(self, cells: Cells, shapes: tuple[Floats, Floats], count: int, evenness: float = 0.0) -> None:
+    def __init__(self, cells: Cells, shapes: tuple[Floats, Floats], count: int, severity: float = 1.0) -> None:
         super().__init__(corner_frames(cells, shapes), count)
-        self._evenness = evenness
-
-    def _unevenness(self, area: Floats) -> Floats:
-        """Logarithm of the areas over their geometric mean."""
-        logarithm = np.log(np.maximum(area, _TINY))
-        mean = (self.frames.weights * logarithm).sum() / self.frames.weights.sum()
-        return np.asarray(logarithm - mean)
+        self._severity = severity
+        self.damping = 0.0
 
     def densities(self, points: Floats) -> Floats:
         f1, f2 = self.frames.derivatives(points)
         c = cross(f1, f2)
         area = np.sqrt(dot(c, c))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            density = plane_density(f1, f2, plane_normal(f1, f2)) / area + self._evenness * self._unevenness(area) ** 2
-        return np.asarray(self.frames.weights * np.where(area > 0, density, np.inf))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            g = plane_density(f1, f2, plane_normal(f1, f2)) / area
+            g = g * (1 + 0.5 * self._severity * g)
+        return np.asarray(self.frames.weights * np.where(area > 0, g, np.inf))
 
     def slopes(self, points: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
         f1, f2 = self.frames.derivatives(points)
@@ -256,8 +255,8 @@ class Barrier(Distortion):
         area = np.sqrt(dot(c, c)) + _TINY
         n = plane_normal(f1, f2)
         g1, g2 = plane_gradient(f1, f2, n)
-        ratio = plane_density(f1, f2, n) / area - 2 * self._evenness * self._unevenness(area)
-        s = self.frames.weights / area
+        ratio = plane_density(f1, f2, n) / area
+        s = self.frames.weights * (1 + self._severity * ratio) / area
         return (
             scale(s, subtract(g1, scale(ratio, cross(f2, n)))),
             scale(s, subtract(g2, scale(ratio, cross(n, f1)))),
@@ -292,21 +291,27 @@ class Barrier(Distortion):
             [np.stack(a) * u[0] + np.stack(b) * u[1], np.stack(cross(n, a)) * u[0] - np.stack(cross(n, b)) * u[1]]
         )
         turning = np.concatenate([np.stack(cross(n, b)), np.stack(b)])
-        w = self.frames.weights
+        g = 8 * beta**2 / area
+        w = self.frames.weights * (1 + self._severity * g)
         # Directions d|a| = <(a, n x a), df> / 2 and the like: hence the quarters.
         result = np.einsum("f,if,jf->fij", w * 4 * largest / area**3, radial, radial)
         result += np.einsum("f,if,jf->fij", w * 4 * alpha**2 / area**2, turning, turning)
-        spread = np.concatenate([np.stack(cross(f2, n)), np.stack(cross(n, f1))])
-        result += np.einsum("f,if,jf->fij", w * 2 * self._evenness / area**2, spread, spread)
+        # The square adds the square of the gradient 16 alpha beta / area^2 (alpha d beta - beta d alpha).
+        change = np.concatenate(
+            [
+                np.stack(b) * alpha - np.stack(a) * beta,
+                -np.stack(cross(n, b)) * alpha - np.stack(cross(n, a)) * beta,
+            ]
+        )
+        square = self.frames.weights * self._severity * (8 * alpha * beta / area**2) ** 2
+        result += np.einsum("f,if,jf->fij", square, change, change)
         # Out of the plane the frozen normal gives 4 / area; turning a cell costs nothing in truth.
         normal = np.einsum("f,if,jf->fij", w * _STIFFNESS * 4 / area, np.stack(n), np.stack(n))
         result[:, :3, :3] += normal
         result[:, 3:, 3:] += normal
-        result[:, range(6), range(6)] += (_PROXY * 4 * w / area)[:, None]
+        result[:, range(6), range(6)] += (self.damping * 4 * w / area)[:, None]
         return result
 
 
-_STIFFNESS = 0.1
-_PROXY = 0.2
 
 ENERGIES = ("barrier", "quaternionic")

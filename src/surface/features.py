@@ -15,11 +15,14 @@ from scipy.sparse.csgraph import connected_components
 
 from hexconformal.errors import OptionError, first_ids
 
-from .geometry import Cells, Floats, Ints, area_vectors, unit_vectors
+from .geometry import Cells, Floats, Ints, area_vectors, cell_angles, nodal_vectors, unit_vectors
 
-__all__ = ["CORNER", "CURVE", "SMOOTH", "EdgeTable", "Features", "detect_features", "edge_table"]
+__all__ = ["CORNER", "CURVE", "SMOOTH", "EdgeTable", "Features", "curve_tangents", "detect_features"]
+__all__ += ["edge_table", "held_directions", "holding"]
 
 SMOOTH, CURVE, CORNER = 0, 1, 2
+
+_SMALLEST_GROUP = 12  # edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +88,7 @@ class Features:
 def detect_features(
     points: Floats,
     cells: Cells,
-    angle: float | None = 40.0,
+    angle: float | None = 50.0,
     edges: ArrayLike | None = None,
     fixed: NDArray[np.bool_] | None = None,
     boundary: str = "slide",
@@ -142,16 +145,28 @@ def detect_features(
 
 def _creased(points: Floats, cells: Cells, table: EdgeTable, angle: float) -> NDArray[np.bool_]:
     """Edges whose two sides meet at more than the angle."""
-    normals = unit_vectors(area_vectors(points, cells))
+    vectors = area_vectors(points, cells)
     inside = (table.uses == 2) & (table.cells >= 0).all(axis=1)
-    cosine = np.ones(len(table.nodes))
     a, b = table.cells[inside].T
+    around = np.zeros_like(vectors)
+    np.add.at(around, a, vectors[b])
+    np.add.at(around, b, vectors[a])
+    # The normal of a sliver is noise: it takes that of its neighbours.
+    sliver = _slivers(points, cells)
+    normals = unit_vectors(np.where(sliver[:, None], around, vectors))
+    cosine = np.ones(len(table.nodes))
     cosine[inside] = (normals[a] * normals[b]).sum(axis=1)
     return np.asarray(cosine < np.cos(np.radians(angle)))
 
 
+def _slivers(points: Floats, cells: Cells) -> NDArray[np.bool_]:
+    """(m,) cells with a corner below 10 degrees."""
+    smallest = [cell_angles(points, table).min(axis=1) for table in (cells.triangles, cells.quads)]
+    return np.asarray(np.concatenate(smallest) < np.radians(10.0))
+
+
 def _without_whiskers(edges: Ints, sharp: NDArray[np.bool_], count: int, rounds: int = 3) -> NDArray[np.bool_]:
-    """Take away sharp edges that lead nowhere: a crease is a loop, or joins others; the rest is noise."""
+    """Take away sharp edges that lead nowhere, and small groups: a crease is long, or joins others; noise is not."""
     kept = sharp.copy()
     for _ in range(rounds):
         degree = np.bincount(edges[kept].ravel(), minlength=count)
@@ -159,6 +174,10 @@ def _without_whiskers(edges: Ints, sharp: NDArray[np.bool_], count: int, rounds:
         if not loose.any():
             break
         kept &= ~loose
+    a, b = edges[kept].T
+    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    group = connected_components(links, directed=False)[1][a]
+    kept[np.flatnonzero(kept)[np.bincount(group)[group] < _SMALLEST_GROUP]] = False
     return kept
 
 
@@ -205,3 +224,39 @@ def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
     a, b = table.cells[inside].T
     links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def held_directions(points: Floats, cells: Cells, features: Features) -> Floats:
+    """(n, 3, 3) orthogonal projector onto the directions each node may not move in.
+
+    A smooth node is held along its normal (one multiplier), one on a curve across its tangent (two), a corner
+    altogether (three).
+    """
+    return holding(nodal_vectors(points, cells), points, features)
+
+
+def holding(vectors: Floats, points: Floats, features: Features) -> Floats:
+    """The same, with given nodal area vectors instead of those of the surface."""
+    n = unit_vectors(vectors)
+    result = n[:, :, None] * n[:, None, :]
+    result[features.kind == CORNER] = np.eye(3)
+    on_curve = features.kind == CURVE
+    if on_curve.any():
+        t = curve_tangents(points, features)[on_curve]
+        result[on_curve] = np.eye(3) - t[:, :, None] * t[:, None, :]
+    return result
+
+
+def curve_tangents(points: Floats, features: Features) -> Floats:
+    """(n, 3) unit tangent at nodes that lie inside a curve, zero elsewhere."""
+    edges = features.edges
+    # Squares of directions do not care which way an edge runs: the tangent is the main axis of their sum.
+    d = unit_vectors(points[edges[:, 1]] - points[edges[:, 0]])
+    first = np.zeros((len(points), 3))
+    first[edges.ravel()] = np.repeat(d, 2, axis=0)
+    result = np.zeros((len(points), 3))
+    for end, sign in ((0, 1.0), (1, -1.0)):
+        node = edges[:, end]
+        alike = np.where((d * first[node]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+        np.add.at(result, node, alike * d)
+    return unit_vectors(result) * (features.kind == CURVE)[:, None]

@@ -8,19 +8,19 @@ is exact to second order for a smooth surface). It passes through the nodes, and
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from hexconformal.compiled import algebra, loop
 from hexconformal.sparsity import corner_incidences
 from hexconformal.threads import parallel_ranges
 
-from .features import CORNER, CURVE, SMOOTH, Features
+from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
 from .geometry import Cells, Floats, Ints, area_vectors, unit_vectors
 
-__all__ = ["Target"]
+__all__ = ["Closest", "Target"]
 
+_CANDIDATES = 2  # starts of a search for the closest point of the whole surface
 _STEPS = 60  # facets a node may walk over in one projection
-_BULGE = 0.5
 
 
 @algebra
@@ -91,7 +91,7 @@ def _walk(first, last, points, facets, normals, labels, offsets, incidences, que
                             nearest, here = d, facet
                             best[:] = w
             place = here
-            shift[:] = 0.0
+            bulge = False
             for x in range(3):
                 results[k, x] = 0.0
                 for corner in range(3):
@@ -103,6 +103,9 @@ def _walk(first, last, points, facets, normals, labels, offsets, incidences, que
                 length = n[0] ** 2 + n[1] ** 2 + n[2] ** 2
                 if length == 0.0:
                     continue
+                if not bulge:
+                    shift[:] = 0.0
+                    bulge = True
                 for x in range(3):
                     height += (points[node, x] - results[k, x]) * n[x]
                 curve = facets[place, 1] == facets[place, 2]
@@ -110,6 +113,8 @@ def _walk(first, last, points, facets, normals, labels, offsets, incidences, que
                     # On a curve n is its tangent: what is left of it is across.
                     across = (points[node, x] - results[k, x]) - height * n[x] if curve else height * n[x]
                     shift[x] += 0.5 * best[corner] * across
+            if not bulge:
+                break
         for x in range(3):
             results[k, x] += shift[x]
             weights[k, x] = best[x]
@@ -167,23 +172,13 @@ class Target:
 
     def _curve_tangents(self, features: Features) -> Floats:
         """(e, 3, 3) tangent of the curve at both ends of each of its edges, the last one twice."""
-        edges, count = features.edges, len(self.points)
+        edges = features.edges
         if len(edges) == 0:
             return np.empty((0, 3, 3))
         direction = unit_vectors(self.points[edges[:, 1]] - self.points[edges[:, 0]])
-        sums = np.zeros((count, 3))
-        degree = np.bincount(edges.ravel(), minlength=count)
-        # The two edges at a node may run either way: orient them alike by who comes first.
-        first = np.full((count, 3), np.nan)
-        for end, sign in ((0, 1.0), (1, -1.0)):
-            for e, node in enumerate(edges[:, end].tolist()):
-                if np.isnan(first[node, 0]):
-                    first[node] = sign * direction[e]
-                    sums[node] += sign * direction[e]
-                else:
-                    sums[node] -= sign * direction[e]
-        smooth = (degree == 2) & (features.kind[np.minimum(np.arange(count), len(features.kind) - 1)] == CURVE)
-        ends = [np.where(smooth[edges[:, i], None], unit_vectors(sums[edges[:, i]]), direction) for i in (0, 1)]
+        tangents = curve_tangents(self.points[: len(features.kind)], features)
+        inside = features.kind == CURVE
+        ends = [np.where(inside[edges[:, i], None], tangents[edges[:, i]], direction) for i in (0, 1)]
         return np.stack([ends[0], ends[1], ends[1]], axis=1)
 
     def _first_places(self, count: int, faces: int) -> Ints:
@@ -197,6 +192,37 @@ class Target:
         return places
 
 
-def below(target: Target, places: NDArray[np.int64]) -> Floats:
-    """Normals of the facets at the given places."""
-    return target.face_normals[places]
+
+class Closest:
+    """Closest points of facets without bulge, from the nearest centre on: for measuring.
+
+    Parameters
+    ----------
+    points
+        (n, 3).
+    faces
+        (f, 3) triangles.
+    """
+
+    def __init__(self, points: Floats, faces: Ints) -> None:
+        self.points, self.faces = np.ascontiguousarray(points), faces
+        self._offsets, self._incidences = corner_incidences(faces, len(points))
+        self._tree = cKDTree(points[faces].mean(axis=1))
+        self._flat = np.zeros((len(faces), 3, 3))
+        self._labels = np.zeros(len(faces), dtype=np.int64)
+
+    def __call__(self, queries: Floats) -> tuple[Floats, Ints]:
+        """Distance of each query (k, 3) and the facet that is closest."""
+        queries = np.ascontiguousarray(queries)
+        nearest = self._tree.query(queries, k=min(_CANDIDATES, len(self.faces)))[1].reshape(len(queries), -1)
+        best, found = np.full(len(queries), np.inf), np.zeros(len(queries), dtype=np.int64)
+        for places in np.ascontiguousarray(nearest.T, dtype=np.int64):
+            results, weights = np.empty_like(queries), np.empty_like(queries)
+            parallel_ranges(
+                _walk, len(queries), self.points, self.faces, self._flat, self._labels, self._offsets,
+                self._incidences, queries, places, results, weights,
+            )  # fmt: skip
+            distance = np.linalg.norm(results - queries, axis=1)
+            closer = distance < best
+            best[closer], found[closer] = distance[closer], places[closer]
+        return best, found

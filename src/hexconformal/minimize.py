@@ -1,0 +1,125 @@
+"""Minimize the distortion of a valid mesh, or the plain energy of any: L-BFGS, Newton, or the note's method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .assembly import Distortion
+from .constraint import Constraint
+from .elements import EDGES
+from .frame import Frame
+from .options import Options
+from .preconditioner import Metric
+from .solver import SOLVERS, Iterate, Problem, inner, start
+from .step import Step
+from .target import cell_volumes, inverse_targets
+from .validity import all_valid, is_valid
+
+__all__ = ["Minimization"]
+
+Field = NDArray[np.float64]
+
+_HANDOVER = 60  # iterations of L-BFGS after which Newton takes over
+_TIGHT = 1e-6  # relative gradient below which Newton is the better choice
+_FLOOR = 1e-13  # gradient per node that is rounding, edges being 1
+_STALL = 3e-3  # relative decrease of the energy; two iterations below it are a stall
+_THIN = 0.05  # smallest volume, relative to the cube of the edges, that the metric believes in
+
+
+class Minimization:
+    """Minimization of the summed distortion under a linear constraint; iterate to do it.
+
+    Parameters
+    ----------
+    frame
+        The mesh.
+    constraint
+        Where nodes may go.
+    options
+        Energy, target, weights, quadrature, method, tolerance.
+    points
+        (n, 3) where to start from; valid cells stay valid.
+
+    Attributes
+    ----------
+    reason
+        Why it stopped, in words.
+    converged
+        Whether the tolerance was reached.
+    """
+
+    def __init__(self, frame: Frame, constraint: Constraint, options: Options, points: Field) -> None:
+        self.reason, self.converged = "interrupted", False
+        self._frame, self._constraint, self._options = frame, constraint, options
+        self._start = points
+        self._valid = is_valid(points, frame.cells)
+        self._energy = self._distortion()
+
+    def energy(self) -> float:
+        """The energy at the start."""
+        return float(self._energy.cell_energies(self._start).sum())
+
+    def __iter__(self) -> Iterator[Step]:
+        metric = Metric(self._energy.laplacian(self._stiffness()), self._constraint, self._frame.used)
+        problem = Problem(self._energy, self._constraint.project, metric, self._acceptable)
+        at = start(problem, self._start)
+        first = _norm(at)
+        slow = 0
+        phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
+        for phase in phases:
+            for taken, following in enumerate(SOLVERS[phase](problem, at), 1):
+                if self._small(at, first):
+                    return
+                if following.step == 0.0:
+                    break
+                slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0
+                at = following
+                yield Step(phase, at.points, at.energy, _norm(at) / first, at.step)
+                if self._options.lifts and slow == 2:
+                    self.reason = "the energy stalls"
+                    return
+                if phase != phases[-1] and (taken == _HANDOVER or _norm(at) <= _TIGHT * first):
+                    break
+        self.reason = "no step lowers the energy further without spoiling a cell"
+        self._small(at, first)
+
+    def _small(self, at: Iterate, first: float) -> bool:
+        """Whether the gradient is small enough."""
+        norm, tolerance = _norm(at), self._options.tolerance
+        if norm <= tolerance * first:
+            self.reason = f"gradient fell below {tolerance:g} of its start"
+        elif norm <= _FLOOR * np.sqrt(len(at.points)):
+            self.reason = "gradient is at the level of rounding"
+        else:
+            return False
+        self.converged = True
+        return True
+
+    def _distortion(self) -> Distortion:
+        frame, options, scales = self._frame, self._options, None
+        if options.weight == "volume":
+            volumes = np.abs(cell_volumes(frame.start, frame.cells))
+            scales = volumes / volumes.mean()
+        inverses = inverse_targets(frame.target(options.target), frame.start, frame.cells, options.rule)
+        eps = None if options.energy == "quaternionic" else 0.0
+        return Distortion(frame.cells, len(frame.start), scales, inverses, eps, options.rule)
+
+    def _stiffness(self) -> Field | None:
+        """How stiff each cell is: the Hessian of E / det^(2/3) goes with det^(-2/3)."""
+        if self._options.energy == "quaternionic":
+            return None
+        cells = self._frame.cells
+        edges = np.diff(self._start[cells[:, EDGES]], axis=2)
+        size = (edges**2).sum(axis=-1).mean(axis=(1, 2)) ** 1.5
+        return np.maximum(cell_volumes(self._start, cells), _THIN * size) ** (-2.0 / 3.0)
+
+    def _acceptable(self, points: Field) -> bool:
+        """Valid cells stay valid."""
+        return all_valid(points, self._frame.cells, None if self._valid.all() else np.flatnonzero(self._valid))
+
+
+def _norm(at: Iterate) -> float:
+    return float(np.sqrt(inner(at.gradient, at.gradient)))

@@ -1,0 +1,153 @@
+"""Unfold a tangled mesh: the barrier with a regularised determinant, eps driven to zero.
+
+chi_eps(det) is positive however negative det is, so E / chi_eps^(2/3) can be minimized from a folded mesh, and
+the smaller eps, the more folded corners cost. eps follows the smallest determinant and the progress made
+(Garanzha et al. 2021). Whole meshes are unfolded only where many cells are folded; what remains is unfolded
+patch by patch, from several starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.sparse.linalg import cg
+
+from .elements import EDGES
+from .shaping import Emphasis, Shaping, newton_step, next_shift, rings
+from .topology import boundary_quads
+
+__all__ = ["folded", "untangle"]
+
+Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Step = tuple[str, Field, float]
+
+_MANY = 0.05  # share of folded cells from which the whole mesh is unfolded first
+_WHOLE_STEPS, _PATCH_STEPS = 15, 40
+_ROUNDS = 6  # of patches, each a ring of cells larger than before
+_FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
+_STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
+_EASIER = 0.1  # largest part of the way to zero that eps goes when nothing improves
+
+
+def folded(problem: Shaping, points: Field) -> Mask:
+    """(m,) cells with a corner whose determinant is not positive."""
+    return np.asarray(problem.measures(points).determinant <= 0.0)
+
+
+def untangle(problem: Shaping, points: Field) -> Iterator[Step]:
+    """Unfold the corners of all cells as far as possible; ends when none is folded, or nothing helps."""
+    bad = folded(problem, points)
+    if bad.mean() > _MANY:
+        points = harmonic(problem, points, rings(problem.cells, len(points), bad, 0))
+        yield "harmonic start", points, float("nan")
+        for points, energy in _unfold(problem, points, 1.0, _WHOLE_STEPS):
+            yield "untangle", points, energy
+    for width in range(1, _ROUNDS + 1):
+        before = _amount(problem, points)
+        if before[0] == 0:
+            return
+        for core in _islands(problem, rings(problem.cells, len(points), folded(problem, points), width)):
+            points = _unfold_patch(problem, points, core)
+        yield "untangle patches", points, float("nan")
+
+
+def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
+    """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
+    inner = core & problem.free
+    inner[boundary_quads(problem.cells)[0]] = False
+    rows = np.flatnonzero(inner)
+    if len(rows) == 0:
+        return points
+    ends = np.unique(np.sort(problem.cells[:, EDGES].reshape(-1, 2), axis=1), axis=0)
+    ones = np.ones(len(ends))
+    graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
+    laplacian = csgraph.laplacian(sparse.csr_array(graph + graph.T)).tocsr()[rows]
+    inside, outside = laplacian[:, rows], laplacian[:, np.flatnonzero(~inner)]
+    load = -(outside @ points[~inner])
+    jacobi = sparse.diags_array(1.0 / inside.diagonal())
+    points = points.copy()
+    for k in range(3):
+        points[rows, k] = cg(inside, load[:, k], x0=points[rows, k], rtol=1e-3, maxiter=300, M=jacobi)[0]
+    return points
+
+
+def _unfold(problem: Shaping, points: Field, first_eps: float, steps: int) -> Iterator[tuple[Field, float]]:
+    """Newton steps at a falling eps until no corner is folded, the fold is stuck, or the steps are used up."""
+    eps, shift, last = 0.0, 1e-5, (1.0, 1.0)
+    for count in range(steps):
+        smallest = float(problem.measures(points).determinant.min())
+        if smallest > 0.0:
+            return
+        eps = _next_eps(eps, smallest, last, first_eps) if count else max(_least_eps(smallest), -first_eps * smallest)
+        if count > 8 and eps < -_STUCK * smallest:
+            return
+        step = newton_step(problem, points, Emphasis(eps=eps), shift, lambda _: True)
+        if step is None:
+            return
+        points, before, after, length = step
+        last = (before, after)
+        shift = next_shift(shift, length)
+        yield points, after
+
+
+def _least_eps(smallest: float) -> float:
+    return float(np.sqrt(1e-8 + 0.04 * smallest**2))
+
+
+def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps: float) -> float:
+    """The rule of Garanzha et al. (2021): as much closer to zero as the last step has lowered the energy."""
+    sigma = max(_EASIER, 1.0 - last[1] / last[0])
+    m = (1.0 - sigma) * 0.5 * (smallest + np.sqrt(eps**2 + smallest**2))
+    return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
+
+
+def _unfold_patch(problem: Shaping, points: Field, core: Mask) -> Field:
+    """The best of several attempts on one patch; the points unchanged where none improves it."""
+    patch, nodes = problem.restricted(core, points)
+    if not patch.free.any():
+        return points
+    start = points[nodes]
+    best, amount = start, _amount(patch, start)
+    everywhere = np.ones(len(nodes), dtype=bool)
+    for local in (start, harmonic(patch, start, everywhere)):
+        for first_eps in _FIRST_EPS:
+            steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
+            attempt = steps[-1][0] if steps else local
+            if _amount(patch, attempt) < amount:
+                best, amount = attempt, _amount(patch, attempt)
+            if amount[0] == 0:
+                break
+        if amount[0] == 0:
+            break
+    points = points.copy()
+    points[nodes] = best
+    return points
+
+
+def _amount(problem: Shaping, points: Field) -> tuple[int, float]:
+    """How tangled: number of folded cells, then how far their determinants are below zero."""
+    smallest = problem.measures(points).determinant
+    return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())
+
+
+def _islands(problem: Shaping, core: Mask) -> list[Mask]:
+    """Node masks of the connected parts of a region."""
+    around = np.flatnonzero(core[problem.cells].any(axis=1))
+    corners = problem.cells[around]
+    inside = core[corners.ravel()]
+    rows = np.repeat(np.arange(len(around)), 8)[inside]
+    touch = sparse.coo_array(
+        (np.ones(len(rows)), (rows, corners.ravel()[inside])), shape=(len(around), len(core))
+    ).tocsr()
+    count, labels = csgraph.connected_components(touch @ touch.T, directed=False)
+    islands = []
+    for label in range(count):
+        island = np.zeros(len(core), dtype=bool)
+        island[corners[labels == label]] = True
+        islands.append(island & core)
+    return islands

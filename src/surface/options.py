@@ -1,0 +1,139 @@
+"""What a remeshing is asked to do, and what it says of every iteration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from hexconformal.errors import OptionError
+
+from .energy import ENERGIES
+from .reference import REFERENCES
+from .step import NORMALS
+
+__all__ = ["Options", "Record"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of :func:`surface.remesh`.
+
+    Attributes
+    ----------
+    reference
+        What the cells shall be conformal to: "equilateral" (quadrilaterals: squares), "flat" (by valence), "input"
+        (their own shapes: only their sizes and places change), the (n, 3) points of a reference mesh with the same
+        cells, or a pair of arrays of planar corners (t, 3, 2) and (q, 4, 2).
+    energy
+        "barrier": every cell counts the same whatever its size, and none can collapse; "quaternionic": the note's
+        int |*df - N df|^2.
+    iterations
+        Stop after so many.
+    tolerance
+        Stop where a further iteration would lower the energy by less than this, relatively.
+    eps
+        Relaxation of the constraint that points move along the surface, in squares of the mean edge length.
+    normal
+        Where the normal N~ of that constraint is taken: "middle", "simpson" (encloses exactly the same volume) or
+        "linear" (at the old surface; a projected surface needs no more).
+    project
+        Put the nodes back onto the input surface, and keep the volume: right for a surface that does not move.
+    hausdorff
+        How far the result may be from the input, as a fraction of the bounding box's diagonal.
+    features
+        Edges whose cells meet at more than this (degrees) are sharp: nodes on them slide along them, corners stay.
+        None: no edge is; or a (k, 2) array of edges.
+    boundary
+        Nodes of open boundaries: "slide" along them, or "fixed".
+    fixed
+        Nodes that stay: (n,) booleans or node ids.
+
+    Raises
+    ------
+    OptionError
+        If a value makes no sense.
+
+    Examples
+    --------
+    >>> Options(normal="sideways")
+    Traceback (most recent call last):
+        ...
+    hexconformal.errors.OptionError: normal is 'middle', 'simpson' or 'linear', not 'sideways'
+    """
+
+    reference: Any = "equilateral"
+    energy: str = "barrier"
+    iterations: int = 50
+    tolerance: float = 1e-4
+    eps: float = 1e-5
+    normal: str = "linear"
+    project: bool = True
+    hausdorff: float = 0.01
+    features: Any = 50.0
+    boundary: str = "slide"
+    fixed: Any = None
+
+    def __post_init__(self) -> None:
+        for name, choices in (("energy", ENERGIES), ("normal", NORMALS), ("boundary", ("slide", "fixed"))):
+            value = getattr(self, name)
+            if value not in choices:
+                names = ", ".join(repr(c) for c in choices[:-1]) + f" or {choices[-1]!r}"
+                raise OptionError(f"{name} is {names}, not {value!r}")
+        if isinstance(self.reference, str) and self.reference not in REFERENCES:
+            names = ", ".join(repr(name) for name in REFERENCES)
+            raise OptionError(f"reference is {names} or an array, not {self.reference!r}")
+        if not self.iterations >= 0:
+            raise OptionError(f"iterations is not negative, not {self.iterations!r}")
+        if not 0 <= self.tolerance < 1:
+            raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
+        if not 0 < self.eps < float("inf"):
+            raise OptionError(f"eps is positive, not {self.eps!r}")
+        if not 0 < self.hausdorff < float("inf"):
+            raise OptionError(f"hausdorff is positive, not {self.hausdorff!r}")
+        if isinstance(self.features, (int, float)) and not 0 < self.features < 180:
+            raise OptionError(f"features is an angle in (0, 180) degrees, not {self.features!r}")
+        if isinstance(self.features, str):
+            raise OptionError(f"features is an angle, None or an array of edges, not {self.features!r}")
+
+    def described(self) -> dict[str, Any]:
+        """The options in plain types, arrays as "given", for a report."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {
+            name: value if value is None or isinstance(value, (str, int, float)) else "given"
+            for name, value in values.items()
+        }
+
+
+@dataclass(frozen=True)
+class Record:
+    """One iteration.
+
+    Attributes
+    ----------
+    iteration
+        0 is the input.
+    energy
+        The energy that is minimized, mean over the cells; the quaternionic one in squares of the mesh's unit.
+    decrease
+        Relative decrease of the energy in this iteration.
+    step
+        Largest displacement, in mean edge lengths.
+    min_angle, mean_angle
+        Smallest corner angle of the mesh, mean over cells of their smallest corner angle, degrees.
+    turned
+        Number of cells whose normal points against the input's below them.
+    held
+        Number of nodes that were stopped to keep cells and shape.
+    seconds
+        Since the run began.
+    """
+
+    iteration: int
+    energy: float
+    decrease: float
+    step: float
+    min_angle: float
+    mean_angle: float
+    turned: int
+    held: int
+    seconds: float
