@@ -205,7 +205,8 @@ def corner_sums(  # type: ignore[no-untyped-def]
     """
     x, f, u, lengths = np.empty((8, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     gradient, area, normal = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    g, m, column = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    # Zeros: g is multiplied by zero before it is first set, and what happens to be in memory may be NaN.
+    g, m, column = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
     blocks, raw = np.zeros((3, 3, 3, 3)), np.zeros((3, 3, 3, 3))
     local_forces, local = np.empty((8, 3)), np.empty((8, 8, 3, 3))
     total = 0.0

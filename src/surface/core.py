@@ -78,6 +78,10 @@ class Surface:
         self._volumes = self._piece_volumes(self.start)
         self.target = None if self.bound is None else Target(self.start, self.cells, self.features)
         self.shape = None if self.bound is None else Shape(self.start, self.cells)
+        # An input may touch itself: what is wrong from the start is nobody's fault.
+        self._tolerated = np.zeros(len(self.cells), dtype=bool)
+        if self.shape is not None and self.bound is not None:
+            self._tolerated = self.shape.offenders(self.start, self.bound)
 
     def edge_lengths(self, points: Floats) -> Floats:
         """(n,) mean length of the edges at each node."""
@@ -114,11 +118,17 @@ class Surface:
         moments = (points * nodal_vectors(points, self.cells)).sum(axis=1) / 3
         return np.bincount(self._pieces[inside], moments[inside], int(self._pieces.max(initial=-1)) + 1)
 
+    def around(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(n,) the nodes and all that share an edge with one of them."""
+        result = nodes.copy()
+        result[self._edges[nodes[self._edges].any(axis=1)]] = True
+        return result
+
     def offending_nodes(self, points: Floats) -> NDArray[np.bool_]:
         """(n,) nodes of cells that stray from the input's shape."""
         mask = np.zeros(len(points), dtype=bool)
         if self.shape is not None and self.bound is not None:
-            cells = self.shape.offenders(points, self.bound)
+            cells = self.shape.offenders(points, self.bound) & ~self._tolerated
             t = len(self.cells.triangles)
             mask[self.cells.triangles[cells[:t]]] = True
             mask[self.cells.quads[cells[t:]]] = True
@@ -150,11 +160,11 @@ def majorize(surface: Surface, tolerance: float) -> Iterator[Iterate]:
                 return
             damping *= 4
             continue
-        y, places, new, tries, stopped = found
+        y, places, new, failures, stopped = found
         decrease = (value - new) / value
         step = float(np.linalg.norm(y - x, axis=1).max())
-        rest |= stopped
-        damping = max(damping / 2, 1 / 16) if tries == 0 else min(damping * 2, 16.0) if tries > 3 else damping
+        rest = stopped
+        damping = min(damping * 2, 16.0) if failures else max(damping / 2, 1 / 8)
         x, value = y, new
         if surface.target is not None and places is not None:
             surface.target.places = places
@@ -183,7 +193,7 @@ def _search(surface: Surface, x: Floats, value: float, v: Floats, s: Floats):  #
     """Shorten steps until the surface is acceptable: where the trouble is, and everywhere if there is none to blame."""
     energy, frames = surface.energy, surface.frames
     before = energy.densities(x)
-    stopped = np.zeros(len(x), dtype=bool)
+    stopped, failures, blamed = np.zeros(len(x), dtype=bool), 0, 0
     for tries in range(_TRIES):
         factor = 0.5 if tries < _LOCAL else 0.0
         y, places = surface.retracted(x + s[:, None] * v)
@@ -194,21 +204,23 @@ def _search(surface: Surface, x: Floats, value: float, v: Floats, s: Floats):  #
         after = energy.densities(y)
         new = float(after.sum())
         if not new < value:
+            failures += 1
             worse = after > _GROWTH * before + 0.05 * value / len(before)
             if worse.any() and tries < _LOCAL:
                 s[energy.frames.nodes[worse]] *= 0.5
             else:
                 s *= 0.5
             continue
-        offending = surface.offending_nodes(y) & (s > 0)
+        offending = surface.offending_nodes(y)
         if offending.any():
-            if tries > 2:
-                stopped |= offending
-                s[offending] = 0.0
-            else:
-                s[offending] *= 0.5
+            blamed += 1
+            # First they go slower, then they stop, then their neighbours do.
+            while blamed > 2 and not s[offending].any() and not offending.all():
+                offending = surface.around(offending)
+            s[offending] *= 0.25 if blamed <= 2 else 0.0
+            stopped |= offending & (s == 0)
             continue
-        return y, places, new, tries, stopped
+        return y, places, new, failures, stopped
     return None
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal import closest
+
 from .energy import Frames
 from .geometry import Cells, Floats, Ints, area_vectors, nodal_vectors
-from .target import Closest
 
 _UPRIGHT = 0.5  # cosine to the normals of its nodes from which a corner lies well
 
@@ -46,15 +47,15 @@ class Shape:
     def __init__(self, points: Floats, cells: Cells) -> None:
         self._cells = cells
         vertices, self._faces, self._owners = fanned(points, cells)
-        self._surface = Closest(vertices, self._faces)
+        self._surface = closest.Surface(vertices, self._faces)
         self._vectors = area_vectors(vertices, Cells(self._faces, _NO_QUADS))
         self._nodes = points[cells.nodes()]
         self._samples = samples(points, cells)
 
     def distances(self, points: Floats) -> tuple[Floats, Floats]:
         """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
-        there = self._surface(samples(points, self._cells))[0]
-        back = Closest(fanned(points, self._cells)[0], self._faces)(self._samples)[0]
+        there = self._surface.closest(samples(points, self._cells)).distances
+        back = self._moved(points).closest(self._samples).distances
         return there, back
 
     def hausdorff(self, points: Floats) -> float:
@@ -75,8 +76,8 @@ class Shape:
         bad, distance = self._against(points)
         bad |= distance > bound
         # Parts of the input that no cell comes near blame the cell that comes nearest.
-        distance, found = Closest(fanned(points, self._cells)[0], self._faces)(self._nodes)
-        bad[self._owners[found[distance > bound]]] = True
+        back = self._moved(points).closest(self._nodes)
+        bad[self._owners[back.faces[back.distances > bound]]] = True
         return bad
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
@@ -85,8 +86,12 @@ class Shape:
 
     def _against(self, points: Floats) -> tuple[NDArray[np.bool_], Floats]:
         centres = np.concatenate([points[table].mean(axis=1) for table in self._cells.groups()])
-        distance, below = self._surface(centres)
-        return np.asarray((area_vectors(points, self._cells) * self._vectors[below]).sum(axis=1) <= 0), distance
+        found = self._surface.closest(centres)
+        below = self._vectors[found.faces]
+        return np.asarray((area_vectors(points, self._cells) * below).sum(axis=1) <= 0), found.distances
+
+    def _moved(self, points: Floats) -> closest.Surface:
+        return closest.Surface(fanned(points, self._cells)[0], self._faces)
 
 
 def two_sided_distance(points: Floats, reference: Floats, cells: Cells) -> float:

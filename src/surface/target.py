@@ -8,116 +8,75 @@ is exact to second order for a smooth surface). It passes through the nodes, and
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from hexconformal.compiled import algebra, loop
+from hexconformal.nearest import closest_on_triangle
+from hexconformal.quaternion import add, combine, dot, scale, subtract
 from hexconformal.sparsity import corner_incidences
 from hexconformal.threads import parallel_ranges
 
 from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
 from .geometry import Cells, Floats, Ints, area_vectors, unit_vectors
 
-__all__ = ["Closest", "Target"]
+__all__ = ["Target"]
 
-_CANDIDATES = 2  # starts of a search for the closest point of the whole surface
 _STEPS = 60  # facets a node may walk over in one projection
 
 
 @algebra
-def _on_triangle(a, b, c, p):  # type: ignore[no-untyped-def]
-    """Weights of the closest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5)."""
-    ab, ac, ap = b - a, c - a, p - a
-    d1, d2 = ab[0] * ap[0] + ab[1] * ap[1] + ab[2] * ap[2], ac[0] * ap[0] + ac[1] * ap[1] + ac[2] * ap[2]
-    if d1 <= 0.0 and d2 <= 0.0:
-        return 1.0, 0.0, 0.0
-    bp = p - b
-    d3, d4 = ab[0] * bp[0] + ab[1] * bp[1] + ab[2] * bp[2], ac[0] * bp[0] + ac[1] * bp[1] + ac[2] * bp[2]
-    if d3 >= 0.0 and d4 <= d3:
-        return 0.0, 1.0, 0.0
-    vc = d1 * d4 - d3 * d2
-    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        t = d1 / (d1 - d3) if d1 > d3 else 0.0
-        return 1.0 - t, t, 0.0
-    cp = p - c
-    d5, d6 = ab[0] * cp[0] + ab[1] * cp[1] + ab[2] * cp[2], ac[0] * cp[0] + ac[1] * cp[1] + ac[2] * cp[2]
-    if d6 >= 0.0 and d5 <= d6:
-        return 0.0, 0.0, 1.0
-    vb = d5 * d2 - d1 * d6
-    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        t = d2 / (d2 - d6) if d2 > d6 else 0.0
-        return 1.0 - t, 0.0, t
-    va = d3 * d6 - d5 * d4
-    if va <= 0.0 and d4 >= d3 and d5 >= d6:
-        t = (d4 - d3) / ((d4 - d3) + (d5 - d6)) if (d4 - d3) + (d5 - d6) > 0.0 else 0.0
-        return 0.0, 1.0 - t, t
-    s = va + vb + vc
-    if not s > 0.0:
-        return 1.0, 0.0, 0.0
-    return 1.0 - vb / s - vc / s, vb / s, vc / s
+def _row(array, i):  # type: ignore[no-untyped-def]
+    return (array[i, 0], array[i, 1], array[i, 2])
 
 
 @loop
-def _walk(first, last, points, facets, normals, labels, offsets, incidences, queries, places, results, weights):  # type: ignore[no-untyped-def]
-    """Closest points, from facet to neighbouring facet of the same label; a curve's facets repeat their last node."""
+def _nearest(query, place, points, facets, labels, offsets, incidences, best):  # type: ignore[no-untyped-def]
+    """Walk from a facet to neighbours of the same label while that helps; weights of the closest point in `best`."""
+    nearest, here, start = np.inf, place, -1
+    for _ in range(_STEPS):
+        if here == start:
+            break
+        start = here
+        for corner in range(3):
+            node = facets[start, corner]
+            for i in range(offsets[node], offsets[node + 1]):
+                facet = incidences[i] // 3
+                if labels[facet] != labels[start]:
+                    continue
+                a, b, c = _row(points, facets[facet, 0]), _row(points, facets[facet, 1]), _row(points, facets[facet, 2])
+                u, v, w = closest_on_triangle(query, a, b, c)
+                r = subtract(combine(1.0, combine(u, a, v, b), w, c), query)
+                d = dot(r, r)
+                if d < nearest * (1.0 - 1e-12):
+                    nearest, here = d, facet
+                    best[0], best[1], best[2] = u, v, w
+    return here
+
+
+@loop
+def _bulging(first, last, points, facets, normals, labels, offsets, incidences, queries, places, results):  # type: ignore[no-untyped-def]
+    """Closest points of the target; a facet of a curve repeats its last node and has tangents for normals."""
     w = np.empty(3)
-    best = np.empty(3)
-    shift = np.empty(3)
     for k in range(first, last):
         place = places[k]
+        query = _row(queries, k)
         if place < 0:
-            results[k] = queries[k]
+            results[k, 0], results[k, 1], results[k, 2] = query
             continue
-        shift[:] = 0.0
+        shift, flat = (0.0, 0.0, 0.0), query
+        # The bulge moves the closest point sideways: ask again from where the facet would see it.
         for _ in range(3):
-            query = queries[k] - shift
-            nearest = np.inf
-            here, start = place, -1
-            steps = 0
-            while here != start and steps < _STEPS:
-                start = here
-                steps += 1
-                for corner in range(3):
-                    node = facets[start, corner]
-                    for i in range(offsets[node], offsets[node + 1]):
-                        facet = incidences[i] // 3
-                        if labels[facet] != labels[start]:
-                            continue
-                        a, b, c = points[facets[facet, 0]], points[facets[facet, 1]], points[facets[facet, 2]]
-                        w[0], w[1], w[2] = _on_triangle(a, b, c, query)
-                        d = 0.0
-                        for x in range(3):
-                            d += (w[0] * a[x] + w[1] * b[x] + w[2] * c[x] - query[x]) ** 2
-                        if d < nearest * (1.0 - 1e-12):
-                            nearest, here = d, facet
-                            best[:] = w
-            place = here
-            bulge = False
-            for x in range(3):
-                results[k, x] = 0.0
-                for corner in range(3):
-                    results[k, x] += best[corner] * points[facets[place, corner], x]
+            place = _nearest(subtract(query, shift), place, points, facets, labels, offsets, incidences, w)
+            a, b, c = facets[place, 0], facets[place, 1], facets[place, 2]
+            flat = combine(1.0, combine(w[0], _row(points, a), w[1], _row(points, b)), w[2], _row(points, c))
+            shift = (0.0, 0.0, 0.0)
             for corner in range(3):
-                n = normals[place, corner]
-                node = facets[place, corner]
-                height = 0.0
-                length = n[0] ** 2 + n[1] ** 2 + n[2] ** 2
-                if length == 0.0:
-                    continue
-                if not bulge:
-                    shift[:] = 0.0
-                    bulge = True
-                for x in range(3):
-                    height += (points[node, x] - results[k, x]) * n[x]
-                curve = facets[place, 1] == facets[place, 2]
-                for x in range(3):
-                    # On a curve n is its tangent: what is left of it is across.
-                    across = (points[node, x] - results[k, x]) - height * n[x] if curve else height * n[x]
-                    shift[x] += 0.5 * best[corner] * across
-            if not bulge:
-                break
-        for x in range(3):
-            results[k, x] += shift[x]
-            weights[k, x] = best[x]
+                n = _row(normals[place], corner)
+                across = subtract(_row(points, facets[place, corner]), flat)
+                height = dot(across, n)
+                # On a curve n is the tangent: what is left of it is across.
+                across = combine(1.0, across, -height, n) if b == c else scale(height, n)
+                shift = combine(1.0, shift, 0.5 * w[corner], across)
+        results[k, 0], results[k, 1], results[k, 2] = add(flat, shift)
         places[k] = place
 
 
@@ -153,10 +112,10 @@ class Target:
 
     def project(self, queries: Floats) -> tuple[Floats, Ints]:
         """Closest points of all nodes (n, 3), found by walking from where they are, and their facets."""
-        results, weights, places = np.empty_like(queries), np.empty_like(queries), self.places.copy()
+        results, places = np.empty_like(queries), self.places.copy()
         parallel_ranges(
-            _walk, len(queries), self.points, self.facets, self._normals, self._labels, self._offsets,
-            self._incidences, np.ascontiguousarray(queries), places, results, weights,
+            _bulging, len(queries), self.points, self.facets, self._normals, self._labels, self._offsets,
+            self._incidences, np.ascontiguousarray(queries), places, results,
         )  # fmt: skip
         results[self._kind == CORNER] = self.points[: len(queries)][self._kind == CORNER]
         return results, places
@@ -192,37 +151,3 @@ class Target:
         return places
 
 
-
-class Closest:
-    """Closest points of facets without bulge, from the nearest centre on: for measuring.
-
-    Parameters
-    ----------
-    points
-        (n, 3).
-    faces
-        (f, 3) triangles.
-    """
-
-    def __init__(self, points: Floats, faces: Ints) -> None:
-        self.points, self.faces = np.ascontiguousarray(points), faces
-        self._offsets, self._incidences = corner_incidences(faces, len(points))
-        self._tree = cKDTree(points[faces].mean(axis=1))
-        self._flat = np.zeros((len(faces), 3, 3))
-        self._labels = np.zeros(len(faces), dtype=np.int64)
-
-    def __call__(self, queries: Floats) -> tuple[Floats, Ints]:
-        """Distance of each query (k, 3) and the facet that is closest."""
-        queries = np.ascontiguousarray(queries)
-        nearest = self._tree.query(queries, k=min(_CANDIDATES, len(self.faces)))[1].reshape(len(queries), -1)
-        best, found = np.full(len(queries), np.inf), np.zeros(len(queries), dtype=np.int64)
-        for places in np.ascontiguousarray(nearest.T, dtype=np.int64):
-            results, weights = np.empty_like(queries), np.empty_like(queries)
-            parallel_ranges(
-                _walk, len(queries), self.points, self.faces, self._flat, self._labels, self._offsets,
-                self._incidences, queries, places, results, weights,
-            )  # fmt: skip
-            distance = np.linalg.norm(results - queries, axis=1)
-            closer = distance < best
-            best[closer], found[closer] = distance[closer], places[closer]
-        return best, found
