@@ -12,7 +12,7 @@ from . import commands
 from .errors import MeshError, OptionError, WriteError
 from .interrupt import interruptible
 from .io import READ_EXTENSIONS, WRITE_EXTENSIONS
-from .options import Options
+from .options import CHOICES, Options
 from .version import __version__
 
 __all__ = ["main"]
@@ -133,28 +133,37 @@ def _add_regularize(added: Any) -> None:
         added,
         "regularize",
         commands.regularize,
-        "Make the cells of a hexahedral mesh regular. A valid cell stays valid in every iteration.",
+        "Make the cells of a hexahedral mesh regular. Inverted cells are unfolded, valid ones stay valid.",
         """  hexconformal regularize part.vtu better.vtu
+  hexconformal regularize part.vtu better.vtu --hausdorff 0.01 --features keep
+  hexconformal regularize part.vtu better.vtu --surface part.stl
   hexconformal regularize part.msh better.msh --boundary fixed --history run.csv --frames run.pvd
   hexconformal regularize layers.vtu better.vtu --target input --fixed wall
-  hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --picture inside.png
+  hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --worst-picture worst.png
 """,
     )
     _add_input(parser)
     _add_output(parser)
+    shape = parser.add_argument_group("how the shape is kept")
+    _add_choice(shape, "boundary", "boundary nodes slide along the surface, stay, or go where they like")
+    shape.add_argument(
+        "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far a curved boundary may move,"
+        " over the diagonal of the bounding box; 0: curved parts stay (default %(default)g)",
+    )  # fmt: skip
+    _add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
+    shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
+    shape.add_argument(
+        "--fixed", metavar="NAME", help="point array whose nonzero nodes stay besides; three components hold x, y, z"
+    )
     what = parser.add_argument_group("what is minimized")
-    for flag, metavar, text in (
-        ("boundary", "slide|fixed|free", "boundary nodes slide in flat faces and along straight edges, stay, or go"),
-        ("fixed", "NAME", "point array whose nonzero nodes stay besides; three components hold x, y, z"),
-        ("target", "cube|input|A:B:C", "perfect cell: cube, each cell's own shape in the input, or a box"),
-        ("weight", "reference|volume", "cells count the same, or by their volume in the input"),
-        ("energy", "barrier|quaternionic", "conformally invariant distortion, or the plain one"),
-        ("quadrature", "auto|gauss|corners", "where distortion is measured"),
-        ("method", "auto|lbfgs|newton|majorize", "solver; majorize needs the plain energy"),
-    ):
-        default = getattr(Options, flag)
-        said = f"{text} (default {default})" if default is not None else text
-        what.add_argument(f"--{flag}", default=default, metavar=metavar, help=said)
+    what.add_argument(
+        "--target", default=Options.target, metavar="auto|cube|input|A:B:C", help="perfect cell: cube, each cell's own"
+        " shape in the input, a box, or cubes where the input is not stretched on purpose (default %(default)s)",
+    )  # fmt: skip
+    _add_choice(what, "weight", "cells count the same, or by their volume in the input")
+    _add_choice(what, "energy", "conformally invariant distortion, or the plain one")
+    _add_choice(what, "quadrature", "where distortion is measured")
+    _add_choice(what, "method", "solver; majorize needs the plain energy")
     what.add_argument(
         "--lift",
         action=BooleanOptionalAction,
@@ -175,7 +184,16 @@ def _add_regularize(added: Any) -> None:
     told.add_argument("--report", metavar="report.json", help="before and after as JSON; - for stdout")
     told.add_argument("--plot", metavar="quality.png", help="histograms of the quality before and after")
     told.add_argument("--picture", metavar="inside.png", help="the mesh before and after, cut open")
+    told.add_argument("--worst-picture", metavar="worst.png", help="the worst cells before and after, in their place")
     told.add_argument("--quiet", action="store_true", help="errors only")
+
+
+def _add_choice(group: Any, name: str, text: str) -> None:
+    # Options itself refuses other values, with the same words as in Python.
+    default = getattr(Options, name)
+    group.add_argument(
+        f"--{name}", default=default, metavar="|".join(CHOICES[name]), help=f"{text} (default {default})"
+    )
 
 
 def _add_quality(added: Any) -> None:
@@ -185,7 +203,8 @@ def _add_quality(added: Any) -> None:
         commands.quality,
         "Measure every cell of a hexahedral mesh. Validity (det J > 0 everywhere) is certified.",
         """  hexconformal quality part.vtu
-  hexconformal quality part.vtu --plot quality.png --worst 20
+  hexconformal quality part.vtu --plot quality.png
+  hexconformal quality part.vtu --worst 20 --picture worst.png
   hexconformal quality part.vtu --json - | jq .scaled_jacobian.min
   hexconformal quality part.msh --out measured.vtu
 """,
@@ -193,6 +212,7 @@ def _add_quality(added: Any) -> None:
     _add_input(parser)
     parser.add_argument("--json", metavar="FILE", help="write the summary as JSON; - for stdout")
     parser.add_argument("--plot", metavar="quality.png", help="draw histograms")
+    parser.add_argument("--picture", metavar="worst.png", help="draw the worst cells in their place")
     parser.add_argument("--worst", type=int, default=5, metavar="N", help="name the N worst cells (default 5)")
     parser.add_argument("--out", dest="output", metavar="FILE", help="write the mesh with the measures as cell arrays")
     _add_overwrite(parser)

@@ -11,11 +11,11 @@ from .checks import check as find_faults
 from .demo import run_demo
 from .errors import OptionError
 from .io import check_writable, read, write
-from .job import Finished, Outputs, check_places, run_job, write_text
+from .job import Finished, Outputs, check_pictures, check_places, run_job, write_text
 from .mesh import HexMesh
 from .options import Options
 from .orient import orient as put_in_order
-from .plots import PICTURES, histogram
+from .plots import histogram, worst_cells
 from .progress import Progress
 from .quality import MEASURES, Summary
 from .quality import quality as measure
@@ -36,6 +36,7 @@ def regularize(arguments: Namespace) -> int:
         report=None if as_json else arguments.report,
         plot=arguments.plot,
         picture=arguments.picture,
+        worst_picture=arguments.worst_picture,
         every=arguments.every,
     )
     outputs.check(arguments.input, arguments.overwrite)
@@ -56,9 +57,8 @@ def quality(arguments: Namespace) -> int:
     if arguments.worst < 0:
         raise OptionError(f"worst is not negative, not {arguments.worst}")
     to_file = None if arguments.json == _STDOUT else arguments.json
-    check_places([arguments.output, to_file, arguments.plot], arguments.input, arguments.overwrite)
-    if arguments.plot is not None:
-        check_writable(arguments.plot, PICTURES)
+    check_places([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
+    check_pictures(arguments.plot, arguments.picture)
     if arguments.output is not None:
         check_writable(arguments.output)
     with Progress() as progress:
@@ -68,6 +68,8 @@ def quality(arguments: Namespace) -> int:
         summary = measured.summary(arguments.worst)
         if arguments.plot is not None:
             histogram(arguments.plot, measured)
+        if arguments.picture is not None:
+            worst_cells(arguments.picture, measured, count=arguments.worst)
         lost = []
         if arguments.output is not None:
             arrays = {name: getattr(measured, name) for name in MEASURES}

@@ -16,13 +16,13 @@ from .interrupt import uninterrupted
 from .io import check_writable, saving, write
 from .mesh import HexMesh
 from .options import Options
-from .plots import PICTURES, before_after, histogram, require_rendering
+from .plots import PICTURES, before_after, histogram, require_rendering, worst_cells
 from .progress import HistoryFile, Progress
 from .quality import corner_scaled_jacobian, quality
 from .regularize import Regularization, Result
 from .series import Series
 
-__all__ = ["Finished", "Outputs", "check_places", "run_job", "write_text"]
+__all__ = ["Finished", "Outputs", "check_pictures", "check_places", "run_job", "write_text"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,8 @@ class Outputs:
         Histograms of the quality before and after.
     picture
         The mesh before and after, cut open.
+    worst_picture
+        The worst cells before and after.
     """
 
     mesh: str
@@ -51,11 +53,12 @@ class Outputs:
     report: str | None = None
     plot: str | None = None
     picture: str | None = None
+    worst_picture: str | None = None
     every: int = 1
 
     def named(self) -> list[str]:
         """The files that are asked for."""
-        places = (self.mesh, self.history, self.frames, self.report, self.plot, self.picture)
+        places = (self.mesh, self.history, self.frames, self.report, self.plot, self.picture, self.worst_picture)
         return [path for path in places if path is not None]
 
     def check(self, source: str | None = None, overwrite: bool = False) -> None:
@@ -64,11 +67,9 @@ class Outputs:
             raise OptionError(f"every is 1 or more, not {self.every}")
         check_places(self.named(), source, overwrite)
         check_writable(self.mesh)
-        for path, extensions in ((self.frames, (".pvd",)), (self.plot, PICTURES), (self.picture, PICTURES)):
-            if path is not None:
-                check_writable(path, extensions)
-        if self.picture is not None:
-            require_rendering()
+        if self.frames is not None:
+            check_writable(self.frames, (".pvd",))
+        check_pictures(self.plot, self.picture, self.worst_picture)
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,15 @@ def check_places(outputs: Sequence[str | None], source: str | None = None, overw
         seen[place] = "an output"
         # Only the folder counts here: any extension will do.
         check_writable(path, extensions=(Path(path).suffix.lower(),))
+
+
+def check_pictures(plot: str | None, *scenes: str | None) -> None:
+    """Raise a WriteError unless a plot, and pictures in three dimensions, can be drawn; None is not wanted."""
+    for path in (plot, *scenes):
+        if path is not None:
+            check_writable(path, PICTURES)
+    if any(scenes):
+        require_rendering()
 
 
 def run_job(mesh: HexMesh, options: Options, outputs: Outputs, progress: Progress) -> Finished:
@@ -143,6 +153,9 @@ def run_job(mesh: HexMesh, options: Options, outputs: Outputs, progress: Progres
         if outputs.picture is not None:
             progress.say(f"drawing {outputs.picture}")
             before_after(outputs.picture, mesh, better)
+        if outputs.worst_picture is not None:
+            progress.say(f"drawing {outputs.worst_picture}")
+            worst_cells(outputs.worst_picture, mesh, better)
     return Finished(result, lost, stopped_by)
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, fields
 from typing import Any
 
 from .errors import OptionError
 
-__all__ = ["Options", "Record"]
+__all__ = ["CHOICES", "Options", "Record"]
 
-_CHOICES = {
+CHOICES = {
     "boundary": ("slide", "fixed", "free"),
     "features": ("auto", "keep", "soft"),
     "energy": ("barrier", "quaternionic"),
@@ -90,7 +91,7 @@ class Options:
     max_iterations: int = 200
 
     def __post_init__(self) -> None:
-        for name, choices in _CHOICES.items():
+        for name, choices in CHOICES.items():
             value = getattr(self, name)
             if value not in choices:
                 names = ", ".join(repr(c) for c in choices[:-1]) + f" or {choices[-1]!r}"
@@ -101,6 +102,8 @@ class Options:
             raise OptionError(f"max_iterations is not negative, not {self.max_iterations!r}")
         if not 0.0 <= self.hausdorff < 1.0:
             raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
+        if self.surface is not None and (self.boundary != "slide" or self.energy != "barrier" or not self.hausdorff):
+            raise OptionError("surface goes with boundary='slide', energy='barrier' and hausdorff > 0")
         if isinstance(self.target, str) and self.target == "auto" and self.energy == "quaternionic":
             object.__setattr__(self, "target", "cube")
         if self.lift and self.energy == "quaternionic":
@@ -122,16 +125,18 @@ class Options:
 
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays by their shape alone, for a report."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {
-            name: value if value is None or isinstance(value, (str, int, float)) else f"given ({_shape(value)})"
-            for name, value in values.items()
-        }
+        return {field.name: _described(getattr(self, field.name)) for field in fields(self)}
 
 
-def _shape(value: Any) -> str:
+def _described(value: Any) -> Any:
+    if value is None or isinstance(value, (str, int, float)):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, (list, tuple)):
+        return f"given ({len(value)} values)"
     shape = getattr(value, "shape", None)
-    return " x ".join(map(str, shape)) if shape else f"{len(value)} values"
+    return f"given ({' x '.join(map(str, shape)) if shape else type(value).__name__})"
 
 
 @dataclass(frozen=True)
