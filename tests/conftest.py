@@ -13,3 +13,15 @@ def shared():
     if not (SHARED / "meshes").is_dir():
         pytest.skip("the reference meshes are not on this machine")
     return SHARED
+
+
+@pytest.fixture(scope="session")
+def rendering():
+    """Skips the test where pictures in three dimensions cannot be drawn."""
+    from hexconformal import WriteError
+    from hexconformal.plots import require_rendering
+
+    try:
+        require_rendering()
+    except WriteError as problem:
+        pytest.skip(str(problem))

@@ -18,9 +18,10 @@ from numba import njit
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.cli import main
-from hexconformal.options import _CHOICES, Record
+from hexconformal.options import CHOICES, Record
 from hexconformal.plots import require_rendering
 from hexconformal.progress import Progress
+from hexconformal.topology import boundary_quads
 from hexconformal.validity import is_valid
 
 
@@ -86,10 +87,14 @@ def test_regularize_writes_everything_that_is_asked_for(here, capsys):
 def test_options_reach_the_run(here, capsys):
     words = "regularize part.vtu better.vtu --boundary free --fixed wall --target 1:1:2 --energy quaternionic"
     words += " --weight volume --quadrature corners --method majorize --no-lift --tolerance 1e-3 --max-iterations 4"
+    words += " --hausdorff 0.01 --features keep"
     assert run(words + " --report -") == 0
     options = json.loads(capsys.readouterr().out)["options"]
     assert options == {
         "boundary": "free",
+        "hausdorff": 0.01,
+        "features": "keep",
+        "surface": None,
         "fixed": "wall",
         "target": "1:1:2",
         "weight": "volume",
@@ -104,12 +109,48 @@ def test_options_reach_the_run(here, capsys):
     wall = before["wall"] == 1
     np.testing.assert_array_equal(after.points[wall], before.points[wall])
     assert np.abs(after.points[~wall] - before.points[~wall]).max() > 0.01
+    np.testing.assert_allclose(after["moved_by"], after.points - before.points, atol=1e-15)
+    change = hc.quality("better.vtu").scaled_jacobian - hc.quality("part.vtu").scaled_jacobian
+    np.testing.assert_allclose(after["scaled_jacobian_change"], change, atol=1e-12)
+
+
+def test_what_is_not_said_is_left_to_the_options(here, capsys):
+    assert run("regularize part.vtu better.vtu --max-iterations 1 --report -") == 0
+    assert json.loads(capsys.readouterr().out)["options"] == hc.Options(max_iterations=1).described()
+
+
+def polyhedral_ball():
+    """A ball whose surface is a polyhedron of 26 faces outside the unit sphere, up to a tenth away from it."""
+    points, cells = generate.ball(core=8, layers=2)
+    surface = np.unique(boundary_quads(cells)[0])
+    directions = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1.0
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    points[surface] /= (points[surface] @ directions.T).max(axis=1)[:, None]
+    return points, cells
+
+
+def test_a_coarse_boundary_slides_onto_a_finer_surface(here, capsys):
+    points, cells = polyhedral_ball()
+    hc.write("ball.vtu", hc.HexMesh(points, cells))
+    pv.Sphere(radius=1.0, theta_resolution=120, phi_resolution=120).save("sphere.stl")
+    assert run("regularize ball.vtu round.vtu --surface sphere.stl --report -") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["options"]["surface"] == "sphere.stl"
+    better = hc.read("round.vtu")
+    assert is_valid(better.points, cells).all()
+    # Everywhere on the trilinear faces, not only at the nodes.
+    s, t = (axis.ravel()[:, None, None] for axis in np.meshgrid(*[np.linspace(0, 1, 7)] * 2))
+    a, b, c, d = np.moveaxis(better.points[boundary_quads(cells)[0]], 1, 0)
+    away = np.abs(np.linalg.norm((1 - s) * ((1 - t) * a + t * d) + s * ((1 - t) * b + t * c), axis=-1) - 1.0)
+    assert np.linalg.norm(points, axis=1).max() > 1.09
+    assert away.max() < 0.005 * report["diagonal"]
+    assert report["hausdorff"] <= report["hausdorff_bound"] == 0.005
 
 
 def test_help_names_every_choice(capsys):
     assert run("regularize --help") == 0
     said = capsys.readouterr().out
-    for flag, choices in _CHOICES.items():
+    for flag, choices in CHOICES.items():
         assert f"--{flag} {'|'.join(choices)}" in said
     for field in fields(hc.Options):
         assert f"--{field.name.replace('_', '-')}" in said
@@ -164,11 +205,20 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
         ("regularize part.vtu out.vtu --target 1:2", 2, "target"),
         ("regularize part.vtu out.vtu --method majorize", 2, "quaternionic"),
         ("regularize part.vtu out.vtu --every 0", 2, "every"),
+        ("regularize part.vtu out.vtu --hausdorff 2", 2, "hausdorff"),
+        ("regularize part.vtu out.vtu --features sharp", 2, "'auto', 'keep' or 'soft', not 'sharp'"),
+        ("regularize part.vtu out.vtu --surface missing.stl", 1, "missing.stl does not exist"),
+        ("regularize part.vtu out.vtu --surface broken.vtu", 1, "cannot read broken.vtu"),
+        ("regularize part.vtu out.vtu --surface part.vtu --boundary fixed", 2, "surface goes with boundary='slide'"),
+        ("regularize part.vtu out.vtu --worst-picture part.vtu", 2, "part.vtu is the input"),
+        ("regularize part.vtu out.xdmf", 1, "its companion out.h5 belongs to another file"),
         ("regularize tets.vtu out.vtu", 1, "tetra"),
         ("regularize broken.vtu out.vtu", 1, "cannot read broken.vtu"),
         ("quality missing.vtu", 1, "missing.vtu does not exist"),
         ("quality part.vtu --worst -1", 2, "worst"),
         ("quality part.vtu --out part.vtu", 2, "--overwrite"),
+        ("quality part.vtu --picture worst.doc", 1, "unknown extension .doc"),
+        ("quality part.vtu --picture worst.png --worst 0", 2, "one or more, not 0"),
         ("orient part.vtu part.vtu", 2, "--overwrite"),
         ("check missing.vtu", 1, "missing.vtu does not exist"),
         ("demo part.vtu", 1, "cannot make the folder part.vtu"),
@@ -177,6 +227,7 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
 )
 def test_errors_are_one_readable_line(here, capsys, words, code, said):
     pv.Sphere().delaunay_3d().save("tets.vtu")
+    (here / "out.h5").write_bytes(b"of another file")
     (here / "broken.vtu").write_bytes((here / "part.vtu").read_bytes()[:-900])
     files = {path: path.read_bytes() for path in here.iterdir() if path.is_file()}
     assert run(words) == code
@@ -239,6 +290,13 @@ def test_quality_names_the_worst_cells_and_writes_the_measures(here, capsys):
         np.testing.assert_array_equal(grid[name], getattr(measured, name))
     np.testing.assert_array_equal(grid["valid"] == 1, measured.valid)
     assert (here / "q.png").stat().st_size > 10_000
+
+
+def test_pictures_of_the_worst_cells(here, rendering):
+    assert run("quality part.vtu --picture worst.png --worst 3") == 0
+    assert run("regularize part.vtu better.vtu --worst-picture both.png --max-iterations 2 --quiet") == 0
+    one, two = (pv.read(name).dimensions for name in ("worst.png", "both.png"))
+    assert two[0] == 2 * one[0]
 
 
 def test_quality_as_json_on_stdout_and_in_a_file(here, capsys):

@@ -11,6 +11,7 @@ import pyvista as pv
 from test_mesh import block, mixed_grid, mixed_meshio
 
 from hexconformal import io
+from hexconformal.closest import Surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
 from hexconformal.mesh import HexMesh, as_hex_mesh
 from hexconformal.series import Series
@@ -385,6 +386,90 @@ def test_the_last_numbers_of_a_legacy_text_file(last, tmp_path):
             io.read(path)
 
 
+def test_ranges_in_a_legacy_text_file_are_no_arrays(tmp_path):
+    # VTK notes the range of an array once it knows it; whole numbers must not pass for the header of an array.
+    grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: block(2)[1]}, block(2)[0])
+    grid.point_data["v"] = np.tile([1.0, 0.0, 0.0], (grid.n_points, 1))
+    grid.point_data.GetArray("v").GetRange(-1)
+    grid.save(tmp_path / "a.vtk", binary=False)
+    assert "DATA 2 1 1" in (tmp_path / "a.vtk").read_text()
+    assert len(io.read(tmp_path / "a.vtk").cells) == 8
+
+
+SURFACES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".vtu", ".msh")
+
+
+def sphere_file(folder, extension):
+    path, sphere = folder / f"sphere{extension}", pv.Sphere(theta_resolution=12, phi_resolution=9)
+    if extension == ".vtu":
+        sphere.cast_to_unstructured_grid().save(path)
+    elif extension in (".off", ".msh"):
+        mesh = meshio.Mesh(sphere.points, [("triangle", sphere.regular_faces), ("line", sphere.regular_faces[:2, :2])])
+        mesh.cells = mesh.cells[:1] if extension == ".off" else mesh.cells
+        meshio.write(path, mesh, file_format={".msh": "gmsh22"}.get(extension))
+    else:
+        sphere.save(path)
+    return path, sphere
+
+
+@pytest.mark.parametrize("extension", SURFACES)
+def test_surfaces_are_read(extension, tmp_path, capfd):
+    path, sphere = sphere_file(tmp_path, extension)
+    capfd.readouterr()
+    surface = io.read_surface(path)
+    assert (surface.n_points, surface.n_cells) == (sphere.n_points, sphere.n_cells)
+    assert surface.area == pytest.approx(sphere.area, rel=1e-5)
+    assert surface.volume == pytest.approx(sphere.volume, rel=1e-5)
+    ours = Surface.from_pyvista(surface)
+    assert ours.faces.shape == (sphere.n_cells, 3)
+    assert ours.closest([[0.0, 0.0, 2.0]]).distances[0] == pytest.approx(1.5, rel=1e-6)
+    data = path.read_bytes()
+    for fraction in (0, 0.02, 0.3, 0.6, 0.97):
+        path.write_bytes(data[: int(fraction * len(data))])
+        with pytest.raises(ReadError, match="cannot read"):
+            io.read_surface(path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_surface_of_solid_cells_is_their_skin(tmp_path):
+    points, cells = block(3)
+    io.write(tmp_path / "a.vtu", HexMesh(points, cells))
+    assert io.read_surface(tmp_path / "a.vtu").n_cells == 2 * 54
+    # Faces inside, such as those between two materials, do not belong to it.
+    meshio.write(tmp_path / "b.vtu", meshio.Mesh(points, [("hexahedron", cells), ("quad", cells[13:14, :4])]))
+    assert io.read_surface(tmp_path / "b.vtu").n_cells == 2 * 54
+
+
+def test_what_is_no_surface_is_refused(tmp_path):
+    pv.Line().save(tmp_path / "line.vtp")
+    with pytest.raises(MeshError, match="no faces"):
+        io.read_surface(tmp_path / "line.vtp")
+    sphere = pv.Sphere()
+    sphere.points[7] = np.nan
+    sphere.save(tmp_path / "nan.vtp")
+    with pytest.raises(MeshError, match="NaN"):
+        io.read_surface(tmp_path / "nan.vtp")
+    (tmp_path / "a.step").write_text("x")
+    with pytest.raises(ReadError, match=r"unknown extension \.step"):
+        io.read_surface(tmp_path / "a.step")
+    for extension in io.SURFACE_EXTENSIONS:
+        (tmp_path / f"bad{extension}").write_bytes(b"\x00\xff\xfe garbage \x80" * 50)
+        with pytest.raises(ReadError, match="bad"):
+            io.read_surface(tmp_path / f"bad{extension}")
+
+
+@pytest.mark.parametrize("extension", sorted(set(KEEPS) - {".vtu", ".vtk"}))
+@pytest.mark.parametrize(("code", "name"), [(16, "hexagonal_prism"), (26, "quadratic_wedge"), (42, "polyhedron")])
+def test_solid_cells_that_meshio_does_not_know_are_named(extension, code, name, tmp_path):
+    points, cells = block(3)
+    other = [4, *(3, 1, 2, 3), *(3, 1, 2, 5), *(3, 2, 3, 5), *(3, 1, 3, 5)] if code == 42 else {16: 12, 26: 15}[code]
+    nodes = other if code == 42 else list(range(other))
+    grid = pv.UnstructuredGrid(np.array([8, *cells[0], len(nodes), *nodes]), np.array([12, code], np.uint8), points)
+    mesh = as_hex_mesh(grid, other_cells="keep")
+    with pytest.raises(WriteError, match=rf"\.vtu, \.vtk\) hold: 1 of type {name}"):
+        io.write(tmp_path / f"a{extension}", mesh)
+
+
 def mixed_meshio_bare():
     mesh = mixed_meshio()
     return meshio.Mesh(mesh.points, mesh.cells)
@@ -518,6 +603,8 @@ def test_the_companion_of_xdmf(tmp_path, monkeypatch):
     # Another file's companion is not overwritten.
     with pytest.raises(WriteError, match="companion"):
         io.write("out/a.xmf", HexMesh(*block(1)))
+    with pytest.raises(WriteError, match="companion"):
+        io.check_writable("out/a.xmf")  # known before the work
     assert len(io.read("out/a.xdmf").cells) == 8
 
 
@@ -544,6 +631,18 @@ def test_series_is_readable_after_every_frame(tmp_path):
             series.add(0.5, mesh)
     assert sorted(os.listdir(tmp_path / "run_frames")) == ["run_0000.vtu", "run_0001.vtu", "run_0002.vtu"]
     assert str(tmp_path) not in (tmp_path / "run.pvd").read_text()
+
+
+def test_a_shorter_series_removes_the_frames_of_a_longer_one(tmp_path):
+    mesh = HexMesh(*block(1))
+    for count in (4, 2):
+        with Series(tmp_path / "run.pvd") as series:
+            for time in range(count):
+                series.add(time, mesh)
+        (tmp_path / "run_frames" / "run_notes.vtu").write_text("not ours")
+        (tmp_path / "run_frames" / "run_0007.txt").write_text("not ours")
+    frames = ["run_0000.vtu", "run_0001.vtu", "run_0007.txt", "run_notes.vtu"]
+    assert sorted(os.listdir(tmp_path / "run_frames")) == frames
 
 
 def test_series_of_surfaces(tmp_path):

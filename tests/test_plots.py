@@ -9,15 +9,7 @@ from matplotlib.image import imread
 
 import hexconformal as hc
 from hexconformal import generate, plots
-from hexconformal.plots import before_after, histogram, require_rendering
-
-
-@pytest.fixture(scope="module")
-def rendering():
-    try:
-        require_rendering()
-    except hc.WriteError as problem:
-        pytest.skip(str(problem))
+from hexconformal.plots import before_after, histogram, require_rendering, worst_cells
 
 
 def colours(picture):
@@ -97,6 +89,50 @@ def test_before_after_marks_inverted_cells(tmp_path, rendering):
     before_after(tmp_path / "f.png", (folded, cells), (points, cells))
     red, green, blue = (imread(tmp_path / "f.png")[..., i] for i in range(3))
     assert ((red > green + 0.2) & (blue > green + 0.2)).mean() > 0.001
+
+
+def test_worst_cells_are_shown_where_they_are(tmp_path, rendering):
+    points, cells = generate.box((6, 6, 6))
+    folded = points.copy()
+    folded[0] += 0.3  # the corner nearest to the viewer but one, at the lower left
+    worst_cells(tmp_path / "w.png", (folded, cells), (points, cells), count=4)
+    picture = imread(tmp_path / "w.png")
+    half, height = picture.shape[1] // 2, int(0.85 * picture.shape[0])
+    red, green, blue = (picture[:height, :half, i] for i in range(3))
+    purple = (red > green + 0.2) & (blue > green + 0.2)
+    assert purple.sum() > 100
+    where = np.argwhere(purple).mean(axis=0) / (height, half)
+    assert 0.55 < where[0] < 0.85  # below the middle
+    assert 0.1 < where[1] < 0.5  # left of it
+    after = colours(picture[:height, half:])
+    assert after["warm"] < 0.001  # the worst cells of a regular mesh are good
+    assert 0.005 < after["cold"] < 0.1  # and only four of them are shown
+
+
+def test_small_cells_get_a_ring(tmp_path, rendering, monkeypatch):
+    mesh = generate.jittered(*generate.box((5, 5, 5)), 0.3, seed=0)
+    rings = []
+    for small in (0.0, 1.0):
+        monkeypatch.setattr(plots, "_SMALL", small)
+        worst_cells(tmp_path / "worst.svg", mesh, count=3)
+        rings.append((tmp_path / "worst.svg").read_text().count("<use "))
+    assert rings[1] - rings[0] == 3
+
+
+def test_points_are_found_on_the_screen(rendering):
+    with plots._stage([-1.0, 1.0] * 3) as plotter:
+        plotter.screenshot(None, return_img=True)
+        found = plots._on_screen(plotter, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]))
+    middle = plots._PIXELS / 2
+    np.testing.assert_allclose(found[0], middle, atol=1e-6 * middle)
+    assert found[1, 0] == pytest.approx(middle, abs=1e-3)  # straight up
+    assert found[1, 1] < middle
+    assert found[2, 0] > middle  # to the right
+
+
+def test_a_picture_of_no_cells_is_refused(tmp_path):
+    with pytest.raises(hc.OptionError, match="one or more, not 0"):
+        worst_cells(tmp_path / "w.png", generate.box((2, 2, 2)), count=0)
 
 
 def test_before_after_needs_the_same_cells(tmp_path):

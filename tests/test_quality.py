@@ -185,7 +185,8 @@ def test_report_says_what_happened():
         seconds=0.25,
         reason="the worst cell no longer improves",
         converged=True,
-        options={"fixed": np.array([1, 2]), "tolerance": 1e-6, "targets": None},
+        options={"boundary": "slide", "energy": "barrier", "hausdorff": 0.01, "fixed": np.array([1, 2])},
+        hausdorff=0.0042,
         notes=("three nodes were kept",),
     )
     assert report.volume_change == pytest.approx(0.5)
@@ -193,6 +194,8 @@ def test_report_says_what_happened():
     text = str(report)
     assert "converged: the worst cell no longer improves" in text
     assert "note: three nodes were kept" in text
+    assert "Hausdorff distance of the surface 0.0042 diagonals, allowed 0.01" in text
+    assert "\nenergy" not in text  # infinite before: nothing to compare
     assert max(map(len, text.splitlines())) < 100
     row = next(line.split() for line in text.splitlines() if line.startswith("inverted cells"))
     assert row[-2:] == [str(before.inverted), "0"]
@@ -200,7 +203,8 @@ def test_report_says_what_happened():
     assert back == report.to_dict()
     assert back["energy_before"] is None
     assert back["energy_after"] == 1.5
-    assert back["options"] == {"fixed": [1, 2], "tolerance": 1e-6, "targets": None}
+    assert back["options"] == {"boundary": "slide", "energy": "barrier", "hausdorff": 0.01, "fixed": [1, 2]}
+    assert back["hausdorff_bound"] == 0.01
     assert back["volume_change"] == pytest.approx(0.5)
     assert back["after"]["scaled_jacobian"]["percentiles"]["50"] == pytest.approx(1)
 

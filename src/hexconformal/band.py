@@ -62,7 +62,8 @@ class Band:
     steepness
         Weight of the steep part; raise it where the bound is not kept.
     reference
-        Surface to return to, if it is not the original one.
+        Surface to return to, if it is not the original one; its nodes are the samples of the way back, and the
+        features of the original are not kept.
     """
 
     original: Surface
@@ -70,19 +71,22 @@ class Band:
     features: Features | None = None
     steepness: float = _STEEP
     reference: Surface | None = None
-    _take: Mask | None = field(default=None, repr=False)
     _nodes: Ints | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         points, quads = self.original.points, self.original.faces
         self._full = points.copy()
         self._of, self._weights = surface_samples(quads)
-        self._places = np.einsum("sj,sji->si", self._weights, points[quads[self._of]])
         self._is_node = self._weights.max(axis=1) == 1.0
-        self._onto = self._of.copy() if self.reference is None else self.reference.closest(self._places).faces
-        self._back = self._of.copy()
-        self._ahead_distance = np.zeros(len(self._of))
-        self._back_distance = np.zeros(len(self._of))
+        places = np.einsum("sj,sji->si", self._weights, points[quads[self._of]])
+        if self.reference is None:
+            self._places, self._onto, self._back = places, self._of.copy(), self._of.copy()
+            self._ahead_distance, self._back_distance = np.zeros(len(places)), np.zeros(len(places))
+        else:
+            there, here = self.reference.closest(places), self.original.closest(self.reference.points)
+            self._places, self._onto, self._back = self.reference.points, there.faces, here.faces
+            self._ahead_distance, self._back_distance = there.distances, here.distances
+        self._ahead_take, self._back_take = np.ones(len(places), dtype=bool), np.ones(len(self._places), dtype=bool)
         self._since = points.copy()
         self._worst = 0.0
         self._curves, self._along = self._feature_samples()
@@ -90,7 +94,7 @@ class Band:
     def _feature_samples(self) -> tuple[Polyline | None, Ints]:
         """The original curves; the samples on them are the nodes and midpoints of their edges."""
         points, features = self.original.points, self.features
-        if features is None or features.soft:
+        if features is None or features.soft or self.reference is not None:
             self._edge_nodes, self._edge_weights = np.empty((0, 2), np.int64), np.empty((0, 2))
             self._corners = np.empty(0, np.int64)
             return None, np.empty(0, np.int64)
@@ -139,9 +143,8 @@ class Band:
         movable = moving[quads].any(axis=1)
         patch = object.__new__(Band)
         patch.__dict__.update(self.__dict__)
-        patch._take = movable[self._of] | movable[self._back]
-        if self._take is not None:
-            patch._take = patch._take & self._take
+        patch._ahead_take = self._ahead_take & movable[self._of]
+        patch._back_take = self._back_take & movable[self._back]
         patch._full = points.copy()
         patch._nodes = nodes
         patch._local = np.full(len(points), -1)
@@ -156,8 +159,8 @@ class Band:
 
     def excess(self, points: Field) -> float:
         """Largest distance of any sample, in both directions, in units of the bound."""
-        everything = np.arange(len(self._of))
-        ahead, back = self._ahead(points, everything), self._backward(points, everything)
+        ahead = self._ahead(points, np.arange(len(self._of)))
+        back = self._backward(points, np.arange(len(self._places)))
         worst = max(ahead[0].distances.max(initial=0.0), back[0].distances.max(initial=0.0))
         return float(worst / self.bound)
 
@@ -175,9 +178,8 @@ class Band:
         # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
         ahead_bound = self._ahead_distance + moved[self._of]
         back_bound = self._back_distance + moved[self._back]
-        take = np.ones(len(self._of), dtype=bool) if self._take is None else self._take
-        near = np.flatnonzero(take & (self._is_node | (ahead_bound >= onset)))
-        behind = np.flatnonzero(take & (back_bound >= onset))
+        near = np.flatnonzero(self._ahead_take & (self._is_node | (ahead_bound >= onset)))
+        behind = np.flatnonzero(self._back_take & (back_bound >= onset))
         ahead, faces = self._ahead(x, near)
         back, back_faces = self._backward(x, behind)
         if refresh:

@@ -6,16 +6,23 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .band import Band
 from .closest import Surface
-from .constraint import Constraint, boundary_constraint, fixed_components, free_directions, planar_normals
+from .constraint import Constraint, boundary_constraint, fixed_components, free_directions
 from .errors import OptionError
 from .features import Features, find_features, surface_tags
 from .frame import Frame
 from .options import Options
 
-__all__ = ["Boundary", "boundary_of"]
+__all__ = ["Boundary", "boundary_of", "flat_normals"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_FLAT = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
+_AXIS = 1e-9  # components of a unit normal below this are rounding
 
 
 @dataclass(frozen=True)
@@ -43,8 +50,8 @@ class Boundary:
 def boundary_of(frame: Frame, options: Options) -> Boundary:
     """The boundary as the options ask for it.
 
-    Flat parts, straight feature edges, and the corners between them are kept exactly. Everything else slides in
-    a band around the surface.
+    Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
+    Everything else slides in a band around the surface.
 
     Raises
     ------
@@ -58,22 +65,49 @@ def boundary_of(frame: Frame, options: Options) -> Boundary:
     reference = _reference(frame, options.surface)
     tags = surface_tags(frame.mesh, frame.quads)
     features = find_features(frame.start, frame.quads, tags=tags, mode=options.features, tolerance=tolerance)
-    sums = planar_normals(frame.start, frame.quads)
-    free = free_directions(sums)
-    exact = np.zeros(len(sums), dtype=bool)
+    sums = np.zeros((len(frame.start), 3, 3))
     if not features.soft and reference is None:
-        exact[features.edges] = free[features.edges] == 1
-        exact[features.corners] |= free[features.corners] == 0
-        exact[frame.quads] |= free[frame.quads] == 2
+        sums = flat_normals(frame.start, frame.quads, features.patches, _FLAT * tolerance)
+    constraint = Constraint.from_sums(sums, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
     sliding[frame.quads] = True
-    sliding &= ~exact & ~fixed.all(axis=1)
-    constraint = Constraint.from_sums(np.where(exact[:, None, None], sums, 0.0), fixed)
+    sliding &= free_directions(sums) == 3
+    if not features.soft:
+        # Straight edges between flat patches need no band, curved ones do.
+        bent = features.edges[free_directions(sums)[features.edges].max(axis=1) > 1]
+        sliding[bent] = True
     notes = (f"features: {features.reason}",)
-    if not sliding.any():
+    if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(constraint, None, features, notes)
     original = Surface(frame.start, frame.quads)
     return Boundary(constraint, Band(original, tolerance, features, reference=reference), features, notes)
+
+
+def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
+    """(n, 3, 3) sums of n n^T over the planes of the flat patches around every node.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (k, 4) boundary quads.
+    patches
+        (k,) patch of each.
+    tolerance
+        Distance from its plane up to which a patch is flat.
+    """
+    sums = np.zeros((len(points), 3, 3))
+    order = np.argsort(patches, kind="stable")
+    for part in np.split(order, np.flatnonzero(np.diff(patches[order])) + 1):
+        nodes = np.unique(quads[part])
+        x = points[nodes] - points[nodes].mean(axis=0)
+        normal = np.linalg.eigh(x.T @ x)[1][:, 0]
+        if np.abs(x @ normal).max() <= tolerance:
+            # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
+            normal[np.abs(normal) < _AXIS] = 0.0
+            sums[nodes] += np.outer(normal, normal) / (normal @ normal)
+    return sums
 
 
 def _reference(frame: Frame, surface: Any) -> Surface | None:

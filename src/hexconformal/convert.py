@@ -9,9 +9,9 @@ import numpy as np
 from hexconformal.errors import WriteError
 from hexconformal.mesh import HexMesh
 from hexconformal.meshio_mesh import MeshioOrigin, plain_meshio
-from hexconformal.pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
+from hexconformal.pyvista_mesh import SOLIDS, PyvistaOrigin, cell_offsets, plain_pyvista
 
-__all__ = ["to_meshio", "to_pyvista"]
+__all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
 
 # meshio itself turns wedges round for VTK; VTK's positive wedge has the order of Gmsh, and pyvista leaves it so.
 _PIXEL = [0, 1, 3, 2]
@@ -35,11 +35,13 @@ def to_pyvista(mesh: HexMesh) -> tuple[Any, list[str]]:
         return mesh.origin.built(mesh), []
     if not isinstance(mesh.origin, MeshioOrigin):
         return plain_pyvista(mesh), []
-    return _grid_from_meshio(mesh.origin.built(mesh))
+    return grid_from_meshio(mesh.origin.built(mesh))
 
 
 def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
     import meshio
+    import pyvista as pv
+    from meshio._mesh import topological_dimension
     from meshio._vtk_common import vtk_to_meshio_type
 
     types, offsets = grid.celltypes, cell_offsets(grid)
@@ -51,7 +53,10 @@ def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
         code, size = kinds[0][kind].tolist()
         rows = np.flatnonzero(kinds[2].ravel() == kind)
         name = {8: "quad"}.get(code) or vtk_to_meshio_type.get(code)
-        if name is None or name == "polyhedron" or code == 0:
+        if name not in topological_dimension or name == "polyhedron" or code == 0:
+            if code in SOLIDS:
+                kind = pv.CellType(code).name.lower()
+                raise WriteError(f"cells that only VTK's formats (.vtu, .vtk) hold: {len(rows)} of type {kind}")
             lost.append(f"{len(rows)} cells of VTK type {code}")
             continue
         nodes = connectivity[offsets[rows][:, None] + np.arange(size)]
@@ -75,7 +80,8 @@ def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
     return mesh, lost
 
 
-def _grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
+def grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
+    """A new pyvista grid of a meshio.Mesh, and what it cannot hold, in words."""
     import pyvista as pv
     from meshio._vtk_common import meshio_to_vtk_type
 

@@ -13,7 +13,16 @@ from typing import Any
 from hexconformal.errors import MeshError, ReadError, WriteError
 from hexconformal.mesh import HexMesh
 
-__all__ = ["READ_EXTENSIONS", "WRITE_EXTENSIONS", "check_writable", "read", "saving", "write"]
+__all__ = [
+    "READ_EXTENSIONS",
+    "SURFACE_EXTENSIONS",
+    "WRITE_EXTENSIONS",
+    "check_writable",
+    "read",
+    "read_surface",
+    "saving",
+    "write",
+]
 
 _VTK = (".vtu", ".vtk")
 _VTK_READ_ONLY = (".vts", ".vtr", ".vti", ".pvtu")
@@ -32,6 +41,7 @@ _MESHIO = {
     ".nas": "nastran",
     ".fem": "nastran",
 }
+_WITH_COMPANION = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
 _MESHIO_READ_ONLY = {
     ".avs": "avsucd",
     ".cgns": "cgns",
@@ -44,9 +54,12 @@ _MESHIO_READ_ONLY = {
     ".ugrid": "ugrid",
     ".vol": "netgen",
 }
+_VTK_SURFACES = (".obj", ".stl", ".vtp")
+_MESHIO_SURFACES = {".off": "off", ".ply": "ply"}  # VTK crashes on truncated .ply files
 
 READ_EXTENSIONS = tuple(sorted({*_VTK, *_VTK_READ_ONLY, *_MESHIO, *_MESHIO_READ_ONLY}))
 WRITE_EXTENSIONS = tuple(sorted({*_VTK, *_MESHIO}))
+SURFACE_EXTENSIONS = tuple(sorted({*READ_EXTENSIONS, *_VTK_SURFACES, *_MESHIO_SURFACES}))
 
 _MISSING = "{} files need an optional package: pip install 'hexconformal[formats]' ({})"
 
@@ -78,19 +91,58 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise
     HexMesh(8 points, 1 hexahedra)
     """
     path = Path(path)
+    with _reading(path, READ_EXTENSIONS) as extension:
+        return _read(path, extension, other_cells, linearise)
+
+
+def read_surface(path: str | os.PathLike[str]) -> Any:
+    """Read a surface: the faces in a file, or the skin of the solid cells if it holds any.
+
+    Parameters
+    ----------
+    path
+        A file with one of `SURFACE_EXTENSIONS`.
+
+    Returns
+    -------
+    A pyvista.PolyData of triangles, without coincident points.
+
+    Raises
+    ------
+    ReadError
+        If the file is missing, empty, truncated, malformed, or of an unknown format.
+    MeshError
+        If the file is sound, but holds no faces.
+
+    Examples
+    --------
+    >>> import pyvista
+    >>> pyvista.Cube().save("cube.stl")
+    >>> surface = read_surface("cube.stl")
+    >>> surface.n_cells, surface.n_points
+    (12, 8)
+    """
+    path = Path(path)
+    with _reading(path, SURFACE_EXTENSIONS) as extension:
+        return _read_surface(path, extension)
+
+
+@contextmanager
+def _reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
+    """The extension of a file that is there and can be opened; what goes wrong becomes a readable error."""
     extension = path.suffix.lower()
     if path.is_dir():
         raise ReadError(f"{path} is a folder, not a mesh file")
     if not path.exists():
         raise ReadError(f"{path} does not exist")
-    if extension not in READ_EXTENSIONS:
-        raise ReadError(f"{path}: unknown extension {extension or '(none)'}; known are {' '.join(READ_EXTENSIONS)}")
+    if extension not in extensions:
+        raise ReadError(f"{path}: unknown extension {extension or '(none)'}; known are {' '.join(extensions)}")
     try:
         if path.stat().st_size == 0:
             raise ReadError("the file is empty")
         with path.open("rb"):
             pass
-        mesh = _read(path, extension, other_cells, linearise)
+        yield extension
     except ReadError as problem:
         raise ReadError(f"cannot read {path}: {problem}") from problem
     except MeshError as problem:
@@ -99,7 +151,6 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise
         raise ReadError(f"cannot read {path}: {_MISSING.format(extension, problem)}") from problem
     except (OSError, MemoryError) as problem:
         raise ReadError(f"cannot read {path}: {problem}") from problem
-    return mesh
 
 
 def _read(path: Path, extension: str, other_cells: str, linearise: bool) -> HexMesh:
@@ -113,6 +164,17 @@ def _read(path: Path, extension: str, other_cells: str, linearise: bool) -> HexM
     result = meshio_mesh.from_meshio(mesh, other_cells, linearise, file)
     selection = replace(result.origin.selection, notes=(*result.notes, *notes))
     return replace(result, origin=replace(result.origin, selection=selection))
+
+
+def _read_surface(path: Path, extension: str) -> Any:
+    from hexconformal.convert import grid_from_meshio
+    from hexconformal.parsers import read_meshio, read_vtk
+    from hexconformal.pyvista_mesh import triangles
+
+    if extension in _VTK + _VTK_READ_ONLY + _VTK_SURFACES:
+        return triangles(read_vtk(path)[0])
+    names = {**_MESHIO, **_MESHIO_READ_ONLY, **_MESHIO_SURFACES}
+    return triangles(grid_from_meshio(read_meshio(path, names[extension])[0])[0])
 
 
 def write(path: str | os.PathLike[str], mesh: HexMesh) -> list[str]:
@@ -164,7 +226,8 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] = W
     Raises
     ------
     WriteError
-        If the extension is unknown, or the folder is missing or cannot be written to.
+        If the extension is unknown, the folder is missing or cannot be written to, or a file that would come
+        with it belongs to another.
     """
     path = Path(path)
     if path.suffix.lower() not in extensions:
@@ -177,6 +240,9 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] = W
         raise WriteError(f"cannot write {path}: it is a folder")
     if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise WriteError(f"cannot write {path}: permission denied")
+    companion = _place(path).with_suffix(".h5")
+    if path.suffix.lower() in _WITH_COMPANION and companion.exists() and not path.exists():
+        raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
 
 
 def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
@@ -189,9 +255,6 @@ def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
             raise WriteError("nothing was written; is the disk full?")
         # The file that names the others comes last.
         files = sorted(Path(folder).iterdir(), key=lambda made: made == target)
-        taken = [made.name for made in files[:-1] if (place.parent / made.name).exists()]
-        if taken and not place.exists():
-            raise WriteError(f"its companion {taken[0]} is there already and belongs to another file")
         for made in files:
             os.replace(made, place.parent / made.name)
     return lost

@@ -215,7 +215,11 @@ def _write_or_rescue(path: str, mesh: HexMesh) -> list[str]:
 def _rehearse(path: str, mesh: HexMesh) -> None:
     """Write the input beside `path` and remove it: what a format cannot hold, or a disk, shows before the work."""
     place = Path(os.path.realpath(path))
-    as_after = mesh.replaced(cell_data={"scaled_jacobian": np.zeros(len(mesh.cells))})
+    zero = np.zeros(len(mesh.cells))
+    as_after = mesh.replaced(
+        point_data={"moved_by": np.zeros_like(mesh.points)},
+        cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero},
+    )
     with tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent) as folder:
         trial = Path(folder) / place.name
         try:

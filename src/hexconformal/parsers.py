@@ -148,7 +148,7 @@ def _check_legacy_counts(path: Path) -> None:
         rb"^(?:(?P<n>POINT_DATA|CELL_DATA)\s+(?P<count>\d+)|FIELD\s+\S+\s+(?P<fields>\d+)"
         rb"|(?P<vector>VECTORS|NORMALS|TENSORS|SCALARS)\s+\S+\s+\w+(?:[ \t]+(?P<width>\d+))?"
         rb"|(?P<points>POINTS)\s+(?P<number>\d+)\s+\w+"
-        rb"|(?P<name>\S+) (?P<rows>\d+) (?P<columns>\d+) (?P<type>[a-z_0-9]+))"
+        rb"|(?P<name>\S+) (?P<rows>\d+) (?P<columns>\d+) (?P<type>[a-z]\w*))"
         rb"[ \t]*\r?$",
         re.MULTILINE,
     )

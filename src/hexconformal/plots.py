@@ -29,7 +29,7 @@ _FOLDED = "#7b1fa2"
 _BAD_TO_GOOD = ("#a4243b", "#d8572a", "#f4a259", "#f6e7b4", "#a9d6c6", "#5fa8b8")
 _VIEW = np.array([0.92, -1.0, 0.72])  # from where the camera looks, and where the opened octant is
 _PIXELS = 1100
-_SMALL = 0.04  # of the picture; smaller cells get a ring
+_SMALL = 0.025  # of the picture; smaller cells get a ring
 _LONG = 20  # edge ratio from which on the axis is logarithmic
 
 # Without a graphics driver VTK does not fail, it crashes: so another process has to try.
@@ -193,8 +193,8 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
             picture = plotter.screenshot(None, return_img=True)
             corners = _on_screen(plotter, values.points[values.cells[worst]])
         inverted = int((values.scaled_jacobian <= 0).sum())
-        title = "" if after is None else ("before", "after")[number]
-        said = f"{len(worst)} worst of {len(shown)} cells   {inverted} inverted   {_range(values.scaled_jacobian)}"
+        title = f"{'' if after is None else ('before: ', 'after: ')[number]}{len(worst)} worst of {len(shown)} cells"
+        said = f"{inverted} inverted   {_range(values.scaled_jacobian)}"
         axes = _panel(figure, number, len(measured), picture, title, said)
         small = np.ptp(corners, axis=1).max(axis=1) < _SMALL * _PIXELS
         axes.scatter(*corners[small].mean(axis=1).T, s=130, facecolors="none", edgecolors="#20262e", linewidths=0.8)

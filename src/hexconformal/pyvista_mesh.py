@@ -12,10 +12,10 @@ from hexconformal.errors import MeshError
 from hexconformal.mesh import HexMesh
 from hexconformal.selection import Block, Selection, SourceFile, fill_cells, select, straightened
 
-__all__ = ["PyvistaOrigin", "cell_offsets", "from_pyvista", "plain_pyvista"]
+__all__ = ["SOLIDS", "PyvistaOrigin", "cell_offsets", "from_pyvista", "plain_pyvista", "triangles"]
 
 _NAMES = {11: "voxel", 12: "hexahedron", 25: "hexahedron20", 29: "hexahedron27"}
-_SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
+SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
 _HEXAHEDRON, _POLYHEDRON = 12, 42
 
 
@@ -100,6 +100,34 @@ def plain_pyvista(mesh: HexMesh) -> Any:
     return grid
 
 
+def triangles(dataset: Any) -> Any:
+    """The faces of a pyvista dataset, or the skin of its solid cells if it has any, as PolyData of triangles.
+
+    Raises
+    ------
+    MeshError
+        If there are none, or their points are not finite.
+    """
+    import pyvista
+
+    pv: Any = pyvista
+    if not isinstance(dataset, pv.PolyData):
+        grid = dataset.cast_to_unstructured_grid()
+        solid = np.isin(grid.celltypes, list(SOLIDS))
+        if solid.any() and not solid.all():
+            grid = grid.extract_cells(solid)
+        dataset = grid.extract_surface(algorithm="dataset_surface")
+    # Files of separate triangles repeat their points: only joined ones tell which triangles touch.
+    joined = dataset.triangulate().clean(tolerance=0.0, lines_to_points=False, polys_to_lines=False)
+    faces = np.array(joined.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
+    faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
+    if len(faces) == 0:
+        raise MeshError("there are no faces")
+    if not np.isfinite(joined.points[faces]).all():
+        raise MeshError("NaN or infinite coordinates")
+    return pv.PolyData.from_regular_faces(np.array(joined.points, dtype=np.float64), faces)
+
+
 def _flat(array: NDArray[Any]) -> NDArray[Any]:
     # VTK knows no arrays of tensors, only of tuples.
     return array.reshape(len(array), -1).copy() if array.ndim > 2 else array.copy()
@@ -123,5 +151,5 @@ def _blocks(grid: Any) -> list[Block]:
         else:
             nodes = connectivity[np.repeat(types == code, np.diff(offsets))]
         name = _NAMES.get(code) or pv.CellType(code).name.lower()
-        blocks.append(Block(name, 3 if code in _SOLIDS else 2, nodes, rows))
+        blocks.append(Block(name, 3 if code in SOLIDS else 2, nodes, rows))
     return blocks

@@ -113,24 +113,21 @@ class Regularization:
             record = self._record(step)
             self.history.append(record)
             first = self.history[0]
-            if not self.options.lifts or first.inverted or _no_worse(record, first):
+            if not self.options.lifts or _no_worse(record, first):
                 self._points = step.points
             yield record
 
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
-        points, reason, moved_by = self.points, self._stages.reason, 0.0
-        if self._points is not self._frame.start:
-            moved_by = hausdorff(self._points, self._frame.start, self._frame.quads) / self._frame.diagonal
-        elif len(self.history) > 1:
-            reason += "; nothing better than the input was found"
+        points, reason, distance = self._outcome()
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
-        moved = np.linalg.norm(points - self.mesh.points, axis=1)
+        shift = points - self.mesh.points
+        moved = np.linalg.norm(shift, axis=1)
         report = Report(
             before=before.summary(),
             after=after.summary(),
             energy_before=self.history[0].energy if self.history else float("nan"),
-            energy_after=self.history[-1].energy if self.history else float("nan"),
+            energy_after=self._last_energy(),
             boundary_moved=int((moved[np.unique(self._frame.quads)] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=self._frame.diagonal * self._frame.unit,
@@ -140,10 +137,11 @@ class Regularization:
             converged=self._stages.converged,
             options=self.options.described(),
             notes=self._all_notes(),
-            hausdorff=moved_by,
+            hausdorff=distance,
         )
         better = self.mesh.replaced(
             points=points,
+            point_data={"moved_by": shift},
             cell_data={
                 "scaled_jacobian": after.scaled_jacobian,
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
@@ -151,8 +149,28 @@ class Regularization:
         )
         return Result(better.restored(), points, report, tuple(self.history))
 
+    def _outcome(self) -> tuple[Field, str, float]:
+        """Points, why it stopped, and how far the boundary went; the input where no better mesh keeps the bound."""
+        frame, band, bound = self._frame, self._stages.boundary.band, self.options.hausdorff
+        reason = self._stages.reason
+        if self._points is frame.start:
+            unchanged = "; nothing better than the input was found" if len(self.history) > 1 else ""
+            return self.points, reason + unchanged, 0.0
+        if band is not None and band.reference is not None:
+            return self.points, reason, band.excess(self._points) * bound
+        distance = hausdorff(self._points, frame.start, frame.quads) / frame.diagonal
+        if band is not None and distance > bound:
+            return np.array(self.mesh.points), f"the surface would move by {distance:.4g}: the input is returned", 0.0
+        return self.points, reason, distance
+
+    def _last_energy(self) -> float:
+        """The energy at the end; NaN where another one was minimized by then."""
+        if not self.history or (len(self.history) > 1 and np.isnan(self.history[-1].gradient)):
+            return float("nan")
+        return self.history[-1].energy
+
     def _all_notes(self) -> tuple[str, ...]:
-        notes = [*self._notes, *self._boundary.notes, *self._stages.notes]
+        notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
             keeping = int((stretched(self._frame.start, self._frame.cells)[0] > 0).sum())
             if keeping:
@@ -175,7 +193,9 @@ class Regularization:
 
 
 def _no_worse(record: Record, first: Record) -> bool:
-    """Whether neither the worst cell nor the mean is worse than in the input, beyond rounding."""
+    """Whether fewer cells are inverted than in the input, or as many and neither minimum nor mean is lower."""
+    if record.inverted != first.inverted:
+        return record.inverted < first.inverted
     return (
         record.min_scaled_jacobian >= first.min_scaled_jacobian - _ROUNDING
         and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 from .quality import Summary, json_safe
@@ -20,7 +21,7 @@ class Report:
     before, after
         Quality of the mesh that went in and of the one that came out.
     energy_before, energy_after
-        The energy that was minimized.
+        The energy that was minimized; NaN where it is infinite, and where the run ended with another one.
     boundary_moved
         Number of boundary nodes that are not where they were.
     largest_displacement
@@ -38,7 +39,8 @@ class Report:
     notes
         What else the user should know.
     hausdorff
-        Distance between the boundaries before and after, where it was measured.
+        Hausdorff distance between the boundaries before and after, relative to `diagonal`; from the surface that
+        was given to slide on, if one was. None where it was not measured.
 
     Examples
     --------
@@ -74,6 +76,12 @@ class Report:
         return (self.after.total_volume - before) / abs(before) if before else 0.0
 
     @property
+    def hausdorff_bound(self) -> float | None:
+        """How large `hausdorff` was allowed to get; None where the boundary does not slide."""
+        slides = self.options.get("boundary") == "slide" and self.options.get("energy") == "barrier"
+        return self.options.get("hausdorff") if slides else None
+
+    @property
     def relative_displacement(self) -> float:
         """Largest displacement over the diagonal of the bounding box."""
         return self.largest_displacement / self.diagonal if self.diagonal else 0.0
@@ -93,28 +101,34 @@ class Report:
             ("conformal distortion, max", b.conformal_distortion.max, a.conformal_distortion.max),
             ("edge ratio, max", b.edge_ratio.max, a.edge_ratio.max),
             ("volume", b.total_volume, a.total_volume),
-            ("energy", self.energy_before, self.energy_after),
         ]
+        if isfinite(self.energy_before) and isfinite(self.energy_after):
+            rows.append(("energy", self.energy_before, self.energy_after))
         state = "converged" if self.converged else "not converged"
         relative = f"{self.relative_displacement:.2%} of the diagonal"
-        shape = f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"
-        if self.hausdorff is not None:
-            shape += f", surface by {self.hausdorff:.3g}"
         return "\n".join(
             [
                 f"{a.count} cells, {self.iterations} iterations, {self.seconds:.2f} s, {state}: {self.reason}",
                 f"{'':28s}{'before':>12s}{'after':>12s}",
                 *(f"{name:28s}{_number(x):>12s}{_number(y):>12s}" for name, x, y in rows),
                 f"largest displacement {self.largest_displacement:.4g}, {relative}",
-                shape,
+                *self._shape(),
                 *(f"note: {note}" for note in self.notes),
             ]
         )
 
+    def _shape(self) -> list[str]:
+        """What became of the boundary, in lines."""
+        lines = [f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"]
+        if self.hausdorff is not None:
+            bound = "" if self.hausdorff_bound is None else f", allowed {self.hausdorff_bound:g}"
+            lines.append(f"Hausdorff distance of the surface {self.hausdorff:.3g} diagonals{bound}")
+        return lines
+
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""
-        derived = {"volume_change": self.volume_change, "relative_displacement": self.relative_displacement}
-        return {**json_safe(self), **json_safe(derived)}
+        derived = ("volume_change", "relative_displacement", "hausdorff_bound")
+        return {**json_safe(self), **json_safe({name: getattr(self, name) for name in derived})}
 
     def to_json(self) -> str:
         """The dictionary as indented JSON."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -21,7 +22,7 @@ class Series:
     """Writes ``run.pvd`` and the frames ``run_frames/run_0000.vtu``, ``run_0001.vtu``, ...
 
     The list is replaced after each frame, so that it can be opened at every moment, also after a crash. A list
-    of the same name is started anew.
+    of the same name is started anew, and the frames of an earlier run are removed.
 
     Parameters
     ----------
@@ -92,6 +93,15 @@ class Series:
         saving(frame, partial(write_vtk, grid=grid))
         self.frames.append((time, f"{folder.name}/{frame.name}"))
         saving(self.path, self._write_list)
+        if len(self.frames) == 1:
+            self._remove_others(frame)
+
+    def _remove_others(self, first: Path) -> None:
+        """Remove frames left over from an earlier run of the same name, which no list names any more."""
+        pattern = re.compile(rf"{re.escape(self.path.stem)}_\d{{4,}}\.vt[pu]")
+        for path in first.parent.iterdir():
+            if path != first and pattern.fullmatch(path.name):
+                path.unlink(missing_ok=True)
 
     def _write_list(self, target: Path) -> None:
         rows = [f'    <DataSet timestep="{time!r}" file={quoteattr(name)}/>' for time, name in self.frames]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .boundary import Boundary
+from .boundary import Boundary, boundary_of
 from .errors import first_ids
 from .frame import Frame
 from .lift import lift, lift_patches
@@ -26,6 +27,8 @@ Field = NDArray[np.float64]
 
 _GOOD = 0.98  # smallest scaled Jacobian that needs no lifting
 _WHOLE = 200_000  # cells up to which the whole mesh is lifted; beyond, patches around the worst cells
+_RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back into its band
+_WITHIN = 0.995  # share of the bound that leaves room for rounding
 _FIRST_STEPS = 2  # on the whole distortion, before the angles take over
 _FINE = 1e-6  # relative decrease at which the distortion alone is minimal
 
@@ -39,6 +42,8 @@ class Stages:
         Why it stopped, in words.
     converged
         Whether that was a stopping criterion, not a limit.
+    boundary
+        How the boundary is kept; decided anew where cells cannot be unfolded.
     notes
         What the user should know about the outcome.
     """
@@ -46,7 +51,7 @@ class Stages:
     def __init__(self, frame: Frame, boundary: Boundary, options: Options) -> None:
         self.reason, self.converged = "interrupted", False
         self.notes: list[str] = []
-        self._frame, self._boundary, self._options = frame, boundary, options
+        self._frame, self.boundary, self._options = frame, boundary, options
 
     def __iter__(self) -> Iterator[Step]:
         yield Step("input", self._frame.start, self._energy_of_input())
@@ -61,13 +66,24 @@ class Stages:
         if self._options.energy == "quaternionic":
             yield from self._minimize(points)
             return
-        shaping = self._shaping()
+        shaping, points = self._shaping(), self._frame.start
         for phase, points, energy in untangle(shaping, points):
             yield Step(phase, points, energy)
         bad = folded(shaping, points)
+        for features in ("keep", "soft"):
+            if not bad.any() or self.boundary.features is None or self._options.features != "auto":
+                break
+            # What stands in the way may be a feature that is none, or a crease that was not taken for one.
+            other = boundary_of(self._frame, replace(self._options, features=features))
+            for phase, trial, energy in untangle(self._shaping(other), self._frame.start):
+                yield Step(phase, trial, energy)
+            if folded(shaping, trial).sum() < bad.sum():
+                points, bad = trial, folded(shaping, trial)
+                self.boundary, shaping = other, self._shaping(other)
+                self.notes.append(f"features={features!r} instead, which left fewer cells folded")
         if bad.any():
             shaping = self._without(shaping, bad)
-        if bad.any() or self._boundary.band is not None:
+        if bad.any() or self.boundary.band is not None:
             for points, energy in self._shape(shaping, points):
                 yield Step("shape", points, energy)
             self.reason, self.converged = "the energy stalls", True
@@ -81,6 +97,17 @@ class Stages:
             for phase, points, energy in (lift if len(good) <= _WHOLE else lift_patches)(shaping, points):
                 yield Step(phase, points, energy)
             self.reason, self.converged = "the worst cell stalls", True
+        yield from self._return(shaping, points)
+
+    def _return(self, shaping: Shaping, points: Field) -> Iterator[Step]:
+        """Bring samples back that a patch has let out of the band, with a steeper penalty each time."""
+        band = self.boundary.band
+        for _ in range(_RETURNS):
+            if band is None or band.reference is not None or band.excess(points) <= _WITHIN:
+                return
+            band.steepness *= 4.0
+            for points, energy in islice(projected_newton(shaping, points, Emphasis()), _RETURN_STEPS):
+                yield Step("return to the surface", points, energy)
 
     def _energy_of_input(self) -> float:
         """Energy of what came in; NaN where it is infinite."""
@@ -89,7 +116,7 @@ class Stages:
         return self._minimization(self._frame.start).energy()
 
     def _minimization(self, points: Field) -> Minimization:
-        return Minimization(self._frame, self._boundary.constraint, self._options, points)
+        return Minimization(self._frame, self.boundary.constraint, self._options, points)
 
     def _minimize(self, points: Field) -> Iterator[Step]:
         minimization = self._minimization(points)
@@ -102,14 +129,14 @@ class Stages:
             return islice(projected_newton(shaping, points, Emphasis()), _FIRST_STEPS)
         return projected_newton(shaping, points, Emphasis(), _FINE)
 
-    def _shaping(self) -> Shaping:
-        frame = self._frame
+    def _shaping(self, boundary: Boundary | None = None) -> Shaping:
+        frame, boundary = self._frame, self.boundary if boundary is None else boundary
         inverses = inverse_targets(frame.target(self._options.target), frame.start, frame.cells, "corners")
         return Shaping(
             frame.cells,
             np.empty((0, 1, 3, 3)) if inverses is None else inverses,
-            self._boundary.constraint.projections(len(frame.start)),
-            self._boundary.band,
+            boundary.constraint.projections(len(frame.start)),
+            boundary.band,
         )
 
     def _without(self, shaping: Shaping, bad: NDArray[np.bool_]) -> Shaping:

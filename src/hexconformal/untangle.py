@@ -29,6 +29,7 @@ Step = tuple[str, Field, float]
 _MANY = 0.05  # share of folded cells from which the whole mesh is unfolded first
 _WHOLE_STEPS, _PATCH_STEPS = 15, 40
 _ROUNDS = 6  # of patches, each a ring of cells larger than before
+_STALLS = 1  # rounds without one folded cell less, after which it is given up
 _FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
 _STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
 _EASIER = 0.1  # largest part of the way to zero that eps goes when nothing improves
@@ -41,7 +42,7 @@ def folded(problem: Shaping, points: Field) -> Mask:
 
 def untangle(problem: Shaping, points: Field) -> Iterator[Step]:
     """Unfold the corners of all cells as far as possible; ends when none is folded, or nothing helps."""
-    bad = folded(problem, points)
+    bad, first, stalled = folded(problem, points), points, 0
     if bad.mean() > _MANY:
         points = harmonic(problem, points, rings(problem.cells, len(points), bad, 0))
         yield "harmonic start", points, float("nan")
@@ -49,11 +50,12 @@ def untangle(problem: Shaping, points: Field) -> Iterator[Step]:
             yield "untangle", points, energy
     for width in range(1, _ROUNDS + 1):
         before = _amount(problem, points)
-        if before[0] == 0:
+        if before[0] == 0 or stalled == _STALLS:
             return
         for core in _islands(problem, rings(problem.cells, len(points), folded(problem, points), width)):
-            points = _unfold_patch(problem, points, core)
+            points = _unfold_patch(problem, points, first, core)
         yield "untangle patches", points, float("nan")
+        stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
 
 
 def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
@@ -106,15 +108,24 @@ def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps:
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 
 
-def _unfold_patch(problem: Shaping, points: Field, core: Mask) -> Field:
-    """The best of several attempts on one patch; the points unchanged where none improves it."""
+def _unfold_patch(problem: Shaping, points: Field, first: Field, core: Mask) -> Field:
+    """The best of several attempts on one patch; the points unchanged where none improves it.
+
+    Attempts begin where the patch is now, where it was at first (before anything ran into its limits), and with
+    the inner nodes of both at their harmonic positions.
+    """
     patch, nodes = problem.restricted(core, points)
     if not patch.free.any():
         return points
     start = points[nodes]
     best, amount = start, _amount(patch, start)
     everywhere = np.ones(len(nodes), dtype=bool)
-    for local in (start, harmonic(patch, start, everywhere)):
+    starts = [start, harmonic(patch, start, everywhere)]
+    moving = patch.free
+    if not np.array_equal(first[nodes][moving], start[moving]):
+        again = np.where(moving[:, None], first[nodes], start)
+        starts += [again, harmonic(patch, again, everywhere)]
+    for local in starts:
         for first_eps in _FIRST_EPS:
             steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
             attempt = steps[-1][0] if steps else local

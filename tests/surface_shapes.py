@@ -1,0 +1,79 @@
+"""Surfaces made from formulas, for the tests of `surface`."""
+
+import numpy as np
+
+from surface.geometry import Cells
+
+
+def none(width):
+    return np.empty((0, width), dtype=np.int64)
+
+
+def icosphere(level):
+    g = (1 + 5**0.5) / 2
+    points = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
+    points += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
+    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2)]
+    faces += [(10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5)]
+    faces += [(2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
+    points, faces = np.array(points, float), np.array(faces)
+    for _ in range(level):
+        sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        edges, place = np.unique(sides, axis=0, return_inverse=True)
+        middle = len(points) + place.reshape(-1, 3)
+        points = np.concatenate([points, points[edges].mean(axis=1)])
+        a, b, c = faces.T
+        ab, bc, ca = middle.T
+        corners = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+        faces = np.concatenate([np.stack(corner, axis=1) for corner in corners])
+    return points / np.linalg.norm(points, axis=1, keepdims=True), Cells(faces, none(4))
+
+
+def quad_cube(n):
+    """Surface of the cube [-1, 1]^3 in n x n squares per face."""
+    axis = np.linspace(-1, 1, n + 1)
+    u, v = np.meshgrid(axis, axis, indexing="ij")
+    one = np.ones_like(u)
+    i = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    table = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], axis=2).reshape(-1, 4)
+    points, quads = [], []
+    for k in range(3):
+        for sign in (1, -1):
+            face = np.empty((n + 1, n + 1, 3))
+            face[..., k], face[..., (k + 1) % 3], face[..., (k + 2) % 3] = sign * one, u, v
+            quads.append(len(points) * (n + 1) ** 2 + (table if sign > 0 else table[:, ::-1]))
+            points.append(face.reshape(-1, 3))
+    points = np.concatenate(points)
+    _, first, inverse = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
+    return points[first], Cells(none(3), inverse.ravel()[np.concatenate(quads)])
+
+
+def quad_sphere(n):
+    points, cells = quad_cube(n)
+    return points / np.linalg.norm(points, axis=1, keepdims=True), cells
+
+
+def mixed_sphere(n):
+    """Half of the squares split into triangles."""
+    points, cells = quad_sphere(n)
+    split, kept = cells.quads[::2], cells.quads[1::2]
+    return points, Cells(np.concatenate([split[:, [0, 1, 2]], split[:, [0, 2, 3]]]), kept)
+
+
+def grid(n, jitter=0.0, seed=0):
+    """Unit square of 2 n^2 triangles, inner nodes jittered."""
+    axis = np.linspace(0, 1, n + 1)
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
+    i = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    a, b, c, d = (part.ravel() for part in (i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]))
+    inner = (points[:, :2] > 0).all(axis=1) & (points[:, :2] < 1).all(axis=1)
+    points[inner, :2] += jitter / n * np.random.default_rng(seed).uniform(-1, 1, (inner.sum(), 2))
+    return points, Cells(np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]), none(4)), inner
+
+
+def shaken(surface, size, seed=0):
+    """Nodes of a surface on the unit sphere, moved on it at random."""
+    points, cells = surface
+    moved = points + size * np.random.default_rng(seed).normal(size=points.shape)
+    return moved / np.linalg.norm(moved, axis=1, keepdims=True), cells

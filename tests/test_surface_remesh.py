@@ -1,0 +1,200 @@
+"""Remeshing from end to end: shape kept, nothing turned over, the same type out as in."""
+
+import numpy as np
+import pytest
+from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_sphere, shaken
+
+import surface
+from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
+from surface.features import CORNER, CURVE, detect_features
+from surface.geometry import Cells
+
+
+def as_input(shape):
+    points, cells = shape[:2]
+    return points, cells.triangles, cells.quads
+
+
+@pytest.mark.parametrize(
+    "shape", [shaken(icosphere(3), 0.03), shaken(quad_sphere(8), 0.025), shaken(mixed_sphere(8), 0.03)]
+)
+def test_a_shaken_sphere_becomes_regular_and_stays_a_sphere(shape):
+    result = surface.remesh(as_input(shape))
+    report = result.report
+    assert report.converged
+    assert report.turned == 0
+    assert report.after.min_angle > report.before.min_angle
+    assert report.after.mean_dilatation < 0.85 * report.before.mean_dilatation
+    assert abs(report.volume_change) < 1e-3
+    assert abs(report.area_change) < 1e-2
+    assert report.hausdorff < 1e-2
+    assert all(b.energy <= a.energy for a, b in zip(result.history, result.history[1:], strict=False))
+
+
+def test_repeating_changes_nothing():
+    shape = shaken(icosphere(3), 0.02)
+    first = surface.remesh(as_input(shape))
+    again = surface.remesh((first.points, shape[1].triangles))
+    assert np.abs(again.points - first.points).max() < 1e-3 * 0.15
+
+
+def test_result_does_not_depend_on_the_unit_of_length_or_the_place():
+    points, cells = shaken(icosphere(2), 0.05)
+    here = surface.remesh((points, cells.triangles), iterations=3, tolerance=0)
+    there = surface.remesh((1e4 * points + 3e4, cells.triangles), iterations=3, tolerance=0)
+    assert np.abs((there.points - 3e4) / 1e4 - here.points).max() < 1e-9
+
+
+def test_a_cube_keeps_its_corners_and_edges():
+    points, cells = quad_cube(6)
+    edge = (np.abs(points) == 1).sum(axis=1)
+    rng = np.random.default_rng(0)
+    moved = points + 0.08 * rng.uniform(-1, 1, points.shape) * (np.abs(points) < 1)
+    features = detect_features(moved, cells)
+    assert ((features.kind == CORNER) == (edge == 3)).all()
+    assert ((features.kind == CURVE) == (edge == 2)).all()
+    result = surface.remesh((moved, cells.quads))
+    assert np.abs(result.points).max(axis=1) == pytest.approx(1, abs=1e-9)
+    assert (result.points[edge == 3] == points[edge == 3]).all()
+    assert (np.abs(np.abs(result.points[edge >= 2]) - 1) < 1e-9).sum(axis=1).min() == 2
+    assert result.report.after.mean_dilatation < 1.02
+    assert result.report.hausdorff < 1e-6
+
+
+def test_an_open_boundary_slides_or_stays():
+    points, cells, inner = grid(8, jitter=0.4)
+    slid = surface.remesh((points, cells.triangles))
+    fixed = surface.remesh((points, cells.triangles), boundary="fixed")
+    assert (fixed.points[~inner] == points[~inner]).all()
+    side = np.abs(points[:, 0]) < 1e-12
+    assert np.abs(slid.points[side, 0]).max() < 1e-9
+    assert slid.report.volume_change is None
+    assert slid.report.after.mean_dilatation <= fixed.report.after.mean_dilatation + 1e-6
+
+
+def test_without_projection_the_simpson_normal_keeps_the_volume():
+    shape = shaken(icosphere(3), 0.02)
+    result = surface.remesh(
+        as_input(shape), energy="quaternionic", reference="flat", project=False, normal="simpson", iterations=3
+    )
+    assert abs(result.report.volume_change) < 1e-4
+    assert result.report.after.mean_dilatation < result.report.before.mean_dilatation
+
+
+def test_a_reference_mesh_keeps_its_conformal_class():
+    points, cells = icosphere(2)
+    stretched = points * [1, 1, 2]
+    moved, _ = shaken((points, cells), 0.03)
+    result = surface.remesh((moved * [1, 1, 2], cells.triangles), reference=stretched)
+    assert result.report.energy_after < 0.4 * result.report.energy_before
+
+
+def test_several_pieces_keep_their_own_volume():
+    from surface.geometry import enclosed_volume
+
+    points, cells = shaken(icosphere(2), 0.05)
+    two = np.concatenate([points, 0.5 * points[:, [1, 2, 0]] + [3, 0, 0]])
+    triangles = np.concatenate([cells.triangles, cells.triangles + len(points)])
+    result = surface.remesh((two, triangles))
+    for part in (triangles[: len(cells)], triangles[len(cells) :]):
+        one = Cells(part, none(4))
+        assert enclosed_volume(result.points, one) == pytest.approx(enclosed_volume(two, one), rel=1e-6)
+
+
+def test_type_in_is_type_out_and_data_is_kept():
+    import meshio
+    import pyvista as pv
+
+    points, cells = shaken(mixed_sphere(4), 0.03)
+    mesh = meshio.Mesh(
+        points,
+        [("quad", cells.quads), ("vertex", np.array([[0]])), ("triangle", cells.triangles)],
+        point_data={"height": points[:, 2].copy()},
+        cell_data={"tag": [np.arange(len(cells.quads)), np.array([7]), 100 + np.arange(len(cells.triangles))]},
+    )
+    before = points.copy()
+    out = surface.remesh(mesh, iterations=2).mesh
+    assert isinstance(out, meshio.Mesh)
+    assert (mesh.points == before).all()
+    assert (out.point_data["height"] == before[:, 2]).all()
+    assert [part.tolist() for part in out.cell_data["tag"]] == [part.tolist() for part in mesh.cell_data["tag"]]
+    assert np.isnan(out.cell_data["min_angle"][1]).all()
+    poly = pv.PolyData(points, np.insert(cells.quads, 0, 4, axis=1).ravel())
+    assert isinstance(surface.remesh(pv.Sphere(), iterations=1).mesh, pv.PolyData)
+    assert poly.n_cells == len(cells.quads)
+    array = surface.remesh((points, cells.triangles, cells.quads), iterations=1).mesh
+    assert [part.shape for part in array] == [points.shape, cells.triangles.shape, cells.quads.shape]
+
+
+@pytest.mark.parametrize("extension", [".ply", ".obj", ".stl", ".off", ".vtu", ".vtk", ".vtp", ".msh"])
+def test_files_keep_the_surface(extension, tmp_path):
+    points, cells = icosphere(1)
+    path = tmp_path / f"sphere{extension}"
+    surface.write(path, (points, cells.triangles))
+    again = surface.read(path)
+    assert len(again.points) == len(points)
+    assert len(again.cells.triangles) == len(cells)
+    order = np.lexsort(again.points.round(4).T), np.lexsort(points.round(4).T)
+    assert np.abs(again.points[order[0]] - points[order[1]]).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("points", "cells", "said"),
+    [
+        (np.full((3, 3), np.nan), [[0, 1, 2]], "NaN"),
+        (np.eye(3), [[0, 1, 5]], "outside"),
+        (np.eye(3), [[0, 1, 1]], "repeated"),
+        (np.eye(3)[[0, 1, 1]], [[0, 1, 2]], "without area"),
+        (np.random.default_rng(0).normal(size=(5, 3)), [[0, 1, 2], [1, 0, 3], [0, 1, 4]], "more than two"),
+        (np.random.default_rng(0).normal(size=(4, 3)), [[0, 1, 2], [0, 1, 3]], "which side is out"),
+        (np.eye(3), [[0, 1]], "array"),
+    ],
+)
+def test_unsound_surfaces_are_refused(points, cells, said):
+    with pytest.raises(MeshError, match=said):
+        surface.remesh((points, np.array(cells)))
+
+
+def test_a_moebius_strip_is_refused():
+    n = 12
+    a = np.arange(n)
+    t = 2 * np.pi * a / n
+    across = np.stack([np.cos(t / 2) * np.cos(t), np.cos(t / 2) * np.sin(t), np.sin(t / 2)], axis=1)
+    circle = np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
+    points = np.concatenate([circle - 0.3 * across, circle + 0.3 * across])
+    quads = np.stack([a, a + 1, a + 1 + n, a + n], axis=1)
+    quads[-1] = [n - 1, n, 0, 2 * n - 1]
+    with pytest.raises(MeshError, match="which side is out"):
+        surface.remesh((points, quads))
+
+
+def test_wrong_options_and_files_are_named(tmp_path):
+    shape = as_input(icosphere(1))
+    with pytest.raises(OptionError, match="unknown option 'colour'"):
+        surface.remesh(shape, colour=1)
+    with pytest.raises(OptionError, match="eps"):
+        surface.remesh(shape, eps=0)
+    with pytest.raises(OptionError, match="no edges of the surface"):
+        surface.remesh(shape, features=np.array([[0, 0]]))
+    with pytest.raises(ReadError, match="does not exist"):
+        surface.remesh(tmp_path / "nothing.ply")
+    (tmp_path / "bad.ply").write_text("ply\n")
+    with pytest.raises(ReadError):
+        surface.remesh(tmp_path / "bad.ply")
+    with pytest.raises(WriteError, match="unknown extension"):
+        surface.write(tmp_path / "a.xyz", shape)
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "mean"),
+    [("dog", 28.3, 55.2), ("ellipsoidRef3", 41.6, 56.4), ("cube", 89.9, 89.9), ("c", 66, 83)],
+)
+def test_shared_surfaces(shared, name, least, mean):
+    report = surface.remesh(shared / "meshes" / "surface" / f"{name}.ply").report
+    assert report.converged
+    assert report.turned == 0
+    assert abs(report.volume_change) < 1e-3
+    assert abs(report.area_change) < 1e-2
+    assert report.hausdorff <= 0.01
+    assert report.after.min_angle >= least
+    assert report.after.mean_angle >= mean
