@@ -72,6 +72,7 @@ class Band:
     steepness: float = _STEEP
     reference: Surface | None = None
     _nodes: Ints | None = field(default=None, repr=False)
+    _local: Ints = field(default_factory=lambda: np.empty(0, np.int64), repr=False)
 
     def __post_init__(self) -> None:
         points, quads = self.original.points, self.original.faces
@@ -83,8 +84,9 @@ class Band:
             self._places, self._onto, self._back = places, self._of.copy(), self._of.copy()
             self._ahead_distance, self._back_distance = np.zeros(len(places)), np.zeros(len(places))
         else:
-            there, here = self.reference.closest(places), self.original.closest(self.reference.points)
-            self._places, self._onto, self._back = self.reference.points, there.faces, here.faces
+            nodes = self.reference.points[np.unique(self.reference.faces)]
+            there, here = self.reference.closest(places), self.original.closest(nodes)
+            self._places, self._onto, self._back = nodes, there.faces, here.faces
             self._ahead_distance, self._back_distance = there.distances, here.distances
         self._ahead_take, self._back_take = np.ones(len(places), dtype=bool), np.ones(len(self._places), dtype=bool)
         self._since = points.copy()
@@ -140,7 +142,7 @@ class Band:
     def restricted(self, nodes: Ints, moving: Mask, points: Field) -> Band:
         """The band of a patch whose own nodes are numbered 0..; the others stay at the points (n, 3) given."""
         quads = self.original.faces
-        movable = moving[quads].any(axis=1)
+        movable = np.asarray(moving[quads].any(axis=1))
         patch = object.__new__(Band)
         patch.__dict__.update(self.__dict__)
         patch._ahead_take = self._ahead_take & movable[self._of]
@@ -237,7 +239,7 @@ class Band:
         over = np.maximum(d - onset * width, 0.0)
         values = (self.steepness * over**2 + attraction * d**2) / width**2
         slopes = 2.0 * (self.steepness * over / np.maximum(d, 1e-300) + attraction) / width**2
-        curvatures = 2.0 * (self.steepness * (over > 0) + attraction) / width**2
+        curvatures = 2.0 * (self.steepness * (over > 0).astype(np.float64) + attraction) / width**2
         return values, slopes, curvatures
 
 

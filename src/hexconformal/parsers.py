@@ -59,6 +59,9 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             file = _gmsh_variant(path)
             if not file.version:
                 name = "ansys"
+        if name == "ply" and b"end_header" not in _head(path):
+            # meshio would look for it for ever.
+            raise ReadError("not a sound ply file (its header has no end)")
         try:
             # meshio.read() would try several parsers, print their complaints, and exit.
             with mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data):
@@ -172,10 +175,13 @@ def _check_legacy_counts(path: Path) -> None:
         raise ReadError("the file is truncated: its last array is shorter than its header says")
 
 
-def _gmsh_variant(path: Path) -> SourceFile:
+def _head(path: Path) -> bytes:
     with path.open("rb") as handle:
-        head = handle.read(4096)
-    match = re.search(rb"\$MeshFormat\s+(\S+)\s+(\d)", head)
+        return handle.read(1 << 16)
+
+
+def _gmsh_variant(path: Path) -> SourceFile:
+    match = re.search(rb"\$MeshFormat\s+(\S+)\s+(\d)", _head(path))
     if match is None:
         return SourceFile(path)
     return SourceFile(path, version=match[1].decode(), ascii=match[2] == b"0")

@@ -117,8 +117,10 @@ def triangles(dataset: Any) -> Any:
         if solid.any() and not solid.all():
             grid = grid.extract_cells(solid)
         dataset = grid.extract_surface(algorithm="dataset_surface")
+    bare = dataset.copy(deep=False)
+    bare.clear_data()
     # Files of separate triangles repeat their points: only joined ones tell which triangles touch.
-    joined = dataset.triangulate().clean(tolerance=0.0, lines_to_points=False, polys_to_lines=False)
+    joined = bare.triangulate().clean(tolerance=0.0, lines_to_points=False, polys_to_lines=False)
     faces = np.array(joined.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
     faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
     if len(faces) == 0:

@@ -229,4 +229,4 @@ def projected_newton(
             valid |= is_valid(points, problem.cells)
         yield points, after
         shift = next_shift(shift, length)
-        slow = slow + 1 if before - after < decrease * abs(before) else 0
+        slow = slow + 1 if before - after <= decrease * abs(before) else 0

@@ -27,6 +27,7 @@ Field = NDArray[np.float64]
 
 _GOOD = 0.98  # smallest scaled Jacobian that needs no lifting
 _WHOLE = 200_000  # cells up to which the whole mesh is lifted; beyond, patches around the worst cells
+_PATIENCE = 1  # rounds of patches without success before other features are tried
 _RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back into its band
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _FIRST_STEPS = 2  # on the whole distortion, before the angles take over
@@ -67,15 +68,16 @@ class Stages:
             yield from self._minimize(points)
             return
         shaping, points = self._shaping(), self._frame.start
-        for phase, points, energy in untangle(shaping, points):
+        others = ("keep", "soft") if self.boundary.band is not None and self._options.features == "auto" else ()
+        for phase, points, energy in untangle(shaping, points, *((_PATIENCE,) if others else ())):
             yield Step(phase, points, energy)
         bad = folded(shaping, points)
-        for features in ("keep", "soft"):
-            if not bad.any() or self.boundary.features is None or self._options.features != "auto":
+        for features in others:
+            if not bad.any():
                 break
             # What stands in the way may be a feature that is none, or a crease that was not taken for one.
             other = boundary_of(self._frame, replace(self._options, features=features))
-            for phase, trial, energy in untangle(self._shaping(other), self._frame.start):
+            for phase, trial, energy in untangle(self._shaping(other), self._frame.start, _PATIENCE):
                 yield Step(phase, trial, energy)
             if folded(shaping, trial).sum() < bad.sum():
                 points, bad = trial, folded(shaping, trial)

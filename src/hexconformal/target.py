@@ -87,8 +87,7 @@ def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str) -> Field
     bad = np.flatnonzero((np.linalg.det(frames) <= 0).any(axis=1))
     if len(bad):
         raise MeshError(f"target shapes need a valid reference mesh; its inverted or flat cells: {first_ids(bad)}")
-    inverses: Field = np.linalg.inv(frames)
-    return inverses
+    return np.linalg.inv(frames).astype(np.float64, copy=False)
 
 
 def stretched(points: Field, cells: NDArray[np.int64]) -> tuple[Field, Field]:

@@ -9,6 +9,7 @@ patch by patch, from several starts.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,6 @@ Step = tuple[str, Field, float]
 _MANY = 0.05  # share of folded cells from which the whole mesh is unfolded first
 _WHOLE_STEPS, _PATCH_STEPS = 15, 40
 _ROUNDS = 6  # of patches, each a ring of cells larger than before
-_STALLS = 1  # rounds without one folded cell less, after which it is given up
 _FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
 _STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
 _EASIER = 0.1  # largest part of the way to zero that eps goes when nothing improves
@@ -40,8 +40,11 @@ def folded(problem: Shaping, points: Field) -> Mask:
     return np.asarray(problem.measures(points).determinant <= 0.0)
 
 
-def untangle(problem: Shaping, points: Field) -> Iterator[Step]:
-    """Unfold the corners of all cells as far as possible; ends when none is folded, or nothing helps."""
+def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterator[Step]:
+    """Unfold the corners of all cells as far as possible.
+
+    Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before.
+    """
     bad, first, stalled = folded(problem, points), points, 0
     if bad.mean() > _MANY:
         points = harmonic(problem, points, rings(problem.cells, len(points), bad, 0))
@@ -50,7 +53,7 @@ def untangle(problem: Shaping, points: Field) -> Iterator[Step]:
             yield "untangle", points, energy
     for width in range(1, _ROUNDS + 1):
         before = _amount(problem, points)
-        if before[0] == 0 or stalled == _STALLS:
+        if before[0] == 0 or stalled == patience:
             return
         for core in _islands(problem, rings(problem.cells, len(points), folded(problem, points), width)):
             points = _unfold_patch(problem, points, first, core)
@@ -68,7 +71,8 @@ def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
     ends = np.unique(np.sort(problem.cells[:, EDGES].reshape(-1, 2), axis=1), axis=0)
     ones = np.ones(len(ends))
     graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
-    laplacian = csgraph.laplacian(sparse.csr_array(graph + graph.T)).tocsr()[rows]
+    laplacian: Any = csgraph.laplacian(sparse.csr_array(graph + graph.T))
+    laplacian = laplacian.tocsr()[rows]
     inside, outside = laplacian[:, rows], laplacian[:, np.flatnonzero(~inner)]
     load = -(outside @ points[~inner])
     jacobi = sparse.diags_array(1.0 / inside.diagonal())

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from .energy import Barrier, Distortion, Frames, Quaternionic, corner_frames
+from .energy import Barrier, Distortion, Frames, corner_frames
 from .features import CORNER, SMOOTH, Features, edge_table, holding
 from .geometry import Cells, Floats, nodal_areas, nodal_vectors, transport_vectors, unit_vectors
 from .guard import Shape, turned_frames
@@ -20,7 +20,9 @@ from .target import Target
 __all__ = ["Iterate", "Surface", "majorize"]
 
 _LONGEST = 0.5  # step of a node, in lengths of its edges
-_TRIES = 24
+_REFUSALS = 6  # in a row that end the run
+_RELEASE = 4  # iterations after which nodes that were held may try again
+_TRIES = 18
 _LOCAL = 12  # tries that shorten steps where the trouble is, before nodes are stopped
 _GROWTH = 2.0  # of a frame's density that counts as trouble
 
@@ -92,18 +94,19 @@ class Surface:
         """(n,) lumped mass over eps, in the unit of the energy's second derivative."""
         return nodal_areas(points, self.cells) / self.eps
 
-    def retracted(self, points: Floats) -> tuple[Floats, NDArray[np.int64] | None]:
-        """Back onto the input, every closed piece with its old volume."""
+    def retracted(self, points: Floats, still: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.int64] | None]:
+        """Back onto the input, every closed piece with its old volume; nodes that are still stay exactly."""
         if self.target is None:
             return points, None
         result, places = self.target.project(points)
+        result[still], places[still] = points[still], self.target.places[still]
         for _ in range(2):
-            result = self._with_volume(result)
+            result = self._with_volume(result, self._smooth & ~still)
         return result, places
 
-    def _with_volume(self, points: Floats) -> Floats:
+    def _with_volume(self, points: Floats, movable: NDArray[np.bool_]) -> Floats:
         vectors = nodal_vectors(points, self.cells)
-        areas = np.linalg.norm(vectors, axis=1) * self._smooth
+        areas = np.linalg.norm(vectors, axis=1) * movable
         count = len(self._volumes)
         inside = self._pieces >= 0
         total = np.bincount(self._pieces[inside], areas[inside], count)
@@ -111,12 +114,13 @@ class Surface:
         offset = np.where(total > 0, missing / np.where(total > 0, total, 1.0), 0.0)
         shift = np.zeros(len(points))
         shift[inside] = offset[self._pieces[inside]]
-        return np.asarray(points + (shift * self._smooth)[:, None] * unit_vectors(vectors))
+        return np.asarray(points + (shift * movable)[:, None] * unit_vectors(vectors))
 
     def _piece_volumes(self, points: Floats) -> Floats:
         inside = self._pieces >= 0
         moments = (points * nodal_vectors(points, self.cells)).sum(axis=1) / 3
-        return np.bincount(self._pieces[inside], moments[inside], int(self._pieces.max(initial=-1)) + 1)
+        count = int(self._pieces.max(initial=-1)) + 1
+        return np.bincount(self._pieces[inside], moments[inside], count).astype(np.float64)
 
     def around(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) the nodes and all that share an edge with one of them."""
@@ -145,6 +149,7 @@ def majorize(surface: Surface, tolerance: float) -> Iterator[Iterate]:
     value = energy.value(x)
     damping = 1.0
     rest = np.zeros(len(x), dtype=bool)
+    refused = rounds = 0
     yield Iterate(x, value, 0.0, 0.0, 0)
     while value > 0:
         v = _direction(surface, x, damping, rest)
@@ -154,23 +159,32 @@ def majorize(surface: Surface, tolerance: float) -> Iterator[Iterate]:
         predicted = -float((energy.gradient(x) * v).sum())
         if predicted <= tolerance * value or size.max() <= 1e-9:
             return
-        found = _search(surface, x, value, v, s)
+        found, blamed = _search(surface, x, value, v, s)
         if found is None:
-            if damping >= 64:
+            refused += 1
+            if refused > _REFUSALS:
                 return
-            damping *= 4
+            if blamed.any():
+                # Who cannot go is held, and the others find their way around.
+                for _ in range(refused - 1):
+                    blamed = surface.around(blamed)
+                rest |= blamed
+            else:
+                damping *= 4
             continue
-        y, places, new, failures, stopped = found
+        y, places, new, failures = found
         decrease = (value - new) / value
         step = float(np.linalg.norm(y - x, axis=1).max())
-        rest = stopped
         damping = min(damping * 2, 16.0) if failures else max(damping / 2, 1 / 8)
-        x, value = y, new
+        x, value, refused = y, new, 0
         if surface.target is not None and places is not None:
             surface.target.places = places
-        yield Iterate(x, value, decrease, step, int(stopped.sum()))
+        yield Iterate(x, value, decrease, step, int(rest.sum()))
+        rounds += 1
         if decrease < tolerance:
             return
+        if rounds % _RELEASE == 0:
+            rest[:] = False
 
 
 def _direction(surface: Surface, x: Floats, damping: float, rest: NDArray[np.bool_]) -> Floats:
@@ -193,10 +207,12 @@ def _search(surface: Surface, x: Floats, value: float, v: Floats, s: Floats):  #
     """Shorten steps until the surface is acceptable: where the trouble is, and everywhere if there is none to blame."""
     energy, frames = surface.energy, surface.frames
     before = energy.densities(x)
-    stopped, failures, blamed = np.zeros(len(x), dtype=bool), 0, 0
+    nobody = np.zeros(len(x), dtype=bool)
+    size = np.abs(v).max(axis=1)
+    failures = blamed = 0
     for tries in range(_TRIES):
         factor = 0.5 if tries < _LOCAL else 0.0
-        y, places = surface.retracted(x + s[:, None] * v)
+        y, places = surface.retracted(x + s[:, None] * v, (s == 0) | (size == 0))
         turned = turned_frames(frames, x, y, surface.cells)
         if turned.any():
             s[frames.nodes[turned]] *= factor
@@ -212,16 +228,13 @@ def _search(surface: Surface, x: Floats, value: float, v: Floats, s: Floats):  #
                 s *= 0.5
             continue
         offending = surface.offending_nodes(y)
-        if offending.any():
-            blamed += 1
-            # First they go slower, then they stop, then their neighbours do.
-            while blamed > 2 and not s[offending].any() and not offending.all():
-                offending = surface.around(offending)
-            s[offending] *= 0.25 if blamed <= 2 else 0.0
-            stopped |= offending & (s == 0)
-            continue
-        return y, places, new, failures, stopped
-    return None
+        if not offending.any():
+            return (y, places, new, failures), nobody
+        blamed += 1
+        if blamed > 2 or not s[offending].any():
+            return None, offending
+        s[offending] *= 0.25
+    return None, nobody
 
 
 def _closed_pieces(cells: Cells, count: int) -> NDArray[np.int64]:

@@ -17,7 +17,7 @@ from scipy import sparse
 
 from hexconformal.compiled import loop
 from hexconformal.distortion import plane_density, plane_gradient, plane_normal
-from hexconformal.quaternion import add, cross, dot, scale, subtract
+from hexconformal.quaternion import Vector, add, cross, dot, scale, subtract
 from hexconformal.sparsity import corner_incidences, find, node_pattern
 from hexconformal.threads import parallel_ranges
 
@@ -51,11 +51,11 @@ class Frames:
     weights: Floats
     owners: Ints
 
-    def derivatives(self, points: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+    def derivatives(self, points: Floats) -> tuple[Vector, Vector]:
         """f1 and f2 of every frame, as tuples of components."""
         x = points[self.nodes]
         f = [np.einsum("fkx,fk->xf", x, self.gradients[:, :, i]) for i in (0, 1)]
-        return tuple(f[0]), tuple(f[1])
+        return (f[0][0], f[0][1], f[0][2]), (f[1][0], f[1][1], f[1][2])
 
 
 def _triangle_gradients(shapes: Floats) -> Floats:
@@ -147,7 +147,7 @@ class Distortion:
         """(f,) weighted densities, whose sum is the energy."""
         raise NotImplementedError
 
-    def slopes(self, points: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+    def slopes(self, points: Floats) -> tuple[Vector, Vector]:
         """Derivatives of the weighted densities with respect to f1 and f2."""
         raise NotImplementedError
 
@@ -205,14 +205,19 @@ class Quaternionic(Distortion):
         f1, f2 = self.frames.derivatives(points)
         return np.asarray(self._weights * plane_density(f1, f2, plane_normal(f1, f2)))
 
-    def slopes(self, points: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+    def slopes(self, points: Floats) -> tuple[Vector, Vector]:
         f1, f2 = self.frames.derivatives(points)
         g1, g2 = plane_gradient(f1, f2, plane_normal(f1, f2))
         return scale(self._weights, g1), scale(self._weights, g2)
 
+    def normals(self, points: Floats) -> Vector:
+        """Unit normal of every frame."""
+        f1, f2 = self.frames.derivatives(points)
+        return plane_normal(f1, f2)
+
     def second(self, points: Floats) -> Floats:
         """Second derivative with the normals frozen: its quadratic model lies above the energy everywhere."""
-        n = plane_normal(*self.frames.derivatives(points))
+        n = self.normals(points)
         result = np.empty((len(self._weights), 6, 6))
         zero = np.zeros(len(self._weights))
         for column in range(6):
@@ -249,7 +254,7 @@ class Barrier(Distortion):
             g = g * (1 + 0.5 * self._severity * g)
         return np.asarray(self.frames.weights * np.where(area > 0, g, np.inf))
 
-    def slopes(self, points: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+    def slopes(self, points: Floats) -> tuple[Vector, Vector]:
         f1, f2 = self.frames.derivatives(points)
         c = cross(f1, f2)
         area = np.sqrt(dot(c, c)) + _TINY
@@ -278,7 +283,8 @@ class Barrier(Distortion):
         # Where b vanishes every direction will do.
         still = beta <= 1e-14 * alpha
         a = scale(1 / alpha, a)
-        b = tuple(np.where(still, p, q / np.where(still, 1.0, beta)) for p, q in zip(a, b, strict=True))
+        b0, b1, b2 = (np.where(still, p, q / np.where(still, 1.0, beta)) for p, q in zip(a, b, strict=True))
+        b = (b0, b1, b2)
         area = np.maximum((alpha - beta) * (alpha + beta), _TINY)
         p = 3 * alpha**2 + beta**2
         q = alpha**2 + 3 * beta**2
@@ -311,7 +317,6 @@ class Barrier(Distortion):
         result[:, 3:, 3:] += normal
         result[:, range(6), range(6)] += (self.damping * 4 * w / area)[:, None]
         return result
-
 
 
 ENERGIES = ("barrier", "quaternionic")

@@ -6,7 +6,6 @@ A node is *smooth* (moves in its tangent plane), on a *curve* (moves along it) o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -255,7 +254,7 @@ def curve_tangents(points: Floats, features: Features) -> Floats:
     first = np.zeros((len(points), 3))
     first[edges.ravel()] = np.repeat(d, 2, axis=0)
     result = np.zeros((len(points), 3))
-    for end, sign in ((0, 1.0), (1, -1.0)):
+    for end in (0, 1):
         node = edges[:, end]
         alike = np.where((d * first[node]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
         np.add.at(result, node, alike * d)

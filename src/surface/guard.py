@@ -15,7 +15,9 @@ _UPRIGHT = 0.5  # cosine to the normals of its nodes from which a corner lies we
 __all__ = ["Shape", "turned_frames", "two_sided_distance"]
 
 
-def turned_frames(frames: Frames, before: Floats, after: Floats, cells: Cells, cosine: float = 0.3) -> NDArray[np.bool_]:
+def turned_frames(
+    frames: Frames, before: Floats, after: Floats, cells: Cells, cosine: float = 0.3
+) -> NDArray[np.bool_]:
     """(f,) corners that turned over in one step, or vanished.
 
     A corner may turn a little against its old normal; or it may come nearer to the normals of its nodes, which a

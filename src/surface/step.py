@@ -20,7 +20,7 @@ from hexconformal.solver import conjugate_gradients
 
 from .energy import Distortion
 from .features import Features, holding
-from .geometry import Cells, Floats, nodal_areas, nodal_vectors, transport_vectors
+from .geometry import Cells, Floats, nodal_areas, transport_vectors
 
 __all__ = ["DIRECT", "NORMALS", "displacement", "solve_constrained"]
 
@@ -60,7 +60,9 @@ def displacement(
     gradient, hessian = energy.gradient(points), energy.hessian(points)
     masses = nodal_areas(points, cells)
     v = np.zeros_like(points)
-    for solved in range(1, _ROUNDS + 1):
+    solved = 0
+    while solved < _ROUNDS:
+        solved += 1
         held = holding(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
         before, v = v, solve_constrained(hessian, -gradient, held, masses / eps)
         change = np.abs(v - before).max(initial=0.0)
@@ -95,7 +97,7 @@ def solve_constrained(
         (held * stiffness[:, None, None], np.arange(count), np.arange(count + 1)), shape=hessian.shape
     )
     matrix = (hessian + penalty).tocsc()
-    diagonal = matrix.diagonal()
+    diagonal = hessian.diagonal()
     # Unused nodes have empty rows; a surface that nothing holds may be shifted and turned.
     shift = np.where(diagonal > 0, 1e-11 * np.median(diagonal[diagonal > 0]), 1.0)
     factors = splu(
@@ -104,7 +106,9 @@ def solve_constrained(
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
-    return np.asarray(factors.solve(rhs.ravel())).reshape(-1, 3)
+    v = factors.solve(rhs.ravel())
+    # One refinement takes the shift out again.
+    return np.asarray(v + factors.solve(rhs.ravel() - matrix @ v)).reshape(-1, 3)
 
 
 def _iterative(hessian: sparse.bsr_matrix, rhs: Floats, held: Floats, tolerance: float) -> Floats:
@@ -126,10 +130,3 @@ def _projection(held: Floats) -> Callable[[Floats], Floats]:
         return np.asarray(field - np.einsum("nxy,ny->nx", held, field))
 
     return project
-
-
-def normal_flux(points: Floats, v: Floats, cells: Cells, normal: str) -> float:
-    """Largest nodal violation |<v, N~>| of the constraint."""
-    n = nodal_vectors(points, cells) if normal == "linear" else transport_vectors(points, points + v, cells, normal)
-    length = np.linalg.norm(n, axis=1)
-    return float(np.abs((v * n).sum(axis=1) / np.where(length > 0, length, 1.0)).max(initial=0.0))

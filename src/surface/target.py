@@ -126,7 +126,8 @@ class Target:
         vectors = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
         key = faces + len(self.points) * patches[:, None]
         _, inverse = np.unique(key.ravel(), return_inverse=True)
-        sums = np.stack([np.bincount(inverse.ravel(), np.repeat(vectors[:, i], 3)) for i in range(3)], axis=1)
+        weights = (np.repeat(vectors[:, i], 3) for i in range(3))
+        sums = np.stack([np.bincount(inverse.ravel(), w).astype(np.float64) for w in weights], axis=1)
         return unit_vectors(sums)[inverse.ravel()].reshape(-1, 3, 3)
 
     def _curve_tangents(self, features: Features) -> Floats:
@@ -149,5 +150,3 @@ class Target:
             mine = (node < count) & np.isin(self._kind[np.minimum(node, count - 1)], kinds)
             places[node[mine]] = start + first[mine] // 3
         return places
-
-

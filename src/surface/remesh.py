@@ -1,0 +1,216 @@
+"""Remesh a surface: the main job, from whatever the user has to a better mesh and a report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from hexconformal.checks import as_mask
+from hexconformal.errors import OptionError
+
+from .checks import require_sound
+from .core import Surface, majorize
+from .energy import Barrier, Distortion, Quaternionic
+from .features import detect_features, edge_table
+from .geometry import Floats, cell_areas, enclosed_volume, mean_edge_length
+from .guard import Shape
+from .mesh import SurfaceMesh, as_surface_mesh
+from .options import Options, Record
+from .quality import quality, smallest_angles
+from .reference import reference_shapes
+from .report import Report
+
+__all__ = ["Remeshing", "Result", "remesh", "remeshing"]
+
+_SEVERITY = 0.5
+_MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came out: the better mesh in the type that came in, its points (n, 3), a report, a record per iteration."""
+
+    mesh: Any
+    points: Floats
+    report: Report
+    history: tuple[Record, ...]
+
+
+class Remeshing:
+    """A run that can be watched: iterate over its records, stop whenever you like, then take the result.
+
+    Parameters
+    ----------
+    mesh
+        Anything :func:`surface.as_surface_mesh` takes.
+    options
+        What to do; the defaults suit a surface that stays where it is.
+
+    Raises
+    ------
+    MeshError
+        If the surface cannot be worked on.
+    OptionError
+        If options make no sense.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.3, 0.8, 0]])
+    >>> run = Remeshing((corners, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]))
+    >>> for record in run:
+    ...     pass
+    >>> bool(np.allclose(run.points[4], [0.5, 0.5, 0], atol=1e-2))
+    True
+    """
+
+    def __init__(self, mesh: Any, options: Options | None = None) -> None:
+        self._began = time.perf_counter()
+        self.options = Options() if options is None else options
+        self.mesh: SurfaceMesh = as_surface_mesh(mesh)
+        self.history: list[Record] = []
+        self._notes = list(require_sound(self.mesh))
+        self._reason, self._converged = "interrupted before it began", False
+        cells = self.mesh.cells
+        # The work is done in a frame of its own: edges of unit length on average, near the origin.
+        self._unit = mean_edge_length(self.mesh.points, cells)
+        nodes = cells.nodes()
+        self._start = (self.mesh.points - self.mesh.points[nodes].min(axis=0)) / self._unit
+        self._points = self._start
+        self._diagonal = float(np.linalg.norm(np.ptp(self._start[nodes], axis=0)))
+        self._closed = bool((edge_table(cells).uses == 2).all())
+        self._core = self._surface()
+
+    def _surface(self) -> Surface:
+        options, cells, x = self.options, self.mesh.cells, self._start
+        angle, edges = options.features, None
+        if angle is not None and not isinstance(angle, (int, float)):
+            angle, edges = None, options.features
+        fixed = as_mask(options.fixed, len(x), "fixed")
+        if fixed.ndim != 1:
+            raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
+        features = detect_features(x, cells, angle, edges, fixed, options.boundary)
+        shapes = reference_shapes(options.reference, x, cells)
+        energy: Distortion
+        if options.energy == "barrier":
+            energy = Barrier(cells, shapes, len(x), _SEVERITY)
+        else:
+            energy = Quaternionic(cells, shapes, len(x))
+        bound = _MARGIN * options.hausdorff * self._diagonal if options.project else None
+        return Surface(x, cells, features, energy, options.eps, options.normal, bound)
+
+    @property
+    def points(self) -> Floats:
+        """The best points so far, in the user's frame; what did not move is bit-identical to the input."""
+        return np.asarray(self.mesh.points + self._unit * (self._points - self._start))
+
+    def __iter__(self) -> Iterator[Record]:
+        """Run; every record's surface is acceptable, so the run may be left at any of them."""
+        self._reason = "interrupted"
+        scale = 1.0 if self.options.energy == "barrier" else self._unit**2
+        for number, at in enumerate(majorize(self._core, self.options.tolerance)):
+            self._points = at.points
+            angles = smallest_angles(at.points, self.mesh.cells)
+            turned = 0 if self._core.shape is None else int(self._core.shape.turned_over(at.points).sum())
+            self.history.append(
+                Record(
+                    iteration=number,
+                    energy=scale * at.energy / len(self.mesh.cells),
+                    decrease=at.decrease,
+                    step=at.step,
+                    min_angle=float(angles.min()),
+                    mean_angle=float(angles.mean()),
+                    turned=turned,
+                    held=at.held,
+                    seconds=time.perf_counter() - self._began,
+                )
+            )
+            yield self.history[-1]
+            if number >= self.options.iterations:
+                self._reason = f"reached iterations = {self.options.iterations}"
+                return
+        self._reason, self._converged = "no step lowers the energy further", True
+
+    def result(self) -> Result:
+        """The surface reached, with its report."""
+        points, mesh = self.points, self.mesh
+        before, after = quality(mesh), quality(mesh.replaced(points))
+        shape = self._core.shape or Shape(self._start, mesh.cells)
+        areas = [float(cell_areas(x, mesh.cells).sum()) for x in (self._start, self._points)]
+        volumes = [enclosed_volume(x, mesh.cells) for x in (self._start, self._points)]
+        report = Report(
+            before=before.summary(),
+            after=after.summary(),
+            energy_before=self.history[0].energy if self.history else float("nan"),
+            energy_after=self.history[-1].energy if self.history else float("nan"),
+            area_change=areas[1] / areas[0] - 1,
+            volume_change=volumes[1] / volumes[0] - 1 if self._closed and volumes[0] else None,
+            hausdorff=shape.hausdorff(self._points) / self._diagonal,
+            turned=int(shape.turned_over(self._points).sum()),
+            largest_displacement=float(np.linalg.norm(points - mesh.points, axis=1).max()),
+            iterations=max(len(self.history) - 1, 0),
+            seconds=time.perf_counter() - self._began,
+            reason=self._reason,
+            converged=self._converged,
+            options=self.options.described(),
+            notes=tuple(self._notes),
+        )
+        data = {"min_angle": after.min_angle, "min_angle_change": after.min_angle - before.min_angle}
+        return Result(mesh.replaced(points, data).restored(), points, report, tuple(self.history))
+
+
+def remeshing(mesh: Any, options: Options | None = None) -> Remeshing:
+    """A run to iterate over; see :class:`Remeshing`."""
+    return Remeshing(mesh, options)
+
+
+def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
+    """Make the cells of a surface regular by minimizing their quaternionic conformal distortion.
+
+    Nodes slide along the surface, sharp edges and boundary curves (Gruber & Aulisa, eq. 2); connectivity stays. No
+    cell turns over, the energy never rises, and closed pieces keep their volume.
+
+    Parameters
+    ----------
+    mesh
+        A path, a pyvista surface, a meshio.Mesh, a :class:`surface.SurfaceMesh` or a tuple ``(points, cells)`` of
+        triangles or quadrilaterals. It is not changed.
+    callback
+        Called with the record of every iteration.
+    **options
+        Fields of :class:`surface.Options`: reference, energy, iterations, tolerance, eps, normal, project,
+        hausdorff, features, boundary, fixed.
+
+    Returns
+    -------
+    Result
+        With the mesh in the type that came in, a report and the history.
+
+    Raises
+    ------
+    MeshError
+        If the surface cannot be worked on.
+    ReadError
+        If a file cannot be read.
+    OptionError
+        If an option is unknown or makes no sense.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.3, 0.8, 0]])
+    >>> result = remesh((corners, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]))
+    >>> bool(result.report.after.min_angle > 44)
+    True
+    """
+    known = {field.name for field in fields(Options)}
+    unknown = sorted(set(options) - known)
+    if unknown:
+        raise OptionError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
+    run = Remeshing(mesh, Options(**options))
+    for record in run:
+        if callback is not None:
+            callback(record)
+    return run.result()

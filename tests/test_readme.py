@@ -1,0 +1,57 @@
+"""What the README shows runs as it is written there."""
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import hexconformal as hc
+from hexconformal import generate
+from hexconformal.cli import main
+
+README = Path(__file__).resolve().parents[1] / "README.md"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with the files that the examples speak of."""
+    place = tmp_path_factory.mktemp("readme")
+    points, cells = generate.ball(core=8, layers=1)
+    points = points + 0.01 * np.random.default_rng(0).normal(size=points.shape)
+    hc.write(place / "part.vtu", hc.HexMesh(points, cells))
+    hc.write(place / "part.msh", hc.HexMesh(points, cells))
+    hc.write(place / "mirrored.inp", hc.HexMesh(points, cells[:, [4, 5, 6, 7, 0, 1, 2, 3]]))
+    hc.write(place / "layers.vtu", hc.HexMesh(*generate.boundary_layer((4, 4, 6))))
+    pv.Sphere(radius=1.0, theta_resolution=60, phi_resolution=60).save(place / "part.stl")
+    return place
+
+
+def test_python_examples_run(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    names = {}
+    for block in blocks:
+        exec(block, names)
+    assert len(blocks) == 2
+    assert names["measured"].valid.all()
+    assert names["result"].report.after.scaled_jacobian.min > 0.5
+
+
+def commands():
+    lines = re.findall(r"^    hexconformal (.*?)(?:  +#.*)?$", README.read_text(encoding="utf-8"), re.MULTILINE)
+    return [line.strip() for line in lines]
+
+
+def test_every_command_is_shown():
+    assert {line.split()[0] for line in commands()} == {"check", "quality", "regularize", "orient"}
+
+
+@pytest.mark.parametrize("line", commands())
+def test_commands_run(line, folder, monkeypatch, capsys, request):
+    monkeypatch.chdir(folder)
+    if "picture" in line:
+        request.getfixturevalue("rendering")
+    assert main(shlex.split(line)) == 0

@@ -1,0 +1,173 @@
+"""The corner energy, its convex Hessian, the block solver, and what patches of it do."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from hexconformal import generate
+from hexconformal.assembly import Distortion
+from hexconformal.lift import lift
+from hexconformal.quality import corner_scaled_jacobian
+from hexconformal.shaping import Emphasis, Shaping, projected_newton, rings
+from hexconformal.topology import boundary_quads
+from hexconformal.untangle import folded, harmonic, untangle
+
+CUBES = np.empty((0, 1, 3, 3))
+EMPHASES = [Emphasis(), Emphasis(eps=0.1), Emphasis(0.05, 1.0), Emphasis(0.05, 1.0, 0.05)]
+
+
+def jittered_box(n=4, amount=0.25, seed=1):
+    points, cells = generate.jittered(*generate.box((n, n, n)), amount, seed=seed)
+    return n * points, cells
+
+
+def held_boundary(points, cells):
+    projectors = np.tile(np.eye(3), (len(points), 1, 1))
+    projectors[boundary_quads(cells)[0]] = 0.0
+    return projectors
+
+
+def everywhere(points):
+    return np.tile(np.eye(3), (len(points), 1, 1))
+
+
+def dense(matrix):
+    n = len(matrix.indptr) - 1
+    return sparse.bsr_array((matrix.data, matrix.indices, matrix.indptr), shape=(3 * n, 3 * n)).toarray()
+
+
+TARGETS = {
+    "cubes": CUBES,
+    "frames": np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(5).normal(size=(1, 1, 3, 3))),
+}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("emphasis", EMPHASES)
+def test_gradient_agrees_with_differences_to_second_order(emphasis, target):
+    points, cells = jittered_box()
+    problem = Shaping(cells, TARGETS[target], everywhere(points))
+    _, gradient, _ = problem.value_gradient_hessian(points, emphasis)
+    direction = np.random.default_rng(0).normal(size=points.shape)
+    slope = np.einsum("ij,ij->", gradient, direction)
+    errors = []
+    for step in (4e-4, 2e-4):
+        ahead, behind = (problem.value(points + s * step * direction, emphasis) for s in (1, -1))
+        errors.append(abs((ahead - behind) / (2 * step) - slope))
+    assert errors[1] < 1e-4 * abs(slope) + 1e-6
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("emphasis", EMPHASES)
+def test_hessian_is_symmetric_positive_semidefinite(emphasis, target):
+    points, cells = jittered_box(3, 0.35)
+    _, _, matrix = Shaping(cells, TARGETS[target], everywhere(points)).value_gradient_hessian(points, emphasis)
+    full = dense(matrix)
+    assert np.abs(full - full.T).max() < 1e-12 * np.abs(full).max()
+    values = np.linalg.eigvalsh(full)
+    assert values[0] > -1e-12 * values[-1]
+
+
+def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
+    # There q = 0 with no slope, and what is left out is the turning of the normals, which only lowers the energy.
+    points, cells = generate.box((3, 3, 3))
+    points = 3 * points
+    _, _, matrix = Shaping(cells, CUBES, everywhere(points)).value_gradient_hessian(points, Emphasis())
+    exact = Distortion(cells, len(points), eps=0.0, quadrature="corners")
+    full, ratios = dense(matrix), []
+    for seed in range(20):
+        direction = np.random.default_rng(seed).normal(size=points.shape)
+        # The corner rule weighs a corner with 1/8, the corner energy with 1.
+        true = 8.0 * np.einsum("ij,ij->", direction, exact.second_product(points, direction))
+        ratios.append(direction.ravel() @ full @ direction.ravel() / true)
+    assert min(ratios) > 1.0
+    assert max(ratios) < 3.0
+
+
+def test_the_shape_part_is_the_barrier_energy_at_the_corners():
+    points, cells = jittered_box()
+    value = Shaping(cells, CUBES, everywhere(points)).value(points, Emphasis())
+    same = Distortion(cells, len(points), eps=0.0, quadrature="corners").value_gradient(points)[0]
+    assert value == pytest.approx(8.0 * same, rel=1e-12)
+
+
+def test_angles_do_not_feel_edge_lengths():
+    points, cells = generate.box((3, 3, 3))
+    problem = Shaping(cells, CUBES, everywhere(points))
+    assert problem.value(points**2 + points, Emphasis(0.0, 1.0)) == pytest.approx(0.0, abs=1e-20)
+    assert problem.value(points**2 + points, Emphasis(1.0, 0.0)) > 0.1
+
+
+def test_stiffness_forbids_what_is_worse_than_its_bound():
+    points, cells = jittered_box()
+    problem = Shaping(cells, CUBES, everywhere(points))
+    worst = problem.measures(points).angle.max()
+    assert np.isfinite(problem.value(points, Emphasis(0.0, 1.0, 0.99 / worst)))
+    assert problem.value(points, Emphasis(0.0, 1.0, 1.01 / worst)) == np.inf
+
+
+def test_folded_corners_are_infinite_without_eps_and_finite_with_it():
+    points, cells = jittered_box()
+    points[len(points) // 2] += 2.0
+    problem = Shaping(cells, CUBES, everywhere(points))
+    assert folded(problem, points).any()
+    assert problem.value(points, Emphasis()) == np.inf
+    assert np.isfinite(problem.value(points, Emphasis(eps=0.5)))
+
+
+def test_the_solver_finds_the_solution_in_the_admissible_space():
+    points, cells = jittered_box()
+    projectors = held_boundary(points, cells)
+    projectors[np.flatnonzero(projectors.any(axis=(1, 2)))[0]] = np.diag([1.0, 1.0, 0.0])
+    problem = Shaping(cells, CUBES, projectors)
+    _, gradient, matrix = problem.value_gradient_hessian(points, Emphasis())
+    full = dense(matrix)
+    x, _ = matrix.solve(-gradient, projectors, 1e-10, 500, 0.0)
+    assert np.abs(np.einsum("nij,nj->ni", projectors, x) - x).max() == 0.0
+    residual = (full @ x.ravel()).reshape(-1, 3) + gradient
+    assert np.abs(np.einsum("nij,nj->ni", projectors, residual)).max() < 1e-6 * np.abs(gradient).max()
+
+
+def test_newton_converges_to_the_perfect_mesh():
+    points, cells = jittered_box()
+    problem = Shaping(cells, CUBES, held_boundary(points, cells))
+    *_, (best, energy) = projected_newton(problem, points, Emphasis(), decrease=1e-12)
+    assert energy < 1e-12
+    assert np.abs(best - 4 * generate.box((4, 4, 4))[0]).max() < 1e-6
+
+
+def test_a_patch_sees_the_energy_of_its_own_cells_and_moves_its_own_nodes_only():
+    points, cells = jittered_box(6)
+    problem = Shaping(cells, CUBES, everywhere(points))
+    core = rings(cells, len(points), np.arange(len(cells)) == 100, 0)
+    patch, nodes = problem.restricted(core, points)
+    around = core[cells].any(axis=1)
+    whole = Shaping(cells[around], CUBES, everywhere(points)).value(points, Emphasis())
+    assert patch.value(points[nodes], Emphasis()) == pytest.approx(whole, rel=1e-13)
+    assert np.array_equal(nodes[patch.free], np.flatnonzero(core))
+
+
+def test_lifting_raises_the_worst_cell_step_by_step():
+    points, cells = generate.jittered(*generate.cylinder(4, 3, 6), 0.35, seed=3)
+    problem = Shaping(cells, CUBES, held_boundary(points, cells))
+    lowest = [corner_scaled_jacobian(x, cells).min() for _, x, _ in lift(problem, points)]
+    assert lowest[-1] > corner_scaled_jacobian(points, cells).min() + 0.2
+    assert lowest[-1] == max(lowest)
+
+
+def test_untangling_unfolds_every_cell():
+    points, cells = generate.jittered(*generate.box((6, 6, 6)), 1.0, seed=0, valid=False)
+    problem = Shaping(cells, CUBES, held_boundary(points, cells))
+    assert folded(problem, points).sum() > 50
+    *_, (_, best, _) = untangle(problem, points)
+    assert not folded(problem, best).any()
+
+
+def test_the_harmonic_start_puts_inner_nodes_between_their_neighbours():
+    points, cells = generate.jittered(*generate.box((4, 4, 4)), 0.5, seed=0, valid=False)
+    problem = Shaping(cells, CUBES, held_boundary(points, cells))
+    smooth = harmonic(problem, points, np.ones(len(points), dtype=bool))
+    assert np.abs(smooth - generate.box((4, 4, 4))[0]).max() < 5e-3
+    surface = np.unique(boundary_quads(cells)[0])
+    assert np.array_equal(smooth[surface], points[surface])
