@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from itertools import islice
 
 import numpy as np
@@ -115,13 +116,16 @@ class Stages:
         """Energy of what came in; NaN where it is infinite."""
         if self._options.energy == "barrier" and not self._frame.valid.all():
             return float("nan")
-        return self._minimization(self._frame.start).energy()
+        return self._from_input.energy()
 
-    def _minimization(self, points: Field) -> Minimization:
-        return Minimization(self._frame, self.boundary.constraint, self._options, points)
+    @cached_property
+    def _from_input(self) -> Minimization:
+        return Minimization(self._frame, self.boundary.constraint, self._options, self._frame.start)
 
     def _minimize(self, points: Field) -> Iterator[Step]:
-        minimization = self._minimization(points)
+        minimization = self._from_input
+        if points is not self._frame.start:
+            minimization = Minimization(self._frame, self.boundary.constraint, self._options, points)
         yield from minimization
         self.reason, self.converged = minimization.reason, minimization.converged
 
