@@ -38,6 +38,9 @@ def test_fixed_boundary_comes_within_two_percent_of_the_bound(shared, name):
     assert report.after.inverted == report.after.invalid == 0
     assert report.boundary_moved == 0
     assert report.after.scaled_jacobian.min >= 0.98 * BOUND[name]
+    told = [note for note in report.notes if "cannot exceed" in note]
+    assert len(told) == (BOUND[name] < 0.95)
+    assert all(float(note.split("exceed ")[1].split(":")[0]) == pytest.approx(BOUND[name], abs=6e-3) for note in told)
 
 
 def test_a_cell_that_cannot_be_unfolded_is_named_and_the_rest_is_finished():

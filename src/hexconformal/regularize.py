@@ -15,6 +15,7 @@ from .checks import require_sound
 from .errors import OptionError
 from .frame import Frame
 from .hausdorff import hausdorff
+from .limits import held_bound
 from .mesh import as_hex_mesh
 from .options import Options, Record
 from .quality import corner_scaled_jacobian, quality
@@ -27,6 +28,7 @@ __all__ = ["Regularization", "Result", "regularize"]
 
 Field = NDArray[np.float64]
 
+_WORTH_TELLING = 0.95  # bounds of the smallest scaled Jacobian above this say little
 _ROUNDING = 1e-12  # of a scaled Jacobian
 
 
@@ -176,6 +178,10 @@ class Regularization:
             keeping = int((stretched(self._frame.start, self._frame.cells)[0] > 0).sum())
             if keeping:
                 notes.append(f"target auto: {keeping} cells are stretched in the input and keep their proportions")
+        held = ~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2))
+        bound, cell = held_bound(self._frame.start, self._frame.cells, held)
+        if bound < _WORTH_TELLING:
+            notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {cell} is held")
         return tuple(notes)
 
     def _record(self, step: Step) -> Record:
