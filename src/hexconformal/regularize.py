@@ -178,7 +178,7 @@ class Regularization:
             keeping = int((stretched(self._frame.start, self._frame.cells)[0] > 0).sum())
             if keeping:
                 notes.append(f"target auto: {keeping} cells are stretched in the input and keep their proportions")
-        held = ~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2))
+        held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
         bound, cell = held_bound(self._frame.start, self._frame.cells, held)
         if bound < _WORTH_TELLING:
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {cell} is held")
