@@ -160,8 +160,9 @@ class Regularization:
             return self.points, reason + unchanged, 0.0
         if band is not None and band.reference is not None:
             return self.points, reason, band.excess(self._points) * bound
-        moved = (self._points != frame.start)[frame.quads].any()
-        distance = hausdorff(self._points, frame.start, frame.quads) / frame.diagonal if moved else 0.0
+        # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
+        exact = band is None and self.options.boundary != "free"
+        distance = 0.0 if exact else hausdorff(self._points, frame.start, frame.quads) / frame.diagonal
         if band is not None and distance > bound:
             return np.array(self.mesh.points), f"the surface would move by {distance:.4g}: the input is returned", 0.0
         return self.points, reason, distance

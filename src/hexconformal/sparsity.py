@@ -51,10 +51,10 @@ def find(indices, first, last, value):  # type: ignore[no-untyped-def]
 
 
 @loop
-def _rows(first, last, cells, offsets, incidences, indptr, indices):  # type: ignore[no-untyped-def]
+def _rows(first, last, cells, offsets, incidences, most, indptr, indices):  # type: ignore[no-untyped-def]
     """Sorted neighbours of each node; only their number (into indptr) while indices is empty."""
     width = cells.shape[1]
-    row = np.empty(width * (np.max(offsets[1:] - offsets[:-1]) + 1), np.int64)
+    row = np.empty(most, np.int64)
     for node in range(first, last):
         length = 0
         for k in range(offsets[node], offsets[node + 1]):
@@ -81,11 +81,12 @@ def node_pattern(
 ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
     """Compressed rows (indptr, indices) of the graph that joins the nodes of every cell."""
     count = len(offsets) - 1
+    most = cells.shape[1] * (int(np.diff(offsets).max(initial=0)) + 1)
     indptr = np.zeros(count + 1, np.int64)
-    parallel_ranges(_rows, count, cells, offsets, incidences, indptr, np.empty(0, np.int32))
+    parallel_ranges(_rows, count, cells, offsets, incidences, most, indptr, np.empty(0, np.int32))
     indptr = np.cumsum(indptr)
     indices = np.empty(indptr[-1], np.int32)
-    parallel_ranges(_rows, count, cells, offsets, incidences, indptr, indices)
+    parallel_ranges(_rows, count, cells, offsets, incidences, most, indptr, indices)
     return indptr, indices
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice
@@ -25,6 +25,7 @@ from .untangle import folded, untangle
 __all__ = ["Stages"]
 
 Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 _GOOD = 0.98  # smallest scaled Jacobian that needs no lifting
 _WHOLE = 200_000  # cells up to which the whole mesh is lifted; beyond, patches around the worst cells
@@ -69,21 +70,9 @@ class Stages:
             yield from self._minimize(points)
             return
         shaping, points = self._shaping(), self._frame.start
-        others = ("keep", "soft") if self.boundary.band is not None and self._options.features == "auto" else ()
-        for phase, points, energy in untangle(shaping, points, *((_PATIENCE,) if others else ())):
-            yield Step(phase, points, energy)
-        bad = folded(shaping, points)
-        for features in others:
-            if not bad.any():
-                break
-            # What stands in the way may be a feature that is none, or a crease that was not taken for one.
-            other = boundary_of(self._frame, replace(self._options, features=features))
-            for phase, trial, energy in untangle(self._shaping(other), self._frame.start, _PATIENCE):
-                yield Step(phase, trial, energy)
-            if folded(shaping, trial).sum() < bad.sum():
-                points, bad = trial, folded(shaping, trial)
-                self.boundary, shaping = other, self._shaping(other)
-                self.notes.append(f"features={features!r} instead, which left fewer cells folded")
+        bad = np.zeros(len(self._frame.cells), dtype=bool)
+        if not self._frame.valid.all():
+            shaping, points, bad = yield from self._untangle(shaping)
         if bad.any():
             shaping = self._without(shaping, bad)
         if bad.any() or self.boundary.band is not None:
@@ -101,6 +90,26 @@ class Stages:
                 yield Step(phase, points, energy)
             self.reason, self.converged = "the worst cell stalls", True
         yield from self._return(shaping, points)
+
+    def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
+        """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
+        points = self._frame.start
+        others = ("keep", "soft") if self.boundary.band is not None and self._options.features == "auto" else ()
+        for phase, points, energy in untangle(shaping, points, *((_PATIENCE,) if others else ())):
+            yield Step(phase, points, energy)
+        bad = folded(shaping, points)
+        for features in others:
+            if not bad.any():
+                break
+            # What stands in the way may be a feature that is none, or a crease that was not taken for one.
+            other = boundary_of(self._frame, replace(self._options, features=features))
+            for phase, trial, energy in untangle(self._shaping(other), self._frame.start, _PATIENCE):
+                yield Step(phase, trial, energy)
+            if folded(shaping, trial).sum() < bad.sum():
+                points, bad = trial, folded(shaping, trial)
+                self.boundary, shaping = other, self._shaping(other)
+                self.notes.append(f"features={features!r} instead, which left fewer cells folded")
+        return shaping, points, bad
 
     def _return(self, shaping: Shaping, points: Field) -> Iterator[Step]:
         """Bring samples back that a patch has let out of the band, with a steeper penalty each time."""

@@ -168,7 +168,8 @@ def _firsts(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     first = np.empty(6 * len(cells), dtype=np.int64)
     following = np.empty(len(first), dtype=np.int64)
     heads = np.full(int(cells.max()) + 1, -1, dtype=np.int64)
-    _first_equal(np.ascontiguousarray(cells, dtype=np.int64), FACES, heads, following, first)
+    # Read-only arrays would be compiled for anew.
+    _first_equal(np.require(cells, np.int64, ["C", "W"]), FACES, heads, following, first)
     return first
 
 
