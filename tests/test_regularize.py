@@ -103,6 +103,16 @@ def test_box_targets_reach_zero_energy_where_cubes_cannot():
     assert boxes.report.energy_before == pytest.approx(0.0, abs=1e-20)
 
 
+def test_every_cell_may_have_a_box_of_its_own():
+    points, cells = generate.boundary_layer((4, 4, 8), aspect=20.0)
+    edges = np.ptp(points[cells], axis=1)
+    rough = generate.jittered(points, cells, 0.1, seed=2)[0]
+    result = hc.regularize((rough, cells), boundary="fixed", target=edges, lift=False, tolerance=1e-12)
+    assert np.abs(result.points - points).max() < 1e-6
+    with pytest.raises(hc.OptionError, match="positive edge lengths"):
+        hc.regularize((rough, cells), target=-edges)
+
+
 def test_input_targets_keep_a_boundary_layer():
     points, cells = generate.boundary_layer((4, 4, 8), aspect=100.0)
     rough = generate.jittered(points, cells, 0.05, seed=2)[0]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .elements import EDGES
 from .errors import MeshError, first_ids
 from .mesh import HexMesh
-from .target import cell_volumes
+from .target import cell_volumes, stretched_boxes
 from .topology import boundary_quads
 from .validity import is_valid
 
@@ -72,10 +72,17 @@ class Frame:
         return (points - self._corner) / self.unit
 
     def target(self, target: Any) -> Any:
-        """A target in this frame: points of a reference mesh are scaled, other targets have no unit."""
+        """A target in this frame: "auto" is decided, points of a reference mesh are scaled, others have no unit."""
+        if isinstance(target, str) and target == "auto":
+            return "cube" if self.stretched is None else self.stretched
         if isinstance(target, str) or np.shape(target) != self.start.shape:
             return target
         return self.from_user(np.asarray(target, dtype=np.float64))
+
+    @cached_property
+    def stretched(self) -> Field | None:
+        """(m, 3) boxes of cells that are stretched on purpose, None where there are none."""
+        return stretched_boxes(self.start, self.cells)
 
     @cached_property
     def quads(self) -> NDArray[np.int64]:

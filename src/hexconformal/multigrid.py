@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
+from threadpoolctl import threadpool_limits
 
 from .compiled import loop
 from .threads import parallel_ranges
@@ -109,15 +110,17 @@ class Multigrid:
         matrix.sort_indices()
         state = np.random.get_state()  # pyamg estimates spectral radii from the global random state
         np.random.seed(0)
-        hierarchy = pyamg.smoothed_aggregation_solver(
-            sparse.csr_matrix(matrix),
-            strength=("symmetric", {"theta": 0.05}),
-            smooth=("jacobi", {"omega": 4.0 / 3.0}),
-            presmoother=None,
-            postsmoother=None,
-            improve_candidates=None,
-            max_coarse=_COARSEST,
-        )
+        # BLAS threads would wait for each other over its many small products, for longer than those take.
+        with threadpool_limits(1, "blas"):
+            hierarchy = pyamg.smoothed_aggregation_solver(
+                sparse.csr_matrix(matrix),
+                strength=("symmetric", {"theta": 0.05}),
+                smooth=("jacobi", {"omega": 4.0 / 3.0}),
+                presmoother=None,
+                postsmoother=None,
+                improve_candidates=None,
+                max_coarse=_COARSEST,
+            )
         np.random.set_state(state)
         for level in hierarchy.levels[:-1]:
             diagonal = level.A.diagonal()

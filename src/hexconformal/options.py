@@ -42,7 +42,8 @@ class Options:
     target
         Perfect shape: "auto" (cubes, but valid cells that are clearly stretched keep their proportions, as in
         boundary layers; cubes with the plain energy), "cube", "a:b:c" or three numbers (a box), "input" (the
-        cells' own shapes), or the (n, 3) points of a reference mesh with the same cells.
+        cells' own shapes), (m, 3) edge lengths of a box for every cell, or the (n, 3) points of a reference mesh
+        with the same cells.
     weight
         "reference": every cell counts the same; "volume": by its volume in the input, the dV of the note.
     energy

@@ -22,7 +22,6 @@ from .quality import corner_scaled_jacobian, quality
 from .report import Report
 from .stages import Stages
 from .step import Step
-from .target import stretched
 
 __all__ = ["Regularization", "Result", "regularize"]
 
@@ -176,8 +175,9 @@ class Regularization:
     def _all_notes(self) -> tuple[str, ...]:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
-            keeping = int((stretched(self._frame.start, self._frame.cells)[0] > 0).sum())
-            if keeping:
+            boxes = self._frame.stretched
+            if boxes is not None:
+                keeping = int((boxes != 1.0).any(axis=1).sum())
                 notes.append(f"target auto: {keeping} cells are stretched in the input and keep their proportions")
         held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
         bound, cell = held_bound(self._frame.start, self._frame.cells, held)

@@ -66,7 +66,8 @@ class Stages:
 
     def _steps(self) -> Iterator[Step]:
         points = self._frame.start
-        if self._options.energy == "quaternionic":
+        plain = self._frame.valid.all() and self.boundary.band is None and not self._options.lifts
+        if self._options.energy == "quaternionic" or plain:
             yield from self._minimize(points)
             return
         shaping, points = self._shaping(), self._frame.start

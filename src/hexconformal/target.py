@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .elements import EDGES, corner_rule, gauss_rule, shape_gradients
+from .elements import EDGES, FACES, corner_rule, gauss_rule, shape_gradients
 from .errors import MeshError, OptionError, first_ids
 from .quality import corner_scaled_jacobian
 
-__all__ = ["cell_frames", "cell_volumes", "inverse_targets", "stretched"]
+__all__ = ["cell_frames", "cell_volumes", "inverse_targets", "stretched_boxes"]
 
 Field = NDArray[np.float64]
 
@@ -27,8 +27,20 @@ def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gaus
 
 
 def cell_volumes(points: Field, cells: NDArray[np.int64]) -> Field:
-    """Volume (m,) of every trilinear cell, exact by the 2 x 2 x 2 Gauss rule."""
-    return np.linalg.det(cell_frames(points, cells)).mean(axis=1)
+    """Volume (m,) of every trilinear cell, exactly: a bilinear face contributes its mean point times its area vector.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> cell_volumes(*box((1, 1, 2), (1.0, 2.0, 3.0)))
+    array([3., 3.])
+    """
+    origin = points[cells[:, 0]]
+    volumes = np.zeros(len(cells))
+    for face in FACES:
+        a, b, c, d = (points[cells[:, node]] for node in face)
+        volumes += np.einsum("mi,mi->m", a + b + c + d - 4.0 * origin, np.cross(c - a, d - b))
+    return volumes / 24.0
 
 
 def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadrature: str) -> Field | None:
@@ -38,8 +50,9 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
     ----------
     target
         "auto": cubes, but a box of its own mean edge lengths for a valid cell that is clearly stretched, as in
-        boundary layers; "cube"; "a:b:c" or three positive numbers, the edge lengths of a box; "input" for the
-        cells' own shapes; or (n, 3) points of a reference mesh with the same cells.
+        boundary layers; "cube"; "a:b:c" or three positive numbers, the edge lengths of a box; (m, 3) edge
+        lengths of a box for every cell; "input" for the cells' own shapes; or (n, 3) points of a reference mesh with
+        the same cells.
     points, cells
         The mesh.
     quadrature
@@ -65,7 +78,8 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
         if target == "cube":
             return None
         if target == "auto":
-            return _stretched_boxes(points, cells)
+            boxes = stretched_boxes(points, cells)
+            return None if boxes is None else _boxes(boxes)
         if target == "input":
             return _inverted(points, cells, quadrature)
         try:
@@ -79,6 +93,10 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
         return np.diag(1.0 / values)[None, None]
     if values.shape == points.shape:
         return _inverted(values, cells, quadrature)
+    if values.shape == (len(cells), 3):
+        if not (np.isfinite(values).all() and (values > 0).all()):
+            raise OptionError("box targets have positive edge lengths")
+        return _boxes(values)
     raise OptionError(f"a target is three edge lengths or reference points of shape {points.shape}, not {values.shape}")
 
 
@@ -90,34 +108,33 @@ def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str) -> Field
     return np.linalg.inv(frames).astype(np.float64, copy=False)
 
 
-def stretched(points: Field, cells: NDArray[np.int64]) -> tuple[Field, Field]:
-    """Which cells are stretched on purpose, and how.
+def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
+    """Boxes for cells that are stretched on purpose, cubes for the others; None where no cell is.
 
     Stretched cells that are bricks, as in boundary layers, are meant to be so; where most of them are skewed, the
-    mesh is distorted instead, and no cell counts.
+    mesh is distorted instead, and no cell counts. A cell of aspect 5 or more keeps its proportions, one of aspect up
+    to 2, or inverted, becomes a cube; between, it keeps a part.
 
     Returns
     -------
-    (m,) 0 for cells of aspect up to 2 and for inverted ones, 1 from aspect 5 on, logarithmic between; and (m, 3)
-    mean edge lengths along the three axes.
+    (m, 3) edge lengths whose geometric mean is one.
     """
     edges = points[cells[:, EDGES[:, 1]]] - points[cells[:, EDGES[:, 0]]]
-    lengths = np.maximum(np.linalg.norm(edges, axis=2).reshape(-1, 3, 4).mean(axis=2), 1e-300)
+    lengths = np.maximum(np.sqrt(np.einsum("mei,mei->me", edges, edges)).reshape(-1, 3, 4).mean(axis=2), 1e-300)
     aspect = lengths.max(axis=1) / lengths.min(axis=1)
     low, high = _STRETCHED
     degree = np.clip(np.log(aspect / low) / np.log(high / low), 0.0, 1.0)
-    quality = corner_scaled_jacobian(points, cells)
-    degree[quality <= 0.0] = 0.0
-    if degree.any() and np.median(quality[degree > 0.0]) < _BRICK:
-        degree[:] = 0.0
-    return degree, lengths
-
-
-def _stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
-    degree, lengths = stretched(points, cells)
     if not degree.any():
         return None
+    quality = corner_scaled_jacobian(points, cells)
+    degree[quality <= 0.0] = 0.0
+    if not degree.any() or np.median(quality[degree > 0.0]) < _BRICK:
+        return None
     mean = np.exp(np.log(lengths).mean(axis=1, keepdims=True))
-    inverses = np.zeros((len(cells), 1, 3, 3))
-    inverses[:, 0, [0, 1, 2], [0, 1, 2]] = (mean / lengths) ** degree[:, None]
+    return (lengths / mean) ** degree[:, None]
+
+
+def _boxes(lengths: Field) -> Field:
+    inverses = np.zeros((len(lengths), 1, 3, 3))
+    inverses[:, 0, [0, 1, 2], [0, 1, 2]] = 1.0 / lengths
     return inverses
