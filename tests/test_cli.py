@@ -210,6 +210,7 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
         ("regularize part.vtu out.vtu --surface missing.stl", 1, "missing.stl does not exist"),
         ("regularize part.vtu out.vtu --surface broken.vtu", 1, "cannot read broken.vtu"),
         ("regularize part.vtu out.vtu --surface part.vtu --boundary fixed", 2, "surface goes with boundary='slide'"),
+        ("regularize part.vtu out.vtu --surface part.vtu --hausdorff 0", 2, "surface goes with boundary='slide'"),
         ("regularize part.vtu out.vtu --worst-picture part.vtu", 2, "part.vtu is the input"),
         ("regularize part.vtu out.xdmf", 1, "its companion out.h5 belongs to another file"),
         ("regularize tets.vtu out.vtu", 1, "tetra"),

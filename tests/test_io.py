@@ -440,6 +440,14 @@ def test_the_surface_of_solid_cells_is_their_skin(tmp_path):
     assert io.read_surface(tmp_path / "b.vtu").n_cells == 2 * 54
 
 
+def test_separate_triangles_are_joined(tmp_path):
+    sphere = pv.Sphere(theta_resolution=12, phi_resolution=9)
+    corners = sphere.points[sphere.regular_faces].reshape(-1, 3)
+    pv.PolyData.from_regular_faces(corners, np.arange(len(corners)).reshape(-1, 3)).save(tmp_path / "soup.vtp")
+    surface = io.read_surface(tmp_path / "soup.vtp")
+    assert (surface.n_points, surface.n_cells) == (sphere.n_points, sphere.n_cells)
+
+
 def test_what_is_no_surface_is_refused(tmp_path):
     pv.Line().save(tmp_path / "line.vtp")
     with pytest.raises(MeshError, match="no faces"):
