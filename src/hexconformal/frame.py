@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .elements import EDGES
 from .errors import MeshError, first_ids
 from .mesh import HexMesh
-from .target import cell_volumes, stretched_boxes
+from .sizes import cell_volumes, edge_lengths
+from .target import stretched_boxes
 from .topology import boundary_quads
 from .validity import is_valid
 
@@ -52,7 +52,7 @@ class Frame:
         self.used[self.cells] = True
         self._corner = mesh.points[self.used].min(axis=0)
         start = np.array(mesh.points - self._corner)
-        self.unit = float(np.linalg.norm(np.diff(start[self.cells[:, EDGES]], axis=2), axis=-1).mean())
+        self.unit = float(edge_lengths(start, self.cells).mean())
         if self.unit == 0.0:
             raise MeshError("all edges have no length")
         self.start = start / self.unit

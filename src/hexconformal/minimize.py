@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from .assembly import Distortion
 from .constraint import Constraint
-from .elements import EDGES
 from .frame import Frame
 from .options import Options
 from .preconditioner import Metric
+from .sizes import cell_volumes, edge_lengths
 from .solver import SOLVERS, Iterate, Problem, inner, start
 from .step import Step
-from .target import cell_volumes, inverse_targets
+from .target import inverse_targets
 from .validity import all_valid, is_valid
 
 __all__ = ["Minimization"]
@@ -112,8 +112,7 @@ class Minimization:
         if self._options.energy == "quaternionic":
             return None
         cells = self._frame.cells
-        edges = np.diff(self._start[cells[:, EDGES]], axis=2)
-        size = (edges**2).sum(axis=-1).mean(axis=(1, 2)) ** 1.5
+        size = (edge_lengths(self._start, cells) ** 2).mean(axis=1) ** 1.5
         return np.maximum(cell_volumes(self._start, cells), _THIN * size) ** (-2.0 / 3.0)
 
     def _acceptable(self, points: Field) -> bool:

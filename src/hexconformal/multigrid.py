@@ -36,6 +36,21 @@ def _update(first, last, indptr, indices, data, x, b, scale, out):  # type: igno
         out[row, 2] = b[row, 2] + scale * s2
 
 
+@loop
+def _smooth(first, last, indptr, indices, data, relaxation, x, b, out):  # type: ignore[no-untyped-def]
+    """out = x + relaxation (b - A x) on rows, for fields of three components."""
+    for row in range(first, last):
+        s0, s1, s2 = b[row, 0], b[row, 1], b[row, 2]
+        for k in range(indptr[row], indptr[row + 1]):
+            a, column = data[k], indices[k]
+            s0 -= a * x[column, 0]
+            s1 -= a * x[column, 1]
+            s2 -= a * x[column, 2]
+        out[row, 0] = x[row, 0] + relaxation[row] * s0
+        out[row, 1] = x[row, 1] + relaxation[row] * s1
+        out[row, 2] = x[row, 2] + relaxation[row] * s2
+
+
 @dataclass(frozen=True)
 class _Sparse:
     """A compressed-row matrix in single precision: a preconditioner needs no more, and memory is its cost."""
@@ -60,11 +75,16 @@ class _Sparse:
         parallel_ranges(_update, len(out), self.indptr, self.indices, self.data, x, b, scale, out)
         return out
 
+    def smooth(self, relaxation: Field, x: Field, b: Field) -> Field:
+        out = np.empty_like(x)
+        parallel_ranges(_smooth, len(out), self.indptr, self.indices, self.data, relaxation, x, b, out)
+        return out
+
 
 @dataclass(frozen=True)
 class _Level:
     matrix: _Sparse
-    relaxation: Field  # (n, 1) omega / diagonal
+    relaxation: Field  # (n,) omega / diagonal
     prolongation: _Sparse
     restriction: _Sparse
 
@@ -100,7 +120,7 @@ class Multigrid:
         self._count = matrix.shape[0]
         self._rows = None if free.all() else np.flatnonzero(free)
         if self._rows is not None:
-            matrix = matrix[self._rows][:, self._rows]
+            matrix = _principal(matrix, free)
         matrix = sparse.csr_matrix(matrix)
         self._levels: list[_Level] = []
         if matrix.shape[0] == 0:
@@ -126,7 +146,7 @@ class Multigrid:
             diagonal = level.A.diagonal()
             # Row sums bound the spectral radius of D^-1 A, so the smoother never diverges.
             radius = (np.asarray(abs(level.A).sum(axis=1)).ravel() / diagonal).max()
-            relaxation = (_DAMPING / radius / diagonal)[:, None]
+            relaxation = _DAMPING / radius / diagonal
             self._levels.append(_Level(_Sparse.of(level.A), relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
         self._coarse = linalg.inv(hierarchy.levels[-1].A.toarray())
 
@@ -144,8 +164,18 @@ class Multigrid:
             # Not a BLAS product: its threads would spin beside ours.
             return np.einsum("ij,jk->ik", self._coarse, b)
         level = self._levels[depth]
-        x = level.relaxation * b
+        x = level.relaxation[:, None] * b
         residual = level.matrix.update(x, b, -1.0)
         coarse = level.restriction.update(residual, np.zeros((len(level.restriction.indptr) - 1, 3)), 1.0)
         x = level.prolongation.update(self._cycle(coarse, depth + 1), x, 1.0)
-        return x + level.relaxation * level.matrix.update(x, b, -1.0)
+        return level.matrix.smooth(level.relaxation, x, b)
+
+
+def _principal(matrix: sparse.csr_matrix, free: NDArray[np.bool_]) -> sparse.csr_matrix:
+    """The rows and columns that are free; scipy's indexing takes four times as long."""
+    kept = np.repeat(free, np.diff(matrix.indptr)) & free[matrix.indices]
+    number = np.cumsum(free, dtype=matrix.indices.dtype) - 1
+    ends = np.concatenate([[0], np.cumsum(kept)])[matrix.indptr]
+    indptr = np.concatenate([[0], np.cumsum(np.diff(ends)[free])])
+    count = len(indptr) - 1
+    return sparse.csr_matrix((matrix.data[kept], number[matrix.indices[kept]], indptr), shape=(count, count))

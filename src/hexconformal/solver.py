@@ -14,6 +14,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled import loop
+from .threads import parallel_ranges
+
 __all__ = ["SOLVERS", "Iterate", "Problem", "conjugate_gradients", "inner", "lbfgs", "majorize", "newton", "start"]
 
 Field = NDArray[np.float64]
@@ -70,6 +73,18 @@ def inner(a: Field, b: Field) -> float:
     return float(np.einsum("ij,ij->", a, b))
 
 
+@loop
+def _accumulate(first, last, x, factor, y):  # type: ignore[no-untyped-def]
+    for i in range(first, last):
+        for k in range(3):
+            x[i, k] += factor * y[i, k]
+
+
+def accumulate(x: Field, factor: float, y: Field) -> None:
+    """Add a multiple of one field to another, in place."""
+    parallel_ranges(_accumulate, len(x), x, factor, y)
+
+
 def start(problem: Problem, points: Field) -> Iterate:
     """The iterate at the given points."""
     energy, gradient = problem.energy.value_gradient(points)
@@ -102,10 +117,10 @@ def lbfgs(problem: Problem, at: Iterate) -> Iterator[Iterate]:
         factors = []
         for s, y, rho in reversed(pairs):
             factors.append(rho * inner(s, q))
-            q -= factors[-1] * y
+            accumulate(q, -factors[-1], y)
         direction = problem.metric(q)
         for (s, y, rho), factor in zip(pairs, reversed(factors), strict=True):
-            direction += (factor - rho * inner(y, direction)) * s
+            accumulate(direction, factor - rho * inner(y, direction), s)
         following = search(problem, at, -direction)
         if following.step == 0.0 and pairs:
             pairs.clear()
@@ -143,8 +158,8 @@ def conjugate_gradients(
         if curvature <= 0.0:
             return p if iteration == 0 else x
         alpha = rz / curvature
-        x += alpha * p
-        r -= alpha * hp
+        accumulate(x, alpha, p)
+        accumulate(r, -alpha, hp)
         z = metric(r)
         rz, old = inner(r, z), rz
         p *= rz / old

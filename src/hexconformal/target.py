@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .elements import EDGES, FACES, corner_rule, gauss_rule, shape_gradients
+from .elements import corner_rule, gauss_rule, shape_gradients
 from .errors import MeshError, OptionError, first_ids
 from .quality import corner_scaled_jacobian
+from .sizes import edge_lengths
 
-__all__ = ["cell_frames", "cell_volumes", "inverse_targets", "stretched_boxes"]
+__all__ = ["cell_frames", "inverse_targets", "stretched_boxes"]
 
 Field = NDArray[np.float64]
 
@@ -24,23 +25,6 @@ def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gaus
     rule = gauss_rule() if quadrature == "gauss" else corner_rule()
     x = points[cells] - points[cells[:, :1]]
     return np.einsum("qai,mak->mqki", shape_gradients(rule[0]), x)
-
-
-def cell_volumes(points: Field, cells: NDArray[np.int64]) -> Field:
-    """Volume (m,) of every trilinear cell, exactly: a bilinear face contributes its mean point times its area vector.
-
-    Examples
-    --------
-    >>> from hexconformal.generate import box
-    >>> cell_volumes(*box((1, 1, 2), (1.0, 2.0, 3.0)))
-    array([3., 3.])
-    """
-    origin = points[cells[:, 0]]
-    volumes = np.zeros(len(cells))
-    for face in FACES:
-        a, b, c, d = (points[cells[:, node]] for node in face)
-        volumes += np.einsum("mi,mi->m", a + b + c + d - 4.0 * origin, np.cross(c - a, d - b))
-    return volumes / 24.0
 
 
 def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadrature: str) -> Field | None:
@@ -119,8 +103,7 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
     -------
     (m, 3) edge lengths whose geometric mean is one.
     """
-    edges = points[cells[:, EDGES[:, 1]]] - points[cells[:, EDGES[:, 0]]]
-    lengths = np.maximum(np.sqrt(np.einsum("mei,mei->me", edges, edges)).reshape(-1, 3, 4).mean(axis=2), 1e-300)
+    lengths = np.maximum(edge_lengths(points, cells).reshape(-1, 3, 4).mean(axis=2), 1e-300)
     aspect = lengths.max(axis=1) / lengths.min(axis=1)
     low, high = _STRETCHED
     degree = np.clip(np.log(aspect / low) / np.log(high / low), 0.0, 1.0)
