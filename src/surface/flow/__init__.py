@@ -1,0 +1,36 @@
+"""Curvature flows of surfaces, with remeshing.
+
+One loop::
+
+    import surface
+
+    flow = surface.Willmore("cube.ply", conserve=("area", "volume"))
+    for moment in surface.evolve(flow, steps=200, remesh=True):
+        print(moment.record.energy)
+"""
+
+from .checkpoint import load, save
+from .evolve import Evolution, Moment, evolve
+from .flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
+from .options import Record as FlowRecord
+from .options import Stepping
+from .terms import Bending, Membrane, Tension, Term
+
+__all__ = [
+    "Bending",
+    "Evolution",
+    "Flow",
+    "FlowRecord",
+    "Helfrich",
+    "MeanCurvature",
+    "Membrane",
+    "Moment",
+    "PWillmore",
+    "Stepping",
+    "Tension",
+    "Term",
+    "Willmore",
+    "evolve",
+    "load",
+    "save",
+]

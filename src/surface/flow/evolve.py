@@ -1,0 +1,293 @@
+"""Follow a flow: adaptive steps that lower the energy, with remeshing between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from hexconformal.checks import as_mask
+from hexconformal.errors import OptionError
+
+from ..checks import require_sound
+from ..features import edge_table
+from ..geometry import Floats, area_vectors, enclosed_volume, mean_edge_length, nodal_vectors, unit_vectors
+from ..mesh import SurfaceMesh, as_surface_mesh
+from ..quality import smallest_angles
+from .discrete import Elements, State
+from .energy import energy, energy_gradient
+from .flows import Flow
+from .options import Record, Stepping, reduced_volume
+from .remeshing import Remesher
+from .step import Conserved, implicit_step, restored
+
+__all__ = ["Evolution", "Moment", "evolve"]
+
+_FIRST = 0.1  # of the mean edge length, what a first step may move a node
+_LONGEST = 0.5  # of the mean edge length, what any step may
+_VANISHED = 1e-4  # of the area, where a surface counts as gone
+_HALVINGS = 40
+_WINDOW = 10  # steps over which a stall is seen
+_SHARE = 0.5  # of the energy lost since the last remeshing, which the next one may give back
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A surface along a flow.
+
+    Attributes
+    ----------
+    record
+        What is said of it.
+    points
+        (n, 3) positions.
+    """
+
+    record: Record
+    points: Floats
+    _run: Evolution
+
+    @property
+    def mesh(self) -> Any:
+        """The mesh in the type that came in, with arrays: normal, mean_curvature, curvature (|Y|), min_angle."""
+        return self.surface_mesh.restored()
+
+    @property
+    def surface_mesh(self) -> SurfaceMesh:
+        """The same as a :class:`surface.SurfaceMesh`."""
+        run = self._run
+        normals = unit_vectors(nodal_vectors(self.points, run.mesh.cells))
+        y = State(run.elements, self.points - run.origin).lumped_curvature
+        arrays = {
+            "normal": normals,
+            "mean_curvature": -(y * normals).sum(axis=1) / 2,
+            "curvature": np.linalg.norm(y, axis=1),
+        }
+        angles = smallest_angles(self.points, run.mesh.cells)
+        moved = run.mesh.replaced(self.points, {"min_angle": angles})
+        return replace(moved, point_data={**moved.point_data, **arrays})
+
+
+class Evolution:
+    """A flow that can be watched: iterate over its moments; stop whenever you like, go on later.
+
+    Parameters
+    ----------
+    flow
+        What to follow.
+    stepping
+        How.
+
+    Attributes
+    ----------
+    history
+        Records so far.
+    reason
+        Why it ended.
+
+    Raises
+    ------
+    MeshError
+        If the surface cannot be worked on.
+    OptionError
+        If an option makes no sense.
+    """
+
+    def __init__(self, flow: Flow, stepping: Stepping) -> None:
+        self.flow, self.stepping = flow, stepping
+        self.mesh = as_surface_mesh(flow.mesh)
+        self.notes = tuple(require_sound(self.mesh))
+        cells = self.mesh.cells
+        self.elements = Elements(cells, len(self.mesh.points))
+        # Near the origin, for digits; the unit stays the user's, who gives times and moduli in it.
+        self.origin = self.mesh.points[cells.nodes()].mean(axis=0)
+        self._start = self.mesh.points - self.origin
+        self._state = State(self.elements, self._start)
+        table = edge_table(cells)
+        self._fixed = as_mask(flow.fixed, len(self.mesh.points), "fixed")
+        self._fixed[table.nodes[table.uses != 2].ravel()] = True
+        if "volume" in flow.conserve and (table.uses != 2).any():
+            raise OptionError("an open surface encloses no volume to conserve")
+        self._conserved = Conserved(flow.conserve, self._state)
+        self._first_area = self._state.area
+        self._remesher = Remesher(self.mesh, self._fixed, stepping.remesh_options)
+        self.history: list[Record] = []
+        self._resumed = False
+        self.reason = "not begun"
+        self._energy = energy(self._state, flow.terms)
+        self._tau = self._first_tau() if stepping.tau is None else stepping.tau
+        self._tau = min(self._tau, stepping.tau_max)
+        self._step, self._time, self._credit = 0, 0.0, 0.0
+        self._recent: list[float] = [self._energy]
+
+    def __iter__(self) -> Iterator[Moment]:
+        self.reason = "interrupted"
+        if not self.history and not self._resumed:
+            nan = float("nan")
+            yield self._moment(0.0, nan, np.empty(0), 0)
+        while (reason := self._ending()) is None:
+            jump = self._remeshed()
+            outcome = self._advanced()
+            if isinstance(outcome, str):
+                self.reason = outcome
+                return
+            tau, multipliers, halvings = outcome
+            yield self._moment(tau, jump, multipliers, halvings)
+        self.reason = reason
+
+    def standing(self) -> dict[str, Any]:
+        """Where the run stands, as arrays and numbers; with :meth:`resume` it goes on from there."""
+        return {
+            "points": self._state.points,
+            "step": self._step,
+            "time": self._time,
+            "tau": self._tau,
+            "energy": self._energy,
+            "credit": self._credit,
+            "recent": np.array(self._recent),
+            "conserved": self._conserved.values,
+            "first_area": self._first_area,
+        }
+
+    def resume(self, standing: Mapping[str, Any]) -> None:
+        """Go on from where another run stood."""
+        self._state = State(self.elements, np.asarray(standing["points"]))
+        self._step, self._time = int(standing["step"]), float(standing["time"])
+        self._tau, self._energy = float(standing["tau"]), float(standing["energy"])
+        self._credit, self._recent = float(standing["credit"]), list(standing["recent"])
+        self._conserved.values = np.asarray(standing["conserved"])
+        self._first_area = float(standing["first_area"])
+        self._resumed = True
+
+    def _ending(self) -> str | None:
+        options = self.stepping
+        if options.t_end is not None and self._time >= options.t_end:
+            return f"reached t_end = {options.t_end:g}"
+        if options.steps is not None and self._step >= options.steps:
+            return f"reached steps = {options.steps}"
+        if len(self._recent) > _WINDOW and self._recent[0] - self._recent[-1] <= options.stall * abs(self._recent[-1]):
+            return f"the energy stalls: it fell by less than {options.stall:g} of it over {_WINDOW} steps"
+        if self._state.area <= _VANISHED * self._first_area:
+            place = ", ".join(
+                f"{x:.6g}" for x in self._state.points[self.mesh.cells.nodes()].mean(axis=0) + self.origin
+            )
+            return f"the surface vanishes, at ({place})"
+        return None
+
+    def _remeshed(self) -> float:
+        """Remesh where it is due; returns the jump of the energy."""
+        options = self.stepping
+        due = bool(options.remesh) and self._step % int(options.remesh) == 0
+        if not due and options.remesh_below is not None:
+            due = bool(smallest_angles(self._state.points, self.mesh.cells).min() < options.remesh_below)
+        if not due:
+            return float("nan")
+        moved = self._remesher(self._state.points)
+        new = None if moved is None else restored(State(self.elements, moved), self._conserved, self._fixed)
+        if new is None:
+            return float("nan")
+        after = energy(new, self.flow.terms)
+        jump = after - self._energy
+        # What remeshing gives back is less than what the flow has taken: over a run the energy falls.
+        if not jump <= max(_SHARE * self._credit, 0.0):
+            return float("nan")
+        self._state, self._energy, self._credit = new, after, 0.0
+        return jump
+
+    def _advanced(self) -> tuple[float, Floats, int] | str:
+        """Take a step that lowers the energy and turns no cell over; a text if there is none."""
+        state, h = self._state, mean_edge_length(self._state.points, self.mesh.cells)
+        before = area_vectors(state.points, self.mesh.cells)
+        stop = self.stepping.next_stop(self._time)
+        for halvings in range(_HALVINGS):
+            last = self._time + self._tau * (1 + 1e-9) >= stop
+            tau = stop - self._time if last else self._tau
+            found = implicit_step(state, self.flow.terms, self._conserved, tau, self._fixed)
+            if found is not None:
+                new, multipliers = found
+                longest = np.linalg.norm(new.points - state.points, axis=1).max()
+                turned = (area_vectors(new.points, self.mesh.cells) * before).sum(axis=1) <= 0
+                value = energy(new, self.flow.terms)
+                if longest <= _LONGEST * h and not turned.any() and value <= self._energy + 1e-14 * abs(self._energy):
+                    self._credit += self._energy - value
+                    self._state, self._energy = new, value
+                    self._time = stop if last else self._time + tau
+                    self._step += 1
+                    self._recent = [*self._recent[-_WINDOW:], value]
+                    if halvings == 0 and not last:
+                        self._tau = min(self._tau * self.stepping.growth, self.stepping.tau_max)
+                    return tau, multipliers, halvings
+            self._tau = min(tau, self._tau) / 2
+        return self._singularity()
+
+    def _singularity(self) -> str:
+        y = np.linalg.norm(self._state.lumped_curvature, axis=1)
+        node = int(np.argmax(y))
+        place = ", ".join(f"{x:.6g}" for x in self._state.points[node] + self.origin)
+        return (
+            f"no step lowers the energy any more, however short; the curvature is largest ({y[node]:.3g}) at node "
+            f"{node}, ({place}): a singularity, or a mesh too poor there"
+        )
+
+    def _first_tau(self) -> float:
+        force = self._state.solved(energy_gradient(self._state, self.flow.terms))
+        fastest = float(np.linalg.norm(force, axis=1).max())
+        h = mean_edge_length(self._state.points, self.mesh.cells)
+        return _FIRST * h / fastest if fastest > 0 else h
+
+    def _moment(self, tau: float, jump: float, multipliers: Floats, halvings: int) -> Moment:
+        state = self._state
+        angles = smallest_angles(state.points, self.mesh.cells)
+        volume = enclosed_volume(state.points, self.mesh.cells)
+        found = dict(zip(self._conserved.names, multipliers, strict=False))
+        record = Record(
+            step=self._step,
+            time=self._time,
+            tau=tau,
+            energy=self._energy,
+            remesh_jump=jump,
+            area=state.area,
+            volume=volume,
+            reduced_volume=reduced_volume(state.area, volume),
+            min_angle=float(angles.min()),
+            mean_angle=float(angles.mean()),
+            nu=float(found.get("area", np.nan)),
+            lam=float(found.get("volume", np.nan)),
+            conserved_error=self._conserved.error(state),
+            halvings=halvings,
+        )
+        self.history.append(record)
+        # What did not move is bit-identical to the input.
+        return Moment(record, self.mesh.points + (state.points - self._start), self)
+
+
+def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:
+    """Follow a flow, a moment per step, the input first.
+
+    Parameters
+    ----------
+    flow
+        What to follow, for instance :class:`surface.Willmore`.
+    **options
+        Fields of :class:`surface.Stepping`: t_end, steps, tau, tau_max, growth, stall, outputs, remesh,
+        remesh_below, remesh_options.
+
+    Yields
+    ------
+    Moment
+        With `record`, `points` and `mesh`.
+
+    Raises
+    ------
+    MeshError
+        If the surface cannot be worked on.
+    OptionError
+        If an option is unknown or makes no sense.
+    """
+    known = {field.name for field in fields(Stepping)}
+    unknown = sorted(set(options) - known)
+    if unknown:
+        raise OptionError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
+    return iter(Evolution(flow, Stepping(**options)))

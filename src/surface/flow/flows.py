@@ -1,0 +1,93 @@
+"""The flows: a surface, the energy that falls, and what is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from hexconformal.errors import OptionError
+
+from .step import CONSERVED
+from .terms import Bending, Membrane, Tension, Term
+
+__all__ = ["Flow", "Helfrich", "MeanCurvature", "PWillmore", "Willmore"]
+
+
+class Flow:
+    """The gradient flow <u_t, phi> = -dE(phi) of a sum of terms.
+
+    Nodes on the boundary of an open surface stay.
+
+    Parameters
+    ----------
+    mesh
+        Anything :func:`surface.as_surface_mesh` takes: triangles, quadrilaterals or both.
+    terms
+        The energy; see :mod:`surface.flow.terms`.
+    conserve
+        "area", "volume", both or none, kept at every step by a scalar multiplier each.
+    fixed
+        Further nodes that stay: (n,) booleans or node ids.
+
+    Raises
+    ------
+    OptionError
+        If something else is to be conserved, or there is no term.
+
+    Examples
+    --------
+    >>> tetrahedron = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> Flow(tetrahedron, [Tension(0.5), Bending(2)], conserve="volume")
+    Flow(Tension(tension=0.5) + Bending(p=2), conserve=('volume',))
+    """
+
+    def __init__(self, mesh: Any, terms: Sequence[Term], conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
+        conserve = (conserve,) if isinstance(conserve, str) else tuple(conserve)
+        unknown = [name for name in conserve if name not in CONSERVED]
+        if unknown:
+            raise OptionError(f"conserve is 'area', 'volume' or both, not {unknown[0]!r}")
+        if not terms:
+            raise OptionError("a flow needs at least one term")
+        self.mesh, self.terms, self.conserve, self.fixed = mesh, tuple(terms), conserve, fixed
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({' + '.join(map(repr, self.terms))}, conserve={self.conserve})"
+
+
+class MeanCurvature(Flow):
+    """Mean curvature flow, u_t = Y: the area falls. A sphere shrinks as R^2 = R0^2 - 4 t."""
+
+    def __init__(self, mesh: Any, conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
+        super().__init__(mesh, [Tension()], conserve, fixed)
+
+
+class PWillmore(Flow):
+    """p-Willmore flow, of int |Y|^p; p = 0 is mean curvature flow.
+
+    A sphere follows R^(p+2) = R0^(p+2) + (p+2) (p-2) 2^p t.
+    """
+
+    def __init__(self, mesh: Any, p: float = 2.0, conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
+        super().__init__(mesh, [Tension() if p == 0 else Bending(p)], conserve, fixed)
+
+
+class Willmore(PWillmore):
+    """Willmore flow, of int |Y|^2 = 4 int H^2."""
+
+    def __init__(self, mesh: Any, conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
+        super().__init__(mesh, 2.0, conserve, fixed)
+
+
+class Helfrich(Flow):
+    """Flow of a membrane's bending energy, int kc/2 (2 H - c0)^2 + gamma."""
+
+    def __init__(
+        self,
+        mesh: Any,
+        kc: float = 1.0,
+        c0: float = 0.0,
+        gamma: float = 0.0,
+        conserve: str | Sequence[str] = ("area", "volume"),
+        fixed: Any = None,
+    ) -> None:
+        super().__init__(mesh, [Membrane(kc, c0, gamma)], conserve, fixed)

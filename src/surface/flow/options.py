@@ -1,0 +1,147 @@
+"""How a flow is followed, and what is said of every step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hexconformal.errors import OptionError
+
+__all__ = ["Record", "Stepping"]
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """Options of :func:`surface.evolve`.
+
+    Attributes
+    ----------
+    t_end
+        Stop at this time, exactly.
+    steps
+        Stop after so many steps.
+    tau
+        First time step; None: one that moves no node far beyond a tenth of the mean edge length.
+    tau_max
+        Largest time step: the error in time is of its order.
+    growth
+        Factor by which an accepted step grows.
+    stall
+        Stop where the energy falls by less than this, relatively, over ten steps; 0: never.
+    outputs
+        Times that steps hit exactly, whatever the adaptive steps are.
+    remesh
+        Remesh before every step (True), every k-th (an integer), or never (False).
+    remesh_below
+        Remesh where an angle is below this, degrees.
+    remesh_options
+        Fields of :class:`surface.Options` for the remeshing.
+
+    Raises
+    ------
+    OptionError
+        If a value makes no sense, or nothing ends the run.
+
+    Examples
+    --------
+    >>> Stepping(t_end=1.0, growth=0.5)
+    Traceback (most recent call last):
+        ...
+    hexconformal.errors.OptionError: growth is at least 1, not 0.5
+    """
+
+    t_end: float | None = None
+    steps: int | None = None
+    tau: float | None = None
+    tau_max: float = float("inf")
+    growth: float = 1.25
+    stall: float = 1e-5
+    outputs: tuple[float, ...] = ()
+    remesh: bool | int = False
+    remesh_below: float | None = None
+    remesh_options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("t_end", "tau", "tau_max"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise OptionError(f"{name} is positive, not {value!r}")
+        if self.steps is not None and self.steps < 0:
+            raise OptionError(f"steps is not negative, not {self.steps!r}")
+        if not 1.0 <= self.growth < float("inf"):
+            raise OptionError(f"growth is at least 1, not {self.growth!r}")
+        if not 0.0 <= self.stall < 1.0:
+            raise OptionError(f"stall lies in [0, 1), not {self.stall!r}")
+        if self.t_end is None and self.steps is None and self.stall == 0.0:
+            raise OptionError("nothing ends the run: give t_end, steps or stall")
+        if int(self.remesh) < 0:
+            raise OptionError(f"remesh is a boolean, or every how many steps, not {self.remesh!r}")
+        if self.remesh_below is not None and not 0.0 < self.remesh_below < 90.0:
+            raise OptionError(f"remesh_below is an angle in (0, 90) degrees, not {self.remesh_below!r}")
+        outputs = tuple(float(time) for time in self.outputs)
+        if not all(a < b for a, b in zip((0.0, *outputs), outputs, strict=False)):
+            raise OptionError("outputs are positive times that grow")
+        object.__setattr__(self, "outputs", outputs)
+
+    def next_stop(self, time: float) -> float:
+        """The next time that a step has to hit."""
+        stops = [*self.outputs, *([] if self.t_end is None else [self.t_end])]
+        return min((stop for stop in stops if stop > time * (1 + 1e-14)), default=float("inf"))
+
+
+@dataclass(frozen=True)
+class Record:
+    """One step.
+
+    Attributes
+    ----------
+    step
+        0 is the input.
+    time
+        Reached.
+    tau
+        The step that led here.
+    energy
+        After it.
+    remesh_jump
+        What remeshing before the step added to the energy; nan where there was none.
+    area, volume
+        Of the surface; the volume of an open one is that of the cone over it.
+    reduced_volume
+        6 sqrt(pi) V / A^(3/2), 1 for a ball.
+    min_angle, mean_angle
+        Smallest angle, and mean over the cells of their smallest angle, degrees.
+    nu, lam
+        Multipliers of area and volume; nan where they are not conserved.
+    conserved_error
+        Largest relative deviation of what is conserved.
+    halvings
+        How often the step had to be halved.
+    """
+
+    step: int
+    time: float
+    tau: float
+    energy: float
+    remesh_jump: float
+    area: float
+    volume: float
+    reduced_volume: float
+    min_angle: float
+    mean_angle: float
+    nu: float
+    lam: float
+    conserved_error: float
+    halvings: int
+
+
+def reduced_volume(area: float, volume: float) -> float:
+    """6 sqrt(pi) V / A^(3/2).
+
+    >>> round(reduced_volume(6.0, 1.0), 6)
+    0.723601
+    """
+    return float(6 * np.sqrt(np.pi) * volume / area**1.5)

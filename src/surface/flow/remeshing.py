@@ -1,0 +1,44 @@
+"""Remeshing between the steps of a flow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry import Floats
+from ..mesh import SurfaceMesh
+from ..options import Options
+from ..remesh import Remeshing
+
+__all__ = ["Remesher"]
+
+# A surface that flows is smooth or becomes so, and moves on anyway: no features, no way back to the input.
+_DEFAULTS: dict[str, Any] = {"iterations": 2, "features": None, "project": False, "normal": "simpson"}
+
+
+class Remesher:
+    """Makes the cells of a surface regular, on the surface as it is now.
+
+    Parameters
+    ----------
+    mesh
+        The surface at the start of the flow.
+    fixed
+        (n,) nodes that stay.
+    options
+        Fields of :class:`surface.Options` that differ from the defaults for flows.
+    """
+
+    def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
+        self._mesh = mesh
+        self._options = Options(**{**_DEFAULTS, "fixed": fixed, **options})
+
+    def __call__(self, points: Floats) -> Floats | None:
+        """Positions (n, 3) after remeshing; None where nothing could be done."""
+        run = Remeshing(self._mesh.replaced(points), self._options)
+        for _ in run:
+            pass
+        return run.points if len(run.history) > 1 else None
