@@ -161,6 +161,16 @@ class Evolution:
         self._first_area = float(standing["first_area"])
         self._resumed = True
 
+    @property
+    def step(self) -> int:
+        """Number of steps done."""
+        return self._step
+
+    @property
+    def time(self) -> float:
+        """Time reached."""
+        return self._time
+
     def _ending(self) -> str | None:
         options = self.stepping
         if options.t_end is not None and self._time >= options.t_end:

@@ -15,8 +15,8 @@ from ..remesh import Remeshing
 
 __all__ = ["Remesher"]
 
-# A surface that flows is smooth or becomes so, and moves on anyway: no features, no way back to the input.
-_DEFAULTS: dict[str, Any] = {"iterations": 2, "features": None, "project": False, "normal": "simpson"}
+# A surface that flows is smooth or becomes so: no features; and it is remeshed again before long.
+_DEFAULTS: dict[str, Any] = {"iterations": 1, "features": None}
 
 
 class Remesher:

@@ -1,0 +1,115 @@
+"""The `flow` command: what it writes, and how runs go on."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from hexconformal.cli import main
+
+
+@pytest.fixture
+def ellipsoid(tmp_path):
+    sphere = pv.Icosphere(nsub=2)
+    sphere.points *= [1.0, 1.2, 1.6]
+    sphere.point_data["mine"] = np.arange(sphere.n_points)
+    path = tmp_path / "ellipsoid.vtp"
+    sphere.save(path)
+    return path
+
+
+def history(folder):
+    with open(folder / "history.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def frames(folder):
+    entries = ElementTree.parse(folder / "run.pvd").iter("DataSet")
+    return [(float(entry.attrib["timestep"]), folder / entry.attrib["file"]) for entry in entries]
+
+
+WILLMORE = ["--flow", "willmore", "--conserve", "area,volume", "--stall", "0", "--quiet"]
+
+
+def test_a_flow_leaves_frames_history_plot_and_last_surface(ellipsoid, tmp_path, capsys):
+    folder = tmp_path / "new" / "run"
+    words = ["flow", str(ellipsoid), str(folder), "--conserve", "volume", "--t-end", "0.1", "--outputs", "0.02,0.05"]
+    assert main([*words, "--every", "100", "--remesh"]) == 0
+    assert "reached t_end" in capsys.readouterr().out
+    times = [time for time, _ in frames(folder)]
+    assert {0.0, 0.02, 0.05, 0.1} <= set(times)
+    rows = history(folder)
+    assert [int(row["step"]) for row in rows] == list(range(len(rows)))
+    assert (np.diff([float(row["energy"]) for row in rows]) < 0).all()
+    last = pv.read(folder / "last.vtu")
+    assert (last.point_data["mine"] == np.arange(last.n_points)).all()
+    assert {"normal", "mean_curvature", "curvature"} <= set(last.point_data)
+    assert np.allclose(pv.read(frames(folder)[-1][1]).points, last.points)
+    assert pv.read(frames(folder)[0][1]).points == pytest.approx(pv.read(ellipsoid).points)
+    assert (folder / "history.png").stat().st_size > 5000
+
+
+def test_a_run_that_goes_on_equals_the_one_that_never_stopped(ellipsoid, tmp_path):
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    assert main(["flow", str(ellipsoid), str(whole), "--steps", "9", *WILLMORE]) == 0
+    assert main(["flow", str(ellipsoid), str(parts), "--steps", "4", *WILLMORE]) == 0
+    assert main(["flow", str(ellipsoid), str(parts), "--steps", "9", "--resume", *WILLMORE]) == 0
+    assert history(parts) == history(whole)
+    assert [time for time, _ in frames(parts)] == [time for time, _ in frames(whole)]
+    assert (pv.read(parts / "last.vtu").points == pv.read(whole / "last.vtu").points).all()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_a_killed_run_loses_no_step_that_it_told(ellipsoid, tmp_path):
+    killed, whole = tmp_path / "killed", tmp_path / "whole"
+    words = ["flow", str(ellipsoid), str(killed), "--steps", "2000", "--growth", "1.0", *WILLMORE]
+    process = subprocess.Popen([sys.executable, "-m", "hexconformal", *words])
+    until = time.monotonic() + 60
+    while time.monotonic() < until and (not (killed / "checkpoint.npz").exists() or len(history(killed)) < 4):
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    told = len(history(killed))
+    assert told >= 4
+    end = str(told + 2)
+    again = ["flow", str(ellipsoid), str(killed), "--steps", end, "--growth", "1.0", "--resume", *WILLMORE]
+    assert main(again) == 0
+    assert main(["flow", str(ellipsoid), str(whole), "--steps", end, "--growth", "1.0", *WILLMORE]) == 0
+    assert history(killed) == history(whole)
+    assert len(frames(killed)) == len(frames(whole))
+
+
+def test_a_run_is_not_overwritten_unasked(ellipsoid, tmp_path, capsys):
+    words = ["flow", str(ellipsoid), str(tmp_path / "run"), "--steps", "1", "--quiet"]
+    assert main([*words, "--resume"]) == 2
+    assert "no run" in capsys.readouterr().err
+    assert main(words) == 0
+    assert main(words) == 2
+    assert "--resume goes on" in capsys.readouterr().err
+    assert main([*words, "--overwrite"]) == 0
+    assert len(history(tmp_path / "run")) == 2
+    assert main([*words, "--flow", "willmore", "--resume"]) == 2
+    assert "another flow" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--flow", "ricci"], "not 'ricci'"),
+        (["--outputs", "soon"], "'soon'"),
+        (["--every", "0"], "every is 1 or more"),
+        (["--conserve", "mass"], "'mass'"),
+        (["--flow", "p-willmore", "--p", "0.5"], "p is at least 1"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(ellipsoid, tmp_path, capsys, words, message):
+    assert main(["flow", str(ellipsoid), str(tmp_path / "run"), "--steps", "1", *words]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "run" / "history.csv").exists()
