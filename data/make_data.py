@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
+import surface
 from hexconformal import generate
 from hexconformal.quality import quality
 
@@ -20,6 +21,23 @@ def twisted_cylinder() -> generate.Hexes:
     x, y = x + 0.4 * fade * np.sin(np.pi * z / 2), y + 0.25 * fade * np.sin(np.pi * z)
     turned = np.stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y, z], axis=1)
     return turned, cells
+
+
+def statue(level: int = 4) -> tuple[np.ndarray, np.ndarray]:
+    """A head with nose, brow and chin on a neck: triangles drawn together towards the back, and shaken, as in scans."""
+    ball = pv.Icosphere(nsub=level)
+    x = np.asarray(ball.points, dtype=float)
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
+    shake = np.random.default_rng(3).uniform(-1, 1, x.shape)
+    x = x + [0.25, 0, 0] + 0.12 * np.sin(3 * x[:, [1, 2, 0]]) + 0.28 / 2**level * shake
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
+    angle, z = np.arctan2(x[:, 1], -x[:, 0]), 1.5 * x[:, 2]
+    width = np.hypot(x[:, 0], x[:, 1])
+    bumps = ((0.4, -0.05, 0.28), (0.18, 0.5, 0.16), (0.2, -0.62, 0.16))  # nose, brow, chin: how far, where, how wide
+    face = sum(far * np.exp(-(((z - at) / wide) ** 2)) for far, at, wide in bumps)
+    width = width * (0.8 + 0.15 * np.tanh(4 * (z + 0.8)) + face * np.exp(-((angle / 0.5) ** 2)))
+    points = np.stack([width * np.cos(angle), 0.8 * width * np.sin(angle), z], axis=1)
+    return points, ball.regular_faces[:, ::-1]
 
 
 MESHES = {
@@ -38,6 +56,10 @@ def main() -> None:
         summary = quality((points, cells)).summary()
         print(f"{path.name}, {path.stat().st_size // 1000} kB")
         print(summary, end="\n\n")
+    path = FOLDER / "statue.ply"
+    surface.write(path, statue())
+    print(f"{path.name}, {path.stat().st_size // 1000} kB")
+    print(surface.quality(path).summary())
 
 
 if __name__ == "__main__":

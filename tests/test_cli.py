@@ -20,7 +20,7 @@ from hexconformal import generate
 from hexconformal.cli import main
 from hexconformal.options import CHOICES, Record
 from hexconformal.plots import require_rendering
-from hexconformal.progress import Progress
+from hexconformal.progress import Progress, line
 from hexconformal.topology import boundary_quads
 from hexconformal.validity import is_valid
 
@@ -95,6 +95,7 @@ def test_options_reach_the_run(here, capsys):
         "hausdorff": 0.01,
         "features": "keep",
         "surface": None,
+        "conserve_volume": False,
         "fixed": "wall",
         "target": "1:1:2",
         "weight": "volume",
@@ -145,6 +146,16 @@ def test_a_coarse_boundary_slides_onto_a_finer_surface(here, capsys):
     assert np.linalg.norm(points, axis=1).max() > 1.09
     assert away.max() < 0.005 * report["diagonal"]
     assert report["hausdorff"] <= report["hausdorff_bound"] == 0.005
+
+
+def test_the_volume_is_conserved_if_asked_to(here, capsys):
+    hc.write("ball.vtu", hc.HexMesh(*generate.jittered(*generate.ball(3, 2), 0.3, seed=1)))
+    changes = []
+    for words in ("", " --conserve-volume"):
+        assert run(f"regularize ball.vtu round.vtu --report -{words}") == 0
+        changes.append(abs(json.loads(capsys.readouterr().out)["volume_change"]))
+    assert changes[0] > 1e-4
+    assert changes[1] < 1e-12
 
 
 def test_help_names_every_choice(capsys):
@@ -209,6 +220,7 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
         ("regularize part.vtu out.vtu --features sharp", 2, "'auto', 'keep' or 'soft', not 'sharp'"),
         ("regularize part.vtu out.vtu --surface missing.stl", 1, "missing.stl does not exist"),
         ("regularize part.vtu out.vtu --surface broken.vtu", 1, "cannot read broken.vtu"),
+        ("regularize part.vtu out.vtu --surface part.vtu --conserve-volume", 2, "conserve_volume goes with"),
         ("regularize part.vtu out.vtu --surface part.vtu --boundary fixed", 2, "surface goes with boundary='slide'"),
         ("regularize part.vtu out.vtu --surface part.vtu --hausdorff 0", 2, "surface goes with boundary='slide'"),
         ("regularize part.vtu out.vtu --worst-picture part.vtu", 2, "part.vtu is the input"),
@@ -391,7 +403,7 @@ def test_a_terminal_sees_iterations_and_compilation(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     with Progress() as progress:
-        progress.show(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36))
+        progress.say(line(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36)))
         time.sleep(0.3)
         assert "7 lbfgs  energy 4.685e+00" in sys.stderr.getvalue()
         assert "compiling" not in sys.stderr.getvalue()

@@ -160,6 +160,28 @@ def test_surface_of_a_pyvista_sphere():
     np.testing.assert_allclose(volume.closest([[1.0, 1, 5]]).positions, [[1, 1, 2]])
 
 
+def test_triangles_that_repeat_their_points_are_joined():
+    import pyvista as pv
+
+    sphere = pv.Sphere()
+    corners = np.asarray(sphere.points)[sphere.regular_faces].reshape(-1, 3)
+    soup = Surface.from_pyvista(pv.PolyData.from_regular_faces(corners, np.arange(len(corners)).reshape(-1, 3)))
+    joined = Surface.from_pyvista(sphere)
+    assert (len(soup.points), len(soup.faces)) == (len(joined.points), len(joined.faces)) == (842, 1680)
+    # Only with neighbours can a walk leave the triangle it starts from.
+    away = [[0.0, 0.0, 5.0]]
+    assert soup.walked(away, np.array([len(soup.faces) // 2])).distances[0] == pytest.approx(4.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("source", ["MultiBlock", "PolyData", "number"])
+def test_what_has_no_faces_is_no_surface(source):
+    import pyvista as pv
+
+    given = {"MultiBlock": pv.MultiBlock([pv.Sphere()]), "PolyData": pv.PolyData(), "number": 3}[source]
+    with pytest.raises(MeshError, match="no faces" if source == "PolyData" else "one pyvista dataset, or a path, not"):
+        Surface.from_pyvista(given)
+
+
 @pytest.mark.parametrize("faces", [np.empty((0, 4), int), np.array([[0, 1]]), np.array([0, 1, 2])])
 def test_surface_without_proper_faces_is_refused(faces):
     with pytest.raises(MeshError, match="three or four nodes"):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
@@ -40,6 +41,22 @@ def test_a_ball_does_not_slide_at_all():
     points, cells = generate.ball(3, 2)
     surface = np.unique(boundary_quads(cells)[0])
     assert (ranks(points, cells, "slide")[surface] == 0).all()
+
+
+def test_three_corners_on_a_line_leave_their_plane_open():
+    # A quad that is a triangle with a node in the middle of one side; turned, so that nothing is exact.
+    points, cells = generate.box((2, 2, 2))
+    top = np.flatnonzero((points == [0.5, 0.5, 1.0]).all(axis=1))
+    points[top] = [0.25, 0.75, 1.0]  # between two nodes of its quads
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix()
+    assert ranks(points, cells, "slide")[top] == ranks(points @ turn.T, cells, "slide")[top] == 2
+
+
+def test_quads_without_a_side_are_refused():
+    points, cells = generate.box((2, 2, 2))
+    points[1] = points[0]
+    with pytest.raises(hc.MeshError, match="boundary quads with an edge of no length at nodes"):
+        boundary_constraint(points, boundary_quads(cells)[0])
 
 
 def test_projection_is_orthogonal_and_idempotent():

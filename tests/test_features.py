@@ -257,6 +257,16 @@ EXPECTED = {
 }
 
 
+@pytest.mark.parametrize(("name", "curves"), [("xu_t1_block", 20), ("xu_t5_bone", 0)])
+def test_creases_of_a_few_edges_that_end_nowhere_are_noise_also_if_all_are_kept(shared, name, curves):
+    path = shared / "meshes" / "hex" / f"{name}_input.vtu"
+    if not path.exists():
+        pytest.skip("this mesh is not on this machine")
+    mesh = meshio.read(path)
+    features = find_features(*skin((mesh.points, mesh.cells_dict["hexahedron"].astype(np.int64))), mode="keep")
+    assert len(np.unique(features.curves)) == curves
+
+
 @pytest.mark.parametrize("name", EXPECTED)
 def test_real_meshes(shared, name):
     path = shared / "meshes" / "hex" / f"{name}_input.vtu"

@@ -5,8 +5,9 @@ import importlib.util
 import numpy as np
 import pytest
 
+from hexconformal.closest import Surface
 from hexconformal.generate import ball, box
-from hexconformal.hausdorff import hausdorff, surface_samples
+from hexconformal.hausdorff import distance_between, hausdorff, surface_samples
 from hexconformal.topology import boundary_quads
 
 
@@ -49,6 +50,27 @@ def test_symmetric_and_without_regard_to_unit():
     one = hausdorff(points, other, quads)
     assert one == hausdorff(other, points, quads)
     assert hausdorff(1e-6 * points, 1e-6 * other, quads) == pytest.approx(1e-6 * one, rel=1e-10)
+
+
+def test_surfaces_of_other_faces_can_be_compared():
+    # A cube of quads in a larger one of two triangles a side: farthest from corner to corner.
+    points, quads = skin(box((3, 3, 3)))
+    corners, sides = skin(box((1, 1, 1)))
+    halves = np.vstack([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]])
+    large = Surface(1.5 * (corners - 0.5) + 0.5, halves)
+    assert distance_between(Surface(points, quads), large) == pytest.approx(0.25 * 3**0.5, rel=1e-13)
+    # An edge is beaten in: all nodes of the large triangles stay on the surface, the middle of that edge does not.
+    dented = points.copy()
+    edge = np.flatnonzero((np.abs(points - [1.0, 1.0, 0.5]) < [1e-9, 1e-9, 0.4]).all(axis=1))
+    dented[edge, :2] -= 0.1
+    assert distance_between(Surface(dented, quads), Surface(corners, halves)) == pytest.approx(0.1 * 2**0.5, rel=1e-13)
+
+
+def test_samples_of_triangles():
+    of, weights = surface_samples(np.array([[0, 1, 2], [2, 1, 3]]))
+    assert np.bincount(of).tolist() == [3 + 3 + 1 + 3, 1 + 2 + 1 + 3]
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-15)
+    np.testing.assert_allclose(weights[-1], [1 / 6, 1 / 6, 4 / 6], rtol=1e-15)
 
 
 def test_samples_are_where_they_should_be():

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.image import imread
 
 import hexconformal as hc
-from hexconformal import generate, plots
+from hexconformal import canvas, generate, plots
 from hexconformal.plots import before_after, histogram, require_rendering, worst_cells
 
 
@@ -113,17 +113,17 @@ def test_small_cells_get_a_ring(tmp_path, rendering, monkeypatch):
     mesh = generate.jittered(*generate.box((5, 5, 5)), 0.3, seed=0)
     rings = []
     for small in (0.0, 1.0):
-        monkeypatch.setattr(plots, "_SMALL", small)
+        monkeypatch.setattr(canvas, "_SMALL", small)
         worst_cells(tmp_path / "worst.svg", mesh, count=3)
         rings.append((tmp_path / "worst.svg").read_text().count("<use "))
     assert rings[1] - rings[0] == 3
 
 
 def test_points_are_found_on_the_screen(rendering):
-    with plots._stage([-1.0, 1.0] * 3) as plotter:
+    with canvas.stage([-1.0, 1.0] * 3) as plotter:
         plotter.screenshot(None, return_img=True)
-        found = plots._on_screen(plotter, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]))
-    middle = plots._PIXELS / 2
+        found = canvas.on_screen(plotter, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]))
+    middle = canvas.PIXELS / 2
     np.testing.assert_allclose(found[0], middle, atol=1e-6 * middle)
     assert found[1, 0] == pytest.approx(middle, abs=1e-3)  # straight up
     assert found[1, 1] < middle

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.sizes import cell_volumes
 from hexconformal.topology import boundary_quads
 
 ENERGIES = ["barrier", "quaternionic"]
@@ -95,6 +96,80 @@ def test_two_runs_are_bit_identical():
     assert np.array_equal(hc.regularize(mesh).points, hc.regularize(mesh).points)
 
 
+def rough(make):
+    """A mesh whose inner nodes are moved at random, and those of its curved boundary a little, too."""
+    points, cells = generate.jittered(*make, 0.3, seed=1)
+    surface = np.unique(boundary_quads(cells)[0])
+    points[surface] += 0.01 * np.random.default_rng(2).normal(size=(len(surface), 3))
+    return points, cells
+
+
+CURVED = {"cylinder": generate.cylinder(4, 3, 6), "ball": generate.ball(3, 2)}
+
+
+@pytest.mark.parametrize("shape", CURVED)
+def test_a_curved_boundary_slides_the_same_in_every_unit_and_far_away(shape):
+    points, cells = rough(CURVED[shape])
+    plain = hc.regularize((points, cells))
+    diagonal = plain.report.diagonal
+    surface = np.unique(boundary_quads(cells)[0])
+    assert np.abs(plain.points - points)[surface].max() > 1e-3 * diagonal
+    assert plain.report.hausdorff <= plain.report.hausdorff_bound
+    assert plain.report.after.scaled_jacobian.min > plain.report.before.scaled_jacobian.min
+    assert plain.report.after.scaled_jacobian.mean > plain.report.before.scaled_jacobian.mean
+    for size, shift in ((1e-6, 0.0), (1e6, 0.0), (1.0, 1e4 * diagonal)):
+        moved = hc.regularize((size * points + shift, cells))
+        assert np.abs((moved.points - shift) / size - plain.points).max() < 1e-5 * diagonal
+        assert moved.report.hausdorff == pytest.approx(plain.report.hausdorff, rel=1e-3)
+
+
+@pytest.mark.parametrize("shape", CURVED)
+def test_a_curved_boundary_slides_as_well_in_another_order_of_nodes_and_cells(shape):
+    # The worst cells are raised until that stalls, not to convergence: as good, but not the same to the last digit.
+    points, cells = rough(CURVED[shape])
+    plain = hc.regularize((points, cells))
+    rng = np.random.default_rng(1)
+    nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
+    permuted = hc.regularize((points[nodes], np.argsort(nodes)[cells[order]]))
+    assert permuted.report.hausdorff <= permuted.report.hausdorff_bound
+    assert np.abs(permuted.points - plain.points[nodes]).max() < 0.03 * plain.report.diagonal
+    one, other = plain.report.after.scaled_jacobian, permuted.report.after.scaled_jacobian
+    assert other.min == pytest.approx(one.min, abs=5e-3)
+    assert other.mean == pytest.approx(one.mean, abs=5e-3)
+
+
+def test_runs_with_a_curved_boundary_are_bit_identical_with_any_number_of_threads(monkeypatch):
+    from hexconformal import threads
+
+    mesh = rough(CURVED["cylinder"])
+    results = []
+    monkeypatch.setattr(threads, "_SMALLEST_RANGE", 20)
+    for count in (1, 2, 3, 2):
+        monkeypatch.setattr(threads, "thread_count", lambda count=count: count)
+        results.append(hc.regularize(mesh).points)
+    assert all(np.array_equal(result, results[0]) for result in results[1:])
+
+
+def test_a_mesh_comes_back_rather_than_a_worse_one():
+    run = hc.Regularization(generate.bent_bar())
+    records = list(run)
+    report = run.result().report
+    # The smallest scaled Jacobian, or the mean, is below the input's in every iteration but the first.
+    assert len(records) > 1
+    for record in records[1:]:
+        change = record.min_scaled_jacobian - records[0].min_scaled_jacobian
+        assert min(change, record.mean_scaled_jacobian - records[0].mean_scaled_jacobian) < -1e-5
+    assert report.largest_displacement == 0.0
+    assert report.reason.endswith("nothing better than the input was found")
+
+
+def test_a_corner_that_is_held_does_not_keep_the_rest_from_getting_better():
+    # The smallest scaled Jacobian is that of the input's edges, which it can only approach from below.
+    report = hc.regularize(generate.sheared_block(5, 1.0)).report
+    assert report.after.scaled_jacobian.min == pytest.approx(0.5**0.5, abs=1e-6)
+    assert report.after.scaled_jacobian.mean > 0.9
+
+
 def test_box_targets_reach_zero_energy_where_cubes_cannot():
     points, cells = generate.box((6, 6, 6), (1.0, 1.0, 2.0))
     cubes = hc.regularize((points, cells), energy="quaternionic")
@@ -120,6 +195,42 @@ def test_input_targets_keep_a_boundary_layer():
     assert np.abs(kept.points - points).max() < 1e-6
     itself = hc.regularize((points, cells), boundary="fixed", target="input")
     assert np.abs(itself.points - points).max() < 1e-12
+
+
+@pytest.mark.parametrize(("target", "kept"), [("auto", True), ("input", True), ("cube", False)])
+def test_a_boundary_layer_of_aspect_1000_keeps_its_sizes_unless_cubes_are_asked_for(target, kept):
+    points, cells = generate.boundary_layer((6, 6, 12), aspect=1000.0)
+    mesh = generate.jittered(points, cells, 0.2, seed=0)
+    result = hc.regularize(mesh, target=target)
+    sizes = cell_volumes(result.points, cells) / cell_volumes(mesh[0], cells)
+    assert result.report.after.invalid == 0
+    assert result.report.after.scaled_jacobian.min >= result.report.before.scaled_jacobian.min
+    assert (max(sizes.max(), 1.0 / sizes.min()) < 3.0) == kept
+    told = "360 cells are stretched in the input and keep their proportions"
+    assert any(told in note for note in result.report.notes) == (target == "auto")
+    same = hc.regularize((points, cells), target=target)
+    assert np.abs(same.points - points).max() < 1e-9
+
+
+def test_what_target_auto_has_decided_is_told():
+    points, cells = generate.sheared_block(4, shear=3.0)
+    points *= [1.0, 1.0, 0.1]  # stretched, but skewed
+    notes = hc.regularize((points, cells), boundary="fixed").report.notes
+    assert any("cubes, as the 64 cells of aspect 2 or more are skewed" in note for note in notes)
+    plain = hc.regularize(jittered_box()).report.notes
+    assert not any("target auto" in note for note in plain)
+
+
+def test_target_input_keeps_a_skewed_mesh_that_the_default_makes_regular(shared):
+    path = shared / "meshes" / "hex" / "msq_1000hex_block_internal_bias_input.vtu"
+    mesh = hc.read(path)
+    kept = hc.regularize(path, target="input")
+    assert np.abs(kept.points - mesh.points).max() < 1e-9 * kept.report.diagonal
+    assert kept.report.options["target"] == "input"
+    cubes = hc.regularize(path).report
+    assert any("target='input' would keep their shapes" in note for note in cubes.notes)
+    assert cubes.after.scaled_jacobian.min > 0.9999
+    assert cubes.after.edge_ratio.max == pytest.approx(1.0, abs=1e-3)
 
 
 def test_volume_weights_change_the_compromise_but_not_a_perfect_mesh():
@@ -212,10 +323,15 @@ def test_a_limit_on_iterations_is_a_result_with_a_reason():
         ({"boundary": "glide"}, "boundary is 'slide', 'fixed' or 'free'"),
         ({"target": "sphere"}, "target is 'auto', 'cube', 'input' or 'a:b:c'"),
         ({"target": "1:-1:2"}, "three positive edge lengths"),
+        ({"target": ["a", "b", "c"]}, "a target is a name, edge lengths, or points"),
         ({"target": np.zeros((3, 3))}, "three edge lengths or reference points"),
         ({"fixed": np.ones(3, dtype=bool)}, "fixed"),
         ({"fixed": [10**6]}, "fixed"),
         ({"tolerance": -1.0}, "tolerance lies in"),
+        ({"hausdorff": -0.1}, r"in \[0, 1\), not -0.1"),
+        ({"hausdorff": float("nan")}, r"in \[0, 1\), not nan"),
+        ({"hausdorff": 1.0}, r"in \[0, 1\), not 1.0"),
+        ({"features": "hard"}, "features is 'auto', 'keep' or 'soft'"),
         ({"max_iterations": -1}, "max_iterations is not negative"),
         ({"method": "majorize"}, "plain energy only"),
         ({"boundary": "free", "energy": "quaternionic"}, "shrinks the mesh to a point"),
@@ -238,6 +354,10 @@ def test_a_target_mesh_must_be_valid():
     points, cells = generate.box((3, 3, 3))
     with pytest.raises(hc.MeshError, match=r"inverted or flat cells: 27 \(first ids 0, 1, 2, 3, 4\)"):
         hc.regularize((points, cells), target=-points)
+    missing = points.copy()
+    missing[0] = np.nan
+    with pytest.raises(hc.MeshError, match="NaN or infinite"):
+        hc.regularize((points, cells), target=missing)
 
 
 def test_all_nodes_fixed_is_a_result():
@@ -307,6 +427,75 @@ def test_lifting_raises_the_worst_cell_and_never_ends_below_the_input():
     assert lifted.after.scaled_jacobian.min > plain.after.scaled_jacobian.min + 0.01
     assert lifted.after.scaled_jacobian.min >= lifted.before.scaled_jacobian.min
     assert lifted.after.scaled_jacobian.mean >= lifted.before.scaled_jacobian.mean
+
+
+def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch):
+    import sys
+
+    points, cells = rough(CURVED["ball"])
+    far = lambda points, before, quads: 0.02 * np.linalg.norm(np.ptp(before, axis=0))  # noqa: E731
+    monkeypatch.setattr(sys.modules["hexconformal.regularize"], "hausdorff", far)
+    result = hc.regularize((points, cells))
+    assert np.array_equal(result.points, points)
+    assert "the surface would move by 0.02" in result.report.reason
+    assert result.report.hausdorff == 0.0
+
+
+def sphere(radius=1.0, center=(0.0, 0.0, 0.0)):
+    import pyvista as pv
+
+    return pv.Sphere(radius=radius, center=center, theta_resolution=60, phi_resolution=60)
+
+
+def test_cells_too_coarse_to_follow_a_surface_are_told_with_the_distance_they_reach():
+    # Eight cells around the equator: chords of 45 degrees stay 1 - cos(22.5 degrees) inside the sphere at best.
+    mesh = generate.ball(2, 1)
+    close = hc.regularize(mesh, surface=sphere(), hausdorff=0.005).report
+    away = hc.regularize(mesh, surface=sphere(), max_iterations=0).report
+    told = [note for note in close.notes if "not followed" in note]
+    assert len(told) == 1
+    assert f"within the bound of 0.005 diagonals, the largest distance is {close.hausdorff:.4g}" in told[0]
+    assert 0.005 < close.hausdorff < away.hausdorff
+    enough = hc.regularize(mesh, surface=sphere(), hausdorff=0.1).report
+    assert enough.hausdorff <= 0.1
+    assert not any("not followed" in note for note in enough.notes)
+
+
+def test_the_distance_from_a_surface_is_measured_where_nothing_moved_too():
+    points, cells = generate.ball(4, 2)
+    report = hc.regularize((points, cells), surface=sphere(1.02), max_iterations=0).report
+    assert report.largest_displacement == 0.0
+    assert report.hausdorff * report.diagonal > 0.02 * 0.99
+
+
+def test_to_come_to_another_surface_may_cost_quality_but_no_cell():
+    points, cells = generate.box((6, 6, 6), (2.0, 2.0, 2.0))
+    result = hc.regularize((points - 1.0, cells), surface=sphere(1.25), hausdorff=0.15)
+    assert result.report.after.scaled_jacobian.min < 1.0
+    assert result.report.after.invalid == 0
+    assert result.report.hausdorff < 0.15
+    assert np.linalg.norm(result.points, axis=1).max() < 3**0.5 - 0.1
+
+
+@pytest.mark.parametrize(
+    ("surface", "words"),
+    [
+        (sphere(1000.0), r"diagonal 3463, the mesh from .* a ratio of 1\.07e\+03; is it another unit of length"),
+        (sphere(2.0), r"a ratio of 2\.14;"),
+        (sphere(0.001), r"a ratio of 0\.00107;"),
+        (sphere(center=(3.0, 0.0, 0.0)), r"it reaches from \(2, -0.9996, -1\) to \(4, 0.9996, 1\)"),
+    ],
+)
+def test_a_surface_that_is_not_that_of_the_mesh_is_refused_with_figures(surface, words):
+    with pytest.raises(hc.MeshError, match=words):
+        hc.regularize(generate.ball(3, 2), surface=surface)
+
+
+def test_the_docstring_names_every_option():
+    from dataclasses import fields
+
+    named = hc.regularize.__doc__.split("**options")[1].split("Returns")[0]
+    assert [field.name for field in fields(hc.Options) if f"`{field.name}`" not in named] == []
 
 
 UNTANGLED = ["xu_t5_bird", "xu_t5_block", "xu_t5_bone", "msq_1000hex_block_internal_bias", "hs_swivel2_7494"]

@@ -37,6 +37,28 @@ def test_gradient_is_the_derivative(name):
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.3)
 
 
+def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
+    points, cells = shaken(mixed_sphere(5), 0.03)
+    shapes = reference_shapes("equilateral", points, cells)
+    own, given = (Barrier(cells, shapes, len(points), 0.5) for _ in range(2))
+    f1, f2 = (np.stack(f, axis=1) for f in own.frames.derivatives(points))
+    n = np.cross(f1, f2) + 0.05 * np.random.default_rng(1).normal(size=f1.shape) * np.linalg.norm(f1, axis=1)[:, None]
+    given.normals = n / np.linalg.norm(n, axis=1, keepdims=True)
+    assert (given.densities(points) >= own.densities(points) * (1 - 1e-12)).all()
+    # A frame upside down has a finite density once the energy has settled there.
+    given.normals[3] *= -1
+    assert np.isinf(given.densities(points)[3])
+    given.cap = 10.0
+    given.settle(points)
+    assert np.isfinite(given.value(points))
+    assert given.densities(points).max() <= 10.0
+    d = np.random.default_rng(3).normal(size=points.shape)
+    slope = (given.value(points + 1e-6 * d) - given.value(points - 1e-6 * d)) / 2e-6
+    assert (given.gradient(points) * d).sum() == pytest.approx(slope, rel=1e-5)
+    hessian = given.hessian(points).toarray()
+    assert np.linalg.eigvalsh(hessian)[0] > -1e-10 * np.abs(hessian).max()
+
+
 def test_frozen_normals_majorize():
     points, cells = shaken(mixed_sphere(5), 0.1)
     energy = energies((points, cells))["quaternionic"]

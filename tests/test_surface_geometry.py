@@ -6,6 +6,7 @@ from surface_shapes import icosphere, mixed_sphere, none, quad_sphere
 
 from surface.geometry import (
     Cells,
+    area_gradient,
     area_vectors,
     cell_areas,
     enclosed_volume,
@@ -25,6 +26,15 @@ def test_nodal_vectors_are_the_gradient_of_the_volume(surface):
     step = 1e-5
     ends = [enclosed_volume(points + sign * step * direction, cells) for sign in (1, -1)]
     assert (nodal_vectors(points, cells) * direction).sum() == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-9)
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_the_derivative_of_the_area(surface):
+    points, cells = surface
+    direction = np.random.default_rng(0).normal(size=points.shape)
+    ends = [cell_areas(points + sign * 1e-6 * direction, cells).sum() for sign in (1, -1)]
+    slope = (area_gradient(points, cells) * direction).sum()
+    assert slope == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-7)
 
 
 @pytest.mark.parametrize("surface", SURFACES)

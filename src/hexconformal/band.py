@@ -3,14 +3,16 @@
 The note's constraint makes the displacement of a surface orthogonal to its normal, relaxed by eps. Eliminating
 the multiplier leaves the penalty |<v, N>|^2 / (2 eps); measured from the closest point of the original surface
 instead of the last position, it also brings nodes back that have drifted. That is the soft part here, with
-eps = bound^2 / (2 ATTRACTION), so that no unit of length matters. The steep part begins near the bound and
-holds both directions of the Hausdorff distance, sample by sample: of the moved surface to the original, and of
-the original to the moved one. Feature curves and corners have a narrower band of their own.
+eps = bound^2 / (2 ATTRACTION), so that no unit of length matters. The steep part begins near the bound, becomes
+infinite before it, and holds both directions of the Hausdorff distance, sample by sample: of the moved surface to
+the original, and of the original to the moved one. Feature curves and corners have a narrower band of their own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +31,9 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _ATTRACTION = 30.0  # soft weight of nodes, per squared distance in bounds: without it thin bodies inflate
-_STEEP = 500.0  # weight beyond the onset
+_STEEP = 200.0  # weight beyond the onset
 _ONSET = 0.8  # share of the bound where the steep part begins
+_BEYOND = 1.02  # factor of room for what is beyond the limit already
 _LIMIT = 0.98  # share of the bound that is never crossed from inside
 _NARROW = 0.2  # width of the band of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
@@ -44,7 +47,10 @@ class _Rows:
     weights: Field  # (k, j) share of each node in the sample
     residuals: Field  # (k, 3) from where the sample belongs to where it is
     distances: Field  # (k,)
-    directions: Field  # (k, 3, 3) projection onto the directions in which the distance grows
+    width: float  # of the band
+    attraction: Field | float  # (k,) weight of the soft part
+    onset: float  # share of the width where the steep part begins
+    directions: Callable[[], Field]  # (k, 3, 3) projection onto the directions in which the distance grows
 
 
 @dataclass
@@ -90,7 +96,7 @@ class Band:
             self._ahead_distance, self._back_distance = there.distances, here.distances
         self._ahead_take, self._back_take = np.ones(len(places), dtype=bool), np.ones(len(self._places), dtype=bool)
         self._since = points.copy()
-        self._worst = 0.0
+        self._limit = _LIMIT
         self._curves, self._along = self._feature_samples()
 
     def _feature_samples(self) -> tuple[Polyline | None, Ints]:
@@ -116,25 +122,20 @@ class Band:
     # ------------------------------------------------------------------------------------ interface
     def value(self, points: Field) -> float:
         """Penalty at the points; infinite beyond the limit."""
-        x = self._all(points)
-        total, worst = 0.0, 0.0
-        for rows, width, attraction, onset in self._measured(x, refresh=False):
-            worst = max(worst, rows.distances.max(initial=0.0) * self.bound / width)
-            total += self._penalty(rows.distances, width, attraction, onset)[0].sum()
-        return float(total) if worst <= max(_LIMIT * self.bound, self._worst) else np.inf
+        return float(sum(self._penalty(rows)[0] for rows in self._measured(self._all(points), refresh=False)))
 
     def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float:
         """Penalty; adds its gradient and the Gauss-Newton part of its Hessian, and remembers where things are."""
-        x = self._all(points)
-        total, self._worst = 0.0, 0.0
-        for rows, width, attraction, onset in self._measured(x, refresh=True):
-            self._worst = max(self._worst, rows.distances.max(initial=0.0) * self.bound / width)
-            values, slopes, curvatures = self._penalty(rows.distances, width, attraction, onset)
-            total += values.sum()
+        total = 0.0
+        kinds = list(self._measured(self._all(points), refresh=True))
+        self._limit = max([_LIMIT, *(_BEYOND * rows.distances.max(initial=0.0) / rows.width for rows in kinds)])
+        for rows in kinds:
+            value, slopes, curvatures = self._penalty(rows)
+            total += value
             pull = slopes[:, None] * rows.residuals
             nodes = rows.nodes if self._nodes is None else self._local[rows.nodes]
             _add_rows(
-                nodes, rows.weights, pull, curvatures[:, None, None] * rows.directions,
+                nodes, rows.weights, pull, curvatures[:, None, None] * rows.directions(),
                 matrix.indptr, matrix.indices, matrix.data, forces,
             )  # fmt: skip
         return float(total)
@@ -161,9 +162,9 @@ class Band:
 
     def excess(self, points: Field) -> float:
         """Largest distance of any sample, in both directions, in units of the bound."""
-        ahead = self._ahead(points, np.arange(len(self._of)))
-        back = self._backward(points, np.arange(len(self._places)))
-        worst = max(ahead[0].distances.max(initial=0.0), back[0].distances.max(initial=0.0))
+        ahead, _ = self._ahead(points, np.arange(len(self._of)))
+        back, _ = self._backward(points, np.arange(len(self._places)))
+        worst = max(ahead.distances.max(initial=0.0), back.distances.max(initial=0.0))
         return float(worst / self.bound)
 
     # ------------------------------------------------------------------------------------- measuring
@@ -173,9 +174,11 @@ class Band:
         self._full[self._nodes] = points
         return self._full
 
-    def _measured(self, x: Field, refresh: bool):  # type: ignore[no-untyped-def]
-        """Rows of every kind that may matter, with the width, attraction and onset of their bands."""
-        moved = np.sqrt(((x - self._since) ** 2).sum(axis=1))[self.original.faces].max(axis=1)
+    def _measured(self, x: Field, refresh: bool) -> Iterator[_Rows]:
+        """Rows of every kind that may matter."""
+        shift = x - self._since
+        steps = np.sqrt(np.einsum("ni,ni->n", shift, shift))[self.original.faces]
+        moved = np.maximum(np.maximum(steps[:, 0], steps[:, 1]), np.maximum(steps[:, -2], steps[:, -1]))
         onset = _ONSET * self.bound
         # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
         ahead_bound = self._ahead_distance + moved[self._of]
@@ -189,10 +192,8 @@ class Band:
             self._onto[near], self._ahead_distance[near] = faces, ahead.distances
             self._back[behind], self._back_distance[behind] = back_faces, back.distances
             self._since = x.copy()
-        soft = self._is_node[near]
-        yield _part(ahead, soft), self.bound, _ATTRACTION, _ONSET
-        yield _part(ahead, ~soft), self.bound, 0.0, _ONSET
-        yield back, self.bound, 0.0, _ONSET
+        yield ahead
+        yield back
         width = _NARROW * self.bound
         if self._curves is not None and len(self._along):
             places = np.einsum("kj,kji->ki", self._edge_weights, x[self._edge_nodes])
@@ -200,19 +201,17 @@ class Band:
             if refresh:
                 self._along = there.faces
             ends = self._curves.points[self._curves.edges[there.faces]]
-            tangent = ends[:, 1] - ends[:, 0]
-            tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
-            inside = (there.weights.min(axis=1) > 0.0)[:, None, None]
-            across = np.eye(3) - inside * np.einsum("ki,kj->kij", tangent, tangent)
-            rows = _Rows(self._edge_nodes, self._edge_weights, places - there.positions, there.distances, across)
-            yield rows, width, _CURVE_ATTRACTION, _CURVE_ONSET
+            yield _Rows(
+                self._edge_nodes, self._edge_weights, places - there.positions, there.distances,
+                width, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_across, ends, there.weights),
+            )  # fmt: skip
         if len(self._corners):
             residuals = x[self._corners] - self.original.points[self._corners]
-            distances = np.linalg.norm(residuals, axis=1)
             nodes = np.column_stack([self._corners, self._corners])
-            weights = np.tile([1.0, 0.0], (len(nodes), 1))
-            everywhere = np.broadcast_to(np.eye(3), (len(nodes), 3, 3))
-            yield _Rows(nodes, weights, residuals, distances, everywhere), width, _CURVE_ATTRACTION, _CURVE_ONSET
+            yield _Rows(
+                nodes, np.tile([1.0, 0.0], (len(nodes), 1)), residuals, np.linalg.norm(residuals, axis=1),
+                width, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_everywhere, len(nodes)),
+            )  # fmt: skip
 
     def _ahead(self, x: Field, samples: Ints) -> tuple[_Rows, Ints]:
         """From samples of the moved surface to the original, or to the reference."""
@@ -220,37 +219,33 @@ class Band:
         nodes, weights = self.original.faces[self._of[samples]], self._weights[samples]
         places = np.einsum("kj,kji->ki", weights, x[nodes])
         there = surface.walked(places, self._onto[samples])
-        normals = _directions(places - there.positions, there.distances, self.bound, surface, there.faces)
-        return _Rows(nodes, weights, places - there.positions, there.distances, normals), there.faces
+        residuals = places - there.positions
+        return _Rows(
+            nodes, weights, residuals, there.distances, self.bound, _ATTRACTION * self._is_node[samples], _ONSET,
+            partial(_directions, residuals, there.distances, self.bound, surface, there.faces),
+        ), there.faces  # fmt: skip
 
     def _backward(self, x: Field, samples: Ints) -> tuple[_Rows, Ints]:
         """From samples of the original surface to the moved one."""
-        if len(samples) == 0:
-            empty = np.empty((0, 3))
-            return _Rows(np.empty((0, 4), np.int64), np.empty((0, 4)), empty, empty[:, 0], np.empty((0, 3, 3))), samples
-        moved = self.original.moved(x)
+        moved = self.original if len(samples) == 0 else self.original.moved(x)
         there = moved.walked(self._places[samples], self._back[samples])
         residuals = there.positions - self._places[samples]
-        normals = _directions(residuals, there.distances, self.bound, moved, there.faces)
-        return _Rows(moved.faces[there.faces], there.weights, residuals, there.distances, normals), there.faces
+        return _Rows(
+            moved.faces[there.faces], there.weights, residuals, there.distances, self.bound, 0.0, _ONSET,
+            partial(_directions, residuals, there.distances, self.bound, moved, there.faces),
+        ), there.faces  # fmt: skip
 
-    def _penalty(self, d: Field, width: float, attraction: float, onset: float) -> tuple[Field, Field, Field]:
-        """Penalty of each distance, its slope over the distance, and its second derivative."""
-        over = np.maximum(d - onset * width, 0.0)
-        values = (self.steepness * over**2 + attraction * d**2) / width**2
-        slopes = 2.0 * (self.steepness * over / np.maximum(d, 1e-300) + attraction) / width**2
-        curvatures = 2.0 * (self.steepness * (over > 0).astype(np.float64) + attraction) / width**2
-        return values, slopes, curvatures
-
-
-def _part(rows: _Rows, chosen: Mask) -> _Rows:
-    return _Rows(
-        rows.nodes[chosen],
-        rows.weights[chosen],
-        rows.residuals[chosen],
-        rows.distances[chosen],
-        rows.directions[chosen],
-    )
+    def _penalty(self, rows: _Rows) -> tuple[float, Field, Field]:
+        """Summed penalty, of each distance its slope over the distance, and its second derivative."""
+        t = rows.distances / rows.width
+        over, room = np.maximum(t - rows.onset, 0.0), self._limit - t
+        if room.min(initial=1.0) <= 0.0:
+            return np.inf, t, t
+        k, r = self.steepness * (self._limit - rows.onset), 1.0 / room
+        value = k * (over**2 * r).sum() + (rows.attraction * t**2).sum()
+        slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * rows.attraction
+        curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + rows.attraction)
+        return float(value), slopes / rows.width**2, curvatures / rows.width**2
 
 
 def _directions(residuals: Field, distances: Field, bound: float, surface: Surface, faces: Ints) -> Field:
@@ -261,6 +256,18 @@ def _directions(residuals: Field, distances: Field, bound: float, surface: Surfa
     normals[far] = residuals[far]
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     return np.einsum("ki,kj->kij", normals, normals)
+
+
+def _across(ends: Field, weights: Field) -> Field:
+    """1 - t t^T of straight edges (k, 2, 3); 1 where the closest point is one of the ends."""
+    tangent = ends[:, 1] - ends[:, 0]
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
+    inside = (weights.min(axis=1) > 0.0)[:, None, None]
+    return np.asarray(np.eye(3) - inside * np.einsum("ki,kj->kij", tangent, tangent))
+
+
+def _everywhere(count: int) -> Field:
+    return np.broadcast_to(np.eye(3), (count, 3, 3))
 
 
 @loop
@@ -275,9 +282,12 @@ def _add_rows(nodes, weights, pull, curvature, indptr, indices, data, forces):  
                 forces[a, r] += w * pull[k, r]
             for j in range(nodes.shape[1]):
                 b, share = nodes[k, j], w * weights[k, j]
-                if b < 0 or share == 0.0:
+                # The matrix holds its lower triangle, without the rows and columns of held nodes.
+                if b < 0 or b > a or share == 0.0:
                     continue
                 place = find(indices, indptr[a], indptr[a + 1], b)
+                if place >= indptr[a + 1] or indices[place] != b:
+                    continue
                 for r in range(3):
                     for c in range(3):
                         data[place, r, c] += share * curvature[k, r, c]

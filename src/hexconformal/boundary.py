@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .band import Band
 from .closest import Surface
 from .constraint import Constraint, boundary_constraint, fixed_components, free_directions
-from .errors import OptionError
+from .errors import MeshError
 from .features import Features, find_features, surface_tags
 from .frame import Frame
 from .options import Options
@@ -23,6 +23,7 @@ Ints = NDArray[np.int64]
 
 _FLAT = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
 _AXIS = 1e-9  # components of a unit normal below this are rounding
+_APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ def boundary_of(frame: Frame, options: Options) -> Boundary:
     ------
     OptionError
         If masks or modes make no sense.
+    MeshError
+        If the surface to slide on is not that of the mesh.
     """
     fixed = fixed_components(frame.mesh, options.fixed)
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
@@ -119,6 +122,20 @@ def _reference(frame: Frame, surface: Any) -> Surface | None:
 
         surface = read_surface(surface)
     given = Surface.from_pyvista(surface)
-    if len(given.faces) == 0:
-        raise OptionError("the surface to slide on has no faces")
+    _require_near(frame, given)
     return Surface(frame.from_user(given.points), given.faces)
+
+
+def _require_near(frame: Frame, given: Surface) -> None:
+    """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
+    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.used]
+    boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
+    sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
+    apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))
+    if apart > _APART * sizes[1]:
+        (low, high), (low_here, high_here) = (tuple(", ".join(f"{x:.4g}" for x in end) for end in box) for box in boxes)
+        raise MeshError(
+            f"the surface is not that of the mesh: it reaches from ({low}) to ({high}), diagonal {sizes[0]:.4g}, the "
+            f"mesh from ({low_here}) to ({high_here}), diagonal {sizes[1]:.4g}, a ratio of "
+            f"{sizes[0] / sizes[1]:.3g}; is it another unit of length, another origin, or another file?"
+        )

@@ -15,13 +15,13 @@ from .io import READ_EXTENSIONS, WRITE_EXTENSIONS
 from .options import CHOICES, Options
 from .version import __version__
 
-__all__ = ["main"]
+__all__ = ["add_choice", "add_output", "add_told", "command", "main"]
 
 _EXIT_CODES = """exit codes:
   0    done; a run that stops before its tolerance says why, and counts as done
   1    the mesh cannot be worked on, or a file cannot be read or written
   2    the command line makes no sense
-  130  interrupted (Ctrl-C or SIGTERM); `regularize` has written the mesh it had reached
+  130  interrupted (Ctrl-C or SIGTERM); `regularize` and `remesh` have written the mesh they had reached
 """
 
 
@@ -85,19 +85,24 @@ def _failed(message: str, code: int) -> int:
 def _parser() -> ArgumentParser:
     parser = ArgumentParser(
         prog="hexconformal",
-        description="Make hexahedral meshes regular by minimizing quaternionic conformal distortion.",
+        description="Make hexahedral meshes, and surfaces, regular by minimizing quaternionic conformal distortion.",
         epilog=f"{_FORMATS}\n{_EXIT_CODES}\n`hexconformal COMMAND --help` shows options and examples.",
         formatter_class=RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"hexconformal {__version__}")
     added = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for add in (_add_regularize, _add_quality, _add_orient, _add_check, _add_demo):
+    # Surfaces have a package of their own, which builds on this module.
+    from surface.cli import add_remesh
+    from surface.flow.cli import add_flow
+
+    for add in (_add_regularize, add_remesh, add_flow, _add_quality, _add_orient, _add_check, _add_demo):
         add(added)
     return parser
 
 
-def _command(added: Any, name: str, run: Callable[[Namespace], int], summary: str, examples: str) -> ArgumentParser:
+def command(added: Any, name: str, run: Callable[[Namespace], int], summary: str, examples: str) -> ArgumentParser:
+    """Add a command, what it runs, and its help."""
     parser: ArgumentParser = added.add_parser(
         name,
         help=summary[0].lower() + summary[1:].partition(".")[0],
@@ -119,7 +124,8 @@ def _add_input(parser: ArgumentParser) -> None:
     parser.add_argument("--linearise", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
 
 
-def _add_output(parser: ArgumentParser) -> None:
+def add_output(parser: ArgumentParser) -> None:
+    """Add the mesh to write."""
     parser.add_argument("output", metavar="OUT", help="mesh to write; the extension tells the format")
     _add_overwrite(parser)
 
@@ -129,7 +135,7 @@ def _add_overwrite(parser: ArgumentParser) -> None:
 
 
 def _add_regularize(added: Any) -> None:
-    parser = _command(
+    parser = command(
         added,
         "regularize",
         commands.regularize,
@@ -143,15 +149,16 @@ def _add_regularize(added: Any) -> None:
 """,
     )
     _add_input(parser)
-    _add_output(parser)
+    add_output(parser)
     shape = parser.add_argument_group("how the shape is kept")
-    _add_choice(shape, "boundary", "boundary nodes slide along the surface, stay, or go where they like")
+    add_choice(shape, "boundary", "boundary nodes slide along the surface, stay, or go where they like")
     shape.add_argument(
         "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far a curved boundary may move,"
         " over the diagonal of the bounding box; 0: curved parts stay (default %(default)g)",
     )  # fmt: skip
-    _add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
+    add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
+    shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
     shape.add_argument(
         "--fixed", metavar="NAME", help="point array whose nonzero nodes stay besides; three components hold x, y, z"
     )
@@ -160,10 +167,10 @@ def _add_regularize(added: Any) -> None:
         "--target", default=Options.target, metavar="auto|cube|input|A:B:C", help="perfect cell: cube, each cell's own"
         " shape in the input, a box, or cubes where the input is not stretched on purpose (default %(default)s)",
     )  # fmt: skip
-    _add_choice(what, "weight", "cells count the same, or by their volume in the input")
-    _add_choice(what, "energy", "conformally invariant distortion, or the plain one")
-    _add_choice(what, "quadrature", "where distortion is measured")
-    _add_choice(what, "method", "solver; majorize needs the plain energy")
+    add_choice(what, "weight", "cells count the same, or by their volume in the input")
+    add_choice(what, "energy", "conformally invariant distortion, or the plain one")
+    add_choice(what, "quadrature", "where distortion is measured")
+    add_choice(what, "method", "solver; majorize needs the plain energy")
     what.add_argument(
         "--lift",
         action=BooleanOptionalAction,
@@ -177,36 +184,41 @@ def _add_regularize(added: Any) -> None:
     what.add_argument(
         "--max-iterations", type=int, default=Options.max_iterations, metavar="N", help="default %(default)d"
     )
+    add_told(parser, "the mesh before and after, cut open")
+
+
+def add_told(parser: ArgumentParser, picture: str) -> None:
+    """Add what a run can leave behind besides its mesh; `picture` says what is in that."""
     told = parser.add_argument_group("what is told")
     told.add_argument("--history", metavar="run.csv", help="a row per iteration, there as soon as it is known")
     told.add_argument("--frames", metavar="run.pvd", help="the iterations, as a series for ParaView")
     told.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K iterations (default 1)")
     told.add_argument("--report", metavar="report.json", help="before and after as JSON; - for stdout")
     told.add_argument("--plot", metavar="quality.png", help="histograms of the quality before and after")
-    told.add_argument("--picture", metavar="inside.png", help="the mesh before and after, cut open")
+    told.add_argument("--picture", metavar="both.png", help=picture)
     told.add_argument("--worst-picture", metavar="worst.png", help="the worst cells before and after, in their place")
     told.add_argument("--quiet", action="store_true", help="errors only")
 
 
-def _add_choice(group: Any, name: str, text: str) -> None:
-    # Options itself refuses other values, with the same words as in Python.
-    default = getattr(Options, name)
-    group.add_argument(
-        f"--{name}", default=default, metavar="|".join(CHOICES[name]), help=f"{text} (default {default})"
-    )
+def add_choice(group: Any, name: str, text: str, choices: Sequence[str] = (), options: type = Options) -> None:
+    """Add an option of which `options` has the default, and refuses other values with the same words as in Python."""
+    default = getattr(options, name)
+    metavar = "|".join(choices or CHOICES[name])
+    group.add_argument(f"--{name}", default=default, metavar=metavar, help=f"{text} (default {default})")
 
 
 def _add_quality(added: Any) -> None:
-    parser = _command(
+    parser = command(
         added,
         "quality",
         commands.quality,
-        "Measure every cell of a hexahedral mesh. Validity (det J > 0 everywhere) is certified.",
+        "Measure every cell of a hexahedral mesh (its validity, det J > 0 everywhere, is certified) or of a surface.",
         """  hexconformal quality part.vtu
   hexconformal quality part.vtu --plot quality.png
   hexconformal quality part.vtu --worst 20 --picture worst.png
   hexconformal quality part.vtu --json - | jq .scaled_jacobian.min
   hexconformal quality part.msh --out measured.vtu
+  hexconformal quality statue.ply --plot quality.png
 """,
     )
     _add_input(parser)
@@ -219,7 +231,7 @@ def _add_quality(added: Any) -> None:
 
 
 def _add_orient(added: Any) -> None:
-    parser = _command(
+    parser = command(
         added,
         "orient",
         commands.orient,
@@ -227,11 +239,11 @@ def _add_orient(added: Any) -> None:
         "  hexconformal orient mirrored.msh sound.msh\n",
     )
     _add_input(parser)
-    _add_output(parser)
+    add_output(parser)
 
 
 def _add_check(added: Any) -> None:
-    parser = _command(
+    parser = command(
         added,
         "check",
         commands.check,
@@ -242,7 +254,7 @@ def _add_check(added: Any) -> None:
 
 
 def _add_demo(added: Any) -> None:
-    parser = _command(
+    parser = command(
         added,
         "demo",
         commands.demo,

@@ -76,15 +76,25 @@ class Surface:
 
     @classmethod
     def from_pyvista(cls, source: Any) -> Surface:
-        """The surface of anything pyvista can show (of a volume its skin), cut into triangles."""
+        """The surface of anything pyvista can show (of a volume its skin), as triangles without coincident points.
+
+        Raises
+        ------
+        MeshError
+            If this is nothing pyvista can wrap, has no faces, or points that are not finite.
+        """
         import pyvista as pv
 
-        mesh = pv.wrap(source)
-        poly = (
-            mesh if isinstance(mesh, pv.PolyData) else mesh.extract_surface(algorithm="dataset_surface")
-        ).triangulate()
-        faces = np.asarray(poly.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
-        return cls(np.asarray(poly.points, dtype=np.float64), faces)
+        from .pyvista_mesh import triangles
+
+        try:
+            dataset = pv.wrap(source)
+        except (NotImplementedError, TypeError, ValueError):
+            dataset = source
+        if not isinstance(dataset, pv.DataSet):
+            raise MeshError(f"a surface is one pyvista dataset, or a path, not {type(source).__name__}")
+        poly = triangles(dataset)
+        return cls(np.asarray(poly.points), np.asarray(poly.faces).reshape(-1, 4)[:, 1:])
 
     def moved(self, points: Floats) -> Surface:
         """The same faces with their nodes elsewhere; what is known of their neighbours is kept."""
@@ -98,8 +108,10 @@ class Surface:
         x = self.points[self.faces]
         if x.shape[1] == 3:
             return x[:, None]
-        center = np.broadcast_to(x.mean(axis=1)[:, None], x.shape)
-        return np.ascontiguousarray(np.stack([x, np.roll(x, -1, axis=1), center], axis=2))
+        out = np.empty((len(x), 4, 3, 3))
+        out[:, :, 0], out[:, :3, 1], out[:, 3, 1] = x, x[:, 1:], x[:, 0]
+        out[:, :, 2] = (0.25 * (x[:, 0] + x[:, 1] + x[:, 2] + x[:, 3]))[:, None]
+        return out
 
     @cached_property
     def neighbours(self) -> tuple[Ints, Ints]:
@@ -117,8 +129,11 @@ class Surface:
     @cached_property
     def boxes(self) -> Floats:
         """(f, 2, 3) lower and upper corner of the box around each face."""
-        corners = self.triangles.reshape(len(self.faces), -1, 3)
-        return np.ascontiguousarray(np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1))
+        # Corner by corner: minima along a short axis are slow.
+        low, *rest = high, *_ = np.moveaxis(self.points[self.faces], 1, 0)
+        for corner in rest:
+            low, high = np.minimum(low, corner), np.maximum(high, corner)
+        return np.stack([low, high], axis=1)
 
     @cached_property
     def _tree(self) -> tuple[Ints, Floats]:

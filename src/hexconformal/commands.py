@@ -5,29 +5,67 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
-from dataclasses import fields
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
 
 from .checks import check as find_faults
 from .demo import run_demo
-from .errors import OptionError
-from .io import check_writable, read, write
-from .job import Finished, Outputs, check_pictures, check_places, run_job, write_text
+from .errors import MeshError, OptionError, ReadError
+from .io import READ_EXTENSIONS, WRITE_EXTENSIONS, check_writable, read, write
+from .job import Finished, Outputs, Volume, Work, check_pictures, check_places, run_work, write_text
 from .mesh import HexMesh
 from .options import Options
 from .orient import orient as put_in_order
 from .plots import histogram, worst_cells
 from .progress import Progress
-from .quality import MEASURES, Summary
+from .quality import MEASURES
 from .quality import quality as measure
 
-__all__ = ["check", "demo", "orient", "quality", "regularize"]
+__all__ = ["Kind", "carry_out", "check", "demo", "orient", "quality", "regularize"]
 
 _STDOUT = "-"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How one kind of mesh, volumes or surfaces, is measured, drawn and written."""
+
+    measure: Callable[[Any], Any]
+    arrays: Callable[[Any], dict[str, Any]]
+    histogram: Callable[..., None]
+    worst_cells: Callable[..., None]
+    write: Callable[[str, Any], list[str]]
+    extensions: tuple[str, ...]
+    worst_by: str  # the measure that tells which cells are the worst
+
+
+def _volume_arrays(measured: Any) -> dict[str, Any]:
+    return {**{name: getattr(measured, name) for name in MEASURES}, "valid": measured.valid.astype("uint8")}
+
+
+_VOLUMES = Kind(measure, _volume_arrays, histogram, worst_cells, write, WRITE_EXTENSIONS, "scaled_jacobian")
 
 
 def regularize(arguments: Namespace) -> int:
     """Regularize a mesh; an interruption leaves what was reached."""
     options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
+    return carry_out(arguments, WRITE_EXTENSIONS, lambda: Volume(_mesh(arguments), options))
+
+
+def carry_out(arguments: Namespace, extensions: tuple[str, ...], prepare: Callable[[], Work]) -> int:
+    """Do a work with everything that is asked for, and say how it ended.
+
+    Parameters
+    ----------
+    arguments
+        Input, output, and what is to be told.
+    extensions
+        Those that the output may have.
+    prepare
+        Reads the input.
+    """
     as_json = arguments.report == _STDOUT
     outputs = Outputs(
         mesh=arguments.output,
@@ -38,11 +76,12 @@ def regularize(arguments: Namespace) -> int:
         picture=arguments.picture,
         worst_picture=arguments.worst_picture,
         every=arguments.every,
+        extensions=extensions,
     )
     outputs.check(arguments.input, arguments.overwrite)
     with Progress(arguments.quiet) as progress:
         progress.say(f"reading {arguments.input}")
-        finished = run_job(_mesh(arguments), options, outputs, progress)
+        finished = run_work(prepare(), outputs, progress)
     if as_json:
         print(finished.result.report.to_json())
     elif not arguments.quiet:
@@ -53,28 +92,26 @@ def regularize(arguments: Namespace) -> int:
 
 
 def quality(arguments: Namespace) -> int:
-    """Measure a mesh."""
+    """Measure a mesh, or a surface where there are no hexahedra."""
     if arguments.worst < 0:
         raise OptionError(f"worst is not negative, not {arguments.worst}")
     to_file = None if arguments.json == _STDOUT else arguments.json
     check_places([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
     check_pictures(arguments.plot, arguments.picture)
-    if arguments.output is not None:
-        check_writable(arguments.output)
     with Progress() as progress:
         progress.say(f"measuring {arguments.input}")
-        mesh = _mesh(arguments)
-        measured = measure(mesh)
+        kind, mesh = _any_mesh(arguments)
+        if arguments.output is not None:
+            check_writable(arguments.output, kind.extensions)
+        measured = kind.measure(mesh)
         summary = measured.summary(arguments.worst)
         if arguments.plot is not None:
-            histogram(arguments.plot, measured)
+            kind.histogram(arguments.plot, measured)
         if arguments.picture is not None:
-            worst_cells(arguments.picture, measured, count=arguments.worst)
+            kind.worst_cells(arguments.picture, measured, count=arguments.worst)
         lost = []
         if arguments.output is not None:
-            arrays = {name: getattr(measured, name) for name in MEASURES}
-            valid = measured.valid.astype("uint8")
-            lost = write(arguments.output, mesh.replaced(cell_data={**arrays, "valid": valid}))
+            lost = kind.write(arguments.output, mesh.replaced(cell_data=kind.arrays(measured)))
         if to_file is not None:
             write_text(to_file, _json(summary))
     if arguments.json == _STDOUT:
@@ -82,12 +119,36 @@ def quality(arguments: Namespace) -> int:
     else:
         print(summary)
         if summary.worst:
-            print("worst cells (id, scaled jacobian, centre)")
+            print(f"worst cells (id, {kind.worst_by.replace('_', ' ')}, centre)")
         for cell in summary.worst:
             centre = ", ".join(f"{x:.6g}" for x in cell.centre)
-            print(f"{cell.id:>10d} {cell.scaled_jacobian:>10.5f}  ({centre})")
+            print(f"{cell.id:>10d} {getattr(cell, kind.worst_by):>10.5f}  ({centre})")
     _tell_lost(arguments.output, lost)
     return 0
+
+
+def _any_mesh(arguments: Namespace) -> tuple[Kind, Any]:
+    """A mesh of hexahedra, or of triangles and quadrilaterals if there are none."""
+    import surface.commands
+    import surface.io
+
+    extension = Path(arguments.input).suffix.lower()
+    is_surface_file = extension in surface.io.EXTENSIONS
+    if is_surface_file and extension not in READ_EXTENSIONS:
+        return surface.commands.KIND, surface.io.read(arguments.input)
+    try:
+        return _VOLUMES, _mesh(arguments)
+    except ReadError:
+        raise
+    except MeshError:
+        if not is_surface_file:
+            raise
+        try:
+            return surface.commands.KIND, surface.io.read(arguments.input)
+        except MeshError:
+            # No surface either: what was said of the volume stands.
+            pass
+        raise
 
 
 def orient(arguments: Namespace) -> int:
@@ -137,7 +198,7 @@ def _mesh(arguments: Namespace) -> HexMesh:
     return read(arguments.input, other_cells=arguments.other_cells, linearise=arguments.linearise)
 
 
-def _json(summary: Summary) -> str:
+def _json(summary: Any) -> str:
     return json.dumps(summary.to_dict(), indent=2, allow_nan=False) + "\n"
 
 

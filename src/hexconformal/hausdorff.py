@@ -7,23 +7,23 @@ from numpy.typing import NDArray
 
 from .closest import Surface
 
-__all__ = ["hausdorff", "surface_samples"]
+__all__ = ["distance_between", "hausdorff", "surface_samples"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-def surface_samples(quads: Ints) -> tuple[Ints, Floats]:
-    """Where a surface of quads is sampled: nodes, edge midpoints, centres, and half-way from centre to corner.
+def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
+    """Where a surface is sampled: nodes, edge midpoints, centres, and half-way from centre to corner.
 
     Parameters
     ----------
-    quads
-        (q, 4) nodes in cyclic order.
+    faces
+        (q, k) nodes in cyclic order, k of them each.
 
     Returns
     -------
-    (s,) the quad of each sample, (s, 4) weights of its nodes. Every node and every edge comes once; the nodes
+    (s,) the face of each sample, (s, k) weights of its nodes. Every node and every edge comes once; the nodes
     come first, in ascending order.
 
     Examples
@@ -32,15 +32,17 @@ def surface_samples(quads: Ints) -> tuple[Ints, Floats]:
     >>> len(of), weights[6].tolist()  # 6 nodes, 7 edges, 2 centres, 8 quarter points
     (23, [0.5, 0.5, 0.0, 0.0])
     """
-    count, corner = len(quads), np.eye(4)
-    nodes = np.unique(quads, return_index=True)[1]
-    ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    edges = np.unique(ends[:, 0] * (int(quads.max(initial=0)) + 1) + ends[:, 1], return_index=True)[1]
+    count, size = faces.shape
+    corner = np.eye(size)
+    nodes = np.unique(faces, return_index=True)[1]
+    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    edges = np.unique(ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1], return_index=True)[1]
     middle = (corner + np.roll(corner, 1, axis=1)) / 2
+    centre = np.full((count, size), 1.0 / size)
     every = np.arange(count)
-    of = np.concatenate([nodes // 4, edges // 4, every, np.repeat(every, 4)])
-    quarters = np.tile((corner + 0.25) / 2, (count, 1))
-    return of, np.concatenate([corner[nodes % 4], middle[edges % 4], np.full((count, 4), 0.25), quarters])
+    of = np.concatenate([nodes // size, edges // size, every, np.repeat(every, size)])
+    quarters = np.tile((corner + 1.0 / size) / 2, (count, 1))
+    return of, np.concatenate([corner[nodes % size], middle[edges % size], centre, quarters])
 
 
 def hausdorff(points: Floats, reference: Floats, quads: Ints) -> float:
@@ -68,11 +70,28 @@ def hausdorff(points: Floats, reference: Floats, quads: Ints) -> float:
     >>> round(hausdorff(1.1 * points, points, boundary_quads(cells)[0]), 12) == round(0.1 * 3**0.5, 12)
     True
     """
-    of, weights = surface_samples(quads)
-    surfaces = Surface(points, quads), Surface(reference, quads)
+    of, _ = surface_samples(quads)
+    # Its own quad on the other surface is the best first guess, the whole surface is searched.
+    return distance_between(Surface(points, quads), Surface(reference, quads), (of, of))
+
+
+def distance_between(one: Surface, other: Surface, near: tuple[Ints | None, Ints | None] = (None, None)) -> float:
+    """Largest distance between two surfaces, taken in both directions at their :func:`surface_samples`.
+
+    Parameters
+    ----------
+    one, other
+        The two.
+    near
+        For the samples of each the faces of the other that are probably close, to save time.
+
+    Returns
+    -------
+    The distance in units of length.
+    """
     worst = 0.0
-    for one, other in (surfaces, surfaces[::-1]):
-        places = np.einsum("sj,sji->si", weights, one.points[quads[of]])
-        # Its own quad on the other surface is the best first guess, the whole surface is searched.
-        worst = max(worst, float(other.closest(places, of).distances.max(initial=0.0)))
+    for (this, that), guess in zip(((one, other), (other, one)), near, strict=True):
+        of, weights = surface_samples(this.faces)
+        places = np.einsum("sj,sji->si", weights, this.points[this.faces[of]])
+        worst = max(worst, float(that.closest(places, guess).distances.max(initial=0.0)))
     return worst

@@ -91,7 +91,7 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise
     HexMesh(8 points, 1 hexahedra)
     """
     path = Path(path)
-    with _reading(path, READ_EXTENSIONS) as extension:
+    with reading(path, READ_EXTENSIONS) as extension:
         return _read(path, extension, other_cells, linearise)
 
 
@@ -123,12 +123,12 @@ def read_surface(path: str | os.PathLike[str]) -> Any:
     (12, 8)
     """
     path = Path(path)
-    with _reading(path, SURFACE_EXTENSIONS) as extension:
+    with reading(path, SURFACE_EXTENSIONS) as extension:
         return _read_surface(path, extension)
 
 
 @contextmanager
-def _reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
+def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
     """The extension of a file that is there and can be opened; what goes wrong becomes a readable error."""
     extension = path.suffix.lower()
     if path.is_dir():

@@ -8,21 +8,23 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 
 from .errors import OptionError, WriteError
 from .interrupt import uninterrupted
-from .io import check_writable, saving, write
+from .io import WRITE_EXTENSIONS, check_writable, saving, write
 from .mesh import HexMesh
 from .options import Options
 from .plots import PICTURES, before_after, histogram, require_rendering, worst_cells
-from .progress import HistoryFile, Progress
+from .progress import HistoryFile, Progress, line
 from .quality import corner_scaled_jacobian, quality
-from .regularize import Regularization, Result
+from .regularize import Regularization
 from .series import Series
 
-__all__ = ["Finished", "Outputs", "check_pictures", "check_places", "run_job", "write_text"]
+__all__ = ["Finished", "Outputs", "Volume", "Work", "check_pictures", "check_places", "run_job", "run_work"]
+__all__ += ["write_text"]
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,8 @@ class Outputs:
         The mesh before and after, cut open.
     worst_picture
         The worst cells before and after.
+    extensions
+        Those that the mesh may have.
     """
 
     mesh: str
@@ -55,6 +59,7 @@ class Outputs:
     picture: str | None = None
     worst_picture: str | None = None
     every: int = 1
+    extensions: tuple[str, ...] = WRITE_EXTENSIONS
 
     def named(self) -> list[str]:
         """The files that are asked for."""
@@ -66,7 +71,7 @@ class Outputs:
         if self.every < 1:
             raise OptionError(f"every is 1 or more, not {self.every}")
         check_places(self.named(), source, overwrite)
-        check_writable(self.mesh)
+        check_writable(self.mesh, self.extensions)
         if self.frames is not None:
             check_writable(self.frames, (".pvd",))
         check_pictures(self.plot, self.picture, self.worst_picture)
@@ -76,9 +81,78 @@ class Outputs:
 class Finished:
     """What a run came to: its result, what the file format could not keep, and what ended it early, if anything."""
 
-    result: Result
+    result: Any
     lost: list[str]
     stopped_by: BaseException | None
+
+
+class Work(Protocol):
+    """What a job needs to know of a kind of mesh: volumes here, surfaces in :mod:`surface.commands`."""
+
+    rescue: str  # name of a file in a format that holds everything
+
+    def start(self) -> Any:
+        """A run to iterate over, with `history` and `result()`."""
+
+    def rehearsed(self) -> Any:
+        """The input with the arrays that the result will have."""
+
+    def write(self, path: str | os.PathLike[str], mesh: Any) -> list[str]:
+        """Write a mesh; what the format could not keep."""
+
+    def told(self, record: Any) -> str:
+        """An iteration in a line."""
+
+    def frame(self, run: Any) -> Any:
+        """The mesh reached, for a series."""
+
+    def histogram(self, path: str, result: Any) -> None:
+        """Draw the quality before and after."""
+
+    def picture(self, path: str, result: Any) -> None:
+        """Draw the mesh before and after."""
+
+    def worst(self, path: str, result: Any) -> None:
+        """Draw the worst cells before and after."""
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Regularize a hexahedral mesh."""
+
+    mesh: HexMesh
+    options: Options
+    rescue = "rescued.vtu"
+
+    def start(self) -> Regularization:
+        return Regularization(self.mesh, self.options)
+
+    def rehearsed(self) -> HexMesh:
+        zero = np.zeros(len(self.mesh.cells))
+        return self.mesh.replaced(
+            point_data={"moved_by": np.zeros_like(self.mesh.points)},
+            cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero},
+        )
+
+    def write(self, path: str | os.PathLike[str], mesh: HexMesh) -> list[str]:
+        return write(path, mesh)
+
+    def told(self, record: Any) -> str:
+        return line(record)
+
+    def frame(self, run: Any) -> HexMesh:
+        points = run.points
+        data = {"scaled_jacobian": corner_scaled_jacobian(points, run.mesh.cells)}
+        return run.mesh.replaced(points=points, cell_data=data)
+
+    def histogram(self, path: str, result: Any) -> None:
+        histogram(path, quality(self.mesh), quality(self.mesh.replaced(points=result.points)))
+
+    def picture(self, path: str, result: Any) -> None:
+        before_after(path, self.mesh, self.mesh.replaced(points=result.points))
+
+    def worst(self, path: str, result: Any) -> None:
+        worst_cells(path, self.mesh, self.mesh.replaced(points=result.points))
 
 
 def check_places(outputs: Sequence[str | None], source: str | None = None, overwrite: bool = False) -> None:
@@ -113,11 +187,16 @@ def check_pictures(plot: str | None, *scenes: str | None) -> None:
 
 
 def run_job(mesh: HexMesh, options: Options, outputs: Outputs, progress: Progress) -> Finished:
-    """Regularize a mesh and write all that is asked for; an interruption leaves the mesh reached so far.
+    """Regularize a mesh and write all that is asked for; see :func:`run_work`."""
+    return run_work(Volume(mesh, options), outputs, progress)
+
+
+def run_work(work: Work, outputs: Outputs, progress: Progress) -> Finished:
+    """Do the work and write all that is asked for; an interruption leaves the mesh reached so far.
 
     Parameters
     ----------
-    mesh, options
+    work
         What to do.
     outputs
         Where results go, checked before.
@@ -134,28 +213,27 @@ def run_job(mesh: HexMesh, options: Options, outputs: Outputs, progress: Progres
         If interrupted before there is anything to keep.
     """
     progress.say(f"trying {outputs.mesh}")
-    _rehearse(outputs.mesh, mesh)
+    _rehearse(outputs.mesh, work)
     progress.say("preparing")
-    run = Regularization(mesh, options)
-    stopped_by = _watch(run, outputs, progress)
+    run = work.start()
+    stopped_by = _watch(work, run, outputs, progress)
     if not run.history:
         raise stopped_by or KeyboardInterrupt
     with uninterrupted():
         progress.say(f"writing {outputs.mesh}")
         result = run.result()
-        better = mesh.replaced(points=result.points)
-        lost = _write_or_rescue(outputs.mesh, result.mesh)
+        lost = _write_or_rescue(outputs.mesh, work, result.mesh)
         if outputs.report is not None:
             write_text(outputs.report, result.report.to_json() + "\n")
-        if outputs.plot is not None:
-            progress.say(f"drawing {outputs.plot}")
-            histogram(outputs.plot, quality(mesh), quality(better))
-        if outputs.picture is not None:
-            progress.say(f"drawing {outputs.picture}")
-            before_after(outputs.picture, mesh, better)
-        if outputs.worst_picture is not None:
-            progress.say(f"drawing {outputs.worst_picture}")
-            worst_cells(outputs.worst_picture, mesh, better)
+        drawings = (
+            (outputs.plot, work.histogram),
+            (outputs.picture, work.picture),
+            (outputs.worst_picture, work.worst),
+        )
+        for path, draw in drawings:
+            if path is not None:
+                progress.say(f"drawing {path}")
+                draw(path, result)
     return Finished(result, lost, stopped_by)
 
 
@@ -174,7 +252,7 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     saving(Path(path), put)
 
 
-def _watch(run: Regularization, outputs: Outputs, progress: Progress) -> BaseException | None:
+def _watch(work: Work, run: Any, outputs: Outputs, progress: Progress) -> BaseException | None:
     """Run to the end; returns what ended it early."""
     with ExitStack() as stack:
         history = None if outputs.history is None else stack.enter_context(HistoryFile(outputs.history))
@@ -186,43 +264,32 @@ def _watch(run: Regularization, outputs: Outputs, progress: Progress) -> BaseExc
                     history.add(record)
                 if frames is not None and record.iteration % outputs.every == 0:
                     shown = record.iteration
-                    _add_frame(frames, run)
-                progress.show(record)
+                    frames.add(shown, work.frame(run))
+                progress.say(work.told(record))
             if frames is not None and run.history and shown != run.history[-1].iteration:
-                _add_frame(frames, run)
+                frames.add(run.history[-1].iteration, work.frame(run))
         except (KeyboardInterrupt, OSError, MemoryError) as problem:
             # What was reached is worth keeping, also when a disk is full.
             return problem
     return None
 
 
-def _add_frame(frames: Series, run: Regularization) -> None:
-    points = run.points
-    data = {"scaled_jacobian": corner_scaled_jacobian(points, run.mesh.cells)}
-    frames.add(run.history[-1].iteration, run.mesh.replaced(points=points, cell_data=data))
-
-
-def _write_or_rescue(path: str, mesh: HexMesh) -> list[str]:
+def _write_or_rescue(path: str, work: Work, mesh: Any) -> list[str]:
     """Write the mesh; if that fails after all, to the folder for temporary files, for the work not to be lost."""
     try:
-        return write(path, mesh)
+        return work.write(path, mesh)
     except WriteError as problem:
-        refuge = Path(tempfile.mkdtemp(prefix="hexconformal-")) / "rescued.vtu"
-        write(refuge, mesh)
+        refuge = Path(tempfile.mkdtemp(prefix="hexconformal-")) / work.rescue
+        work.write(refuge, mesh)
         raise WriteError(f"{problem}; the mesh was saved as {refuge}") from problem
 
 
-def _rehearse(path: str, mesh: HexMesh) -> None:
+def _rehearse(path: str, work: Work) -> None:
     """Write the input beside `path` and remove it: what a format cannot hold, or a disk, shows before the work."""
     place = Path(os.path.realpath(path))
-    zero = np.zeros(len(mesh.cells))
-    as_after = mesh.replaced(
-        point_data={"moved_by": np.zeros_like(mesh.points)},
-        cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero},
-    )
     with tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent) as folder:
         trial = Path(folder) / place.name
         try:
-            write(trial, as_after)
+            work.write(trial, work.rehearsed())
         except WriteError as problem:
             raise WriteError(str(problem).replace(str(trial), path)) from problem

@@ -14,6 +14,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from .limits import held_bound
 from .quality import corner_scaled_jacobian
 from .shaping import Emphasis, Shaping, projected_newton, rings
 
@@ -28,7 +29,7 @@ _ANGLE_STEPS, _STIFF_STEPS = 10, 3  # more of them cost more and win nothing tha
 _PATCH_STEPS, _PATCH_PASSES, _PATCH_ROUNDS = 4, 3, 40
 _MARGIN = 0.1  # cells this close to the worst scaled Jacobian are lifted with it
 _RINGS = 3  # of cells around them that move
-_GAIN = 1e-3  # of the worst scaled Jacobian; two rounds with less are a stall
+_GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round with less is a stall
 _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 
@@ -47,23 +48,28 @@ def lift(problem: Shaping, points: Field) -> Iterator[Step]:
 
 
 def lift_patches(problem: Shaping, points: Field) -> Iterator[Step]:
-    """Lift the patches around the worst cells only, until the worst cell of the mesh stalls."""
-    stalled, best = 0, float(corner_scaled_jacobian(points, problem.cells).min())
+    """Lift the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
+    enough = min(_GOOD, (1.0 - _GAIN) * held_bound(points, problem.cells, ~problem.free)[0])
+    quality = corner_scaled_jacobian(points, problem.cells)
     for _ in range(_PATCH_ROUNDS):
-        if stalled == 2 or best >= _GOOD:
+        worst = float(quality.min())
+        if worst >= enough:
             return
-        quality = corner_scaled_jacobian(points, problem.cells)
-        core = rings(problem.cells, len(points), quality < quality.min() + _MARGIN, _RINGS)
+        core = rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
         patch, nodes = problem.restricted(core, points)
         if not patch.free.any():
             return
-        local, energy = points[nodes], 0.0
+        local, energy = points[nodes], float("nan")
         for _ in range(_PATCH_PASSES):
             steps = list(islice(projected_newton(patch, local, _stiff(patch, local)), _PATCH_STEPS))
             local, energy = steps[-1] if steps else (local, energy)
-        points = points.copy()
-        points[nodes] = local
+        trial = points.copy()
+        trial[nodes] = local
+        quality = corner_scaled_jacobian(trial, problem.cells)
+        # A patch watches the surface around itself only.
+        if quality.min() < worst or not np.isfinite(problem.value(trial, Emphasis())):
+            return
+        points = trial
         yield "worst cells", points, energy
-        worst = float(corner_scaled_jacobian(points, problem.cells).min())
-        stalled = stalled + 1 if worst < best + _GAIN else 0
-        best = max(best, worst)
+        if quality.min() < worst + min(_GAIN, 0.1 * worst):
+            return

@@ -141,6 +141,7 @@ class Multigrid:
                 improve_candidates=None,
                 max_coarse=_COARSEST,
             )
+            self._coarse = linalg.inv(hierarchy.levels[-1].A.toarray())
         np.random.set_state(state)
         for level in hierarchy.levels[:-1]:
             diagonal = level.A.diagonal()
@@ -148,7 +149,6 @@ class Multigrid:
             radius = (np.asarray(abs(level.A).sum(axis=1)).ravel() / diagonal).max()
             relaxation = _DAMPING / radius / diagonal
             self._levels.append(_Level(_Sparse.of(level.A), relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
-        self._coarse = linalg.inv(hierarchy.levels[-1].A.toarray())
 
     def __call__(self, residual: Field) -> Field:
         """Apply the cycle to an (n, 3) field."""

@@ -37,6 +37,11 @@ class Options:
         they are noise, or the stair steps of a voxel mesh.
     surface
         Surface to slide on instead of the input's own: a path or a pyvista mesh, which may be finer.
+        Cells may lose quality on the way, but none folds; the report says if the bound is not reached. Refused if
+        its bounding box is not about that of the mesh.
+    conserve_volume
+        With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
+        at its end, by the least change of shape within `hausdorff`; the report says if that is not enough.
     fixed
         Nodes held besides: the name of a point array, or an (n,) mask, (n, 3) mask by component, or node ids.
     target
@@ -82,6 +87,7 @@ class Options:
     hausdorff: float = 0.005
     features: str = "auto"
     surface: Any = None
+    conserve_volume: bool = False
     target: Any = "auto"
     weight: str = "reference"
     energy: str = "barrier"
@@ -105,6 +111,8 @@ class Options:
             raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
         if self.surface is not None and (self.boundary != "slide" or self.energy != "barrier" or not self.hausdorff):
             raise OptionError("surface goes with boundary='slide', energy='barrier' and hausdorff > 0")
+        if self.conserve_volume and (self.boundary == "free" or self.surface is not None):
+            raise OptionError("conserve_volume goes with boundary='slide', and without another surface to slide on")
         if isinstance(self.target, str) and self.target == "auto" and self.energy == "quaternionic":
             object.__setattr__(self, "target", "cube")
         if self.lift and self.energy == "quaternionic":

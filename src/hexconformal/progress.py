@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import astuple, fields
 from typing import Any
@@ -70,10 +71,6 @@ class Progress:
 
             self._status.update(Text(text, no_wrap=True, overflow="ellipsis"))
 
-    def show(self, record: Record) -> None:
-        """Show an iteration."""
-        self.say(line(record))
-
 
 class _Compiling(event.Listener):  # type: ignore[misc]
     """Tells of machine code that is not on disk yet, so that the wait is understood."""
@@ -95,6 +92,8 @@ class HistoryFile:
     ----------
     path
         The file; one that is there is replaced.
+    rows
+        What it begins with, for a run that goes on: the header and older rows.
 
     Raises
     ------
@@ -109,14 +108,16 @@ class HistoryFile:
     0,input,24.0,1.0,0.0,0.5,0.75,0,0.125
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], rows: Sequence[Sequence[str]] = ()) -> None:
         self._path = path
         try:
             self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 (closed by __exit__)
         except OSError as problem:
             raise WriteError(f"cannot write {path}: {problem}") from problem
         self._rows = csv.writer(self._file, lineterminator="\n")
-        self._add([field.name for field in fields(Record)])
+        self._begun = bool(rows)
+        for row in rows:
+            self._add(row)
 
     def __enter__(self) -> HistoryFile:
         return self
@@ -124,8 +125,11 @@ class HistoryFile:
     def __exit__(self, *problem: Any) -> None:
         self._file.close()
 
-    def add(self, record: Record) -> None:
-        """Append an iteration."""
+    def add(self, record: Any) -> None:
+        """Append an iteration, a dataclass; the names of its fields are the header."""
+        if not self._begun:
+            self._add([field.name for field in fields(record)])
+            self._begun = True
         self._add(astuple(record))
 
     def _add(self, row: Any) -> None:

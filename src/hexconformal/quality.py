@@ -24,6 +24,7 @@ __all__ = [
     "corner_scaled_jacobian",
     "json_safe",
     "quality",
+    "statistics",
 ]
 
 Floats = NDArray[np.float64]
@@ -156,7 +157,7 @@ class Quality:
             inverted=int((self.scaled_jacobian <= 0).sum()),
             invalid=int((~self.valid).sum()),
             total_volume=float(self.volume.sum()),
-            **{name: _statistics(getattr(self, name)) for name in MEASURES},
+            **{name: statistics(getattr(self, name)) for name in MEASURES},
             worst=tuple(
                 WorstCell(int(i), float(self.scaled_jacobian[i]), (float(x), float(y), float(z)))
                 for i, (x, y, z) in zip(order, centres, strict=True)
@@ -238,7 +239,8 @@ def json_safe(value: Any) -> Any:
     return value if value is None or isinstance(value, (bool, int, str)) else str(value)
 
 
-def _statistics(values: Floats) -> Statistics:
+def statistics(values: Floats) -> Statistics:
+    """The distribution of a measure."""
     # Values of cells, not interpolated: exact, and infinite edge ratios do no harm.
     percentiles = np.percentile(values, PERCENTILES, method="inverted_cdf")
     return Statistics(

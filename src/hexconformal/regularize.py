@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from .boundary import boundary_of
 from .checks import require_sound
+from .closest import Surface
 from .errors import OptionError
 from .frame import Frame
-from .hausdorff import hausdorff
+from .hausdorff import distance_between, hausdorff
 from .limits import held_bound
 from .mesh import as_hex_mesh
 from .options import Options, Record
@@ -22,13 +23,18 @@ from .quality import corner_scaled_jacobian, quality
 from .report import Report
 from .stages import Stages
 from .step import Step
+from .target import STRETCHED, aspects
+from .volume import enclosed_volume, restored
 
 __all__ = ["Regularization", "Result", "regularize"]
 
 Field = NDArray[np.float64]
 
 _WORTH_TELLING = 0.95  # bounds of the smallest scaled Jacobian above this say little
+_MANY = 0.05  # share of stretched cells from which on it is told that they count as distorted
 _ROUNDING = 1e-12  # of a scaled Jacobian
+_LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
+_SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,16 @@ class Result:
     def converged(self) -> bool:
         """Whether the tolerance was reached."""
         return self.report.converged
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """Points in the user's frame, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
+
+    points: Field
+    reason: str
+    distance: float
+    notes: tuple[str, ...] = ()
 
 
 class Regularization:
@@ -113,14 +129,14 @@ class Regularization:
         for step in self._stages:
             record = self._record(step)
             self.history.append(record)
-            first = self.history[0]
-            if not self.options.lifts or _no_worse(record, first):
+            if self._acceptable(record):
                 self._points = step.points
             yield record
 
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
-        points, reason, distance = self._outcome()
+        outcome = self._outcome()
+        points = outcome.points
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
         shift = points - self.mesh.points
         moved = np.linalg.norm(shift, axis=1)
@@ -134,11 +150,11 @@ class Regularization:
             diagonal=self._frame.diagonal * self._frame.unit,
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
-            reason=reason,
+            reason=outcome.reason,
             converged=self._stages.converged,
             options=self.options.described(),
-            notes=self._all_notes(),
-            hausdorff=distance,
+            notes=self._all_notes() + outcome.notes,
+            hausdorff=outcome.distance,
         )
         better = self.mesh.replaced(
             points=points,
@@ -150,21 +166,61 @@ class Regularization:
         )
         return Result(better.restored(), points, report, tuple(self.history))
 
-    def _outcome(self) -> tuple[Field, str, float]:
-        """Points, why it stopped, and how far the boundary went; the input where no better mesh keeps the bound."""
+    def _acceptable(self, record: Record) -> bool:
+        """Whether this is no worse than the input; to come to another surface may cost quality, but no fold."""
+        first = self.history[0]
+        if self.options.surface is not None:
+            return record.inverted <= first.inverted
+        return not self.options.lifts or _no_worse(record, first)
+
+    def _outcome(self) -> _Outcome:
+        """What the run comes to; the input where no better mesh keeps what is promised."""
         frame, band, bound = self._frame, self._stages.boundary.band, self.options.hausdorff
-        reason = self._stages.reason
-        if self._points is frame.start:
-            unchanged = "; nothing better than the input was found" if len(self.history) > 1 else ""
-            return self.points, reason + unchanged, 0.0
-        if band is not None and band.reference is not None:
-            return self.points, reason, band.excess(self._points) * bound
-        # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
-        exact = band is None and self.options.boundary != "free"
-        distance = 0.0 if exact else hausdorff(self._points, frame.start, frame.quads) / frame.diagonal
+        points, reason = self._points, self._stages.reason
+        notes: list[str] = []
+        if points is not frame.start and self.options.conserve_volume:
+            points, notes = self._of_same_volume(points)
+            if not self._acceptable(self._record(Step("volume", points, np.nan))):
+                points, notes = frame.start, []
+        if points is frame.start and len(self.history) > 1:
+            reason += "; nothing better than the input was found"
+        distance = self._distance(points)
         if band is not None and distance > bound:
-            return np.array(self.mesh.points), f"the surface would move by {distance:.4g}: the input is returned", 0.0
-        return self.points, reason, distance
+            if band.reference is None:
+                reason = f"the surface would move by {distance:.4g}: the input is returned"
+                return _Outcome(np.array(self.mesh.points), reason, 0.0)
+            notes.append(
+                f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
+                f"{distance:.4g}: allow more than that, or take smaller cells where it bends"
+            )
+        return _Outcome(frame.to_user(points), reason, distance, tuple(notes))
+
+    def _distance(self, points: Field) -> float:
+        """How far the boundary is from where it was, or from the surface to slide on, in diagonals."""
+        frame, band = self._frame, self._stages.boundary.band
+        if band is not None and band.reference is not None:
+            return distance_between(Surface(points, frame.quads), band.reference) / frame.diagonal
+        # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
+        exact = points is frame.start or (band is None and self.options.boundary != "free")
+        return 0.0 if exact else hausdorff(points, frame.start, frame.quads) / frame.diagonal
+
+    def _of_same_volume(self, points: Field) -> tuple[Field, list[str]]:
+        """The points changed to enclose what the input does, as nearly as can be, and what that took."""
+        frame, problem = self._frame, self._stages.problem
+        volume, changed = (enclosed_volume(x, frame.quads) for x in (frame.start, points))
+        if problem is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
+            why, same = "the run was left before the cells were unfolded", points
+        else:
+            why, same = "hausdorff and the cells leave no room for more", restored(problem, points, frame.quads, volume)
+        left = enclosed_volume(same, frame.quads) / volume - 1.0
+        notes = []
+        if same is not points:
+            moved = np.linalg.norm(same - points, axis=1).max() / frame.diagonal
+            before = f"a change of {changed / volume - 1.0:+.1e}"
+            notes.append(f"volume: {before} was made up for by moving nodes, at most by {moved:.1e} diagonals")
+        if abs(left) > _SAME_VOLUME:
+            notes.append(f"the volume is not that of the input, but differs by {left:+.1e}: {why}")
+        return same, notes
 
     def _last_energy(self) -> float:
         """The energy at the end; NaN where another one was minimized by then."""
@@ -175,15 +231,24 @@ class Regularization:
     def _all_notes(self) -> tuple[str, ...]:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
-            boxes = self._frame.stretched
-            if boxes is not None:
-                keeping = int((boxes != 1.0).any(axis=1).sum())
-                notes.append(f"target auto: {keeping} cells are stretched in the input and keep their proportions")
+            notes += self._chosen_target()
         held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
         bound, cell = held_bound(self._frame.start, self._frame.cells, held)
         if bound < _WORTH_TELLING:
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {cell} is held")
         return tuple(notes)
+
+    def _chosen_target(self) -> list[str]:
+        """What target="auto" came to, if there was something to decide."""
+        boxes = self._frame.stretched
+        if boxes is not None:
+            keeping = int((boxes != 1.0).any(axis=1).sum())
+            return [f"target auto: {keeping} cells are stretched in the input and keep their proportions"]
+        stretched = aspects(self._frame.start, self._frame.cells) > STRETCHED[0]
+        if stretched.mean() < _MANY or not self._frame.valid.all():
+            return []
+        why = f"the {stretched.sum()} cells of aspect {STRETCHED[0]:g} or more are skewed, not bricks"
+        return [f"target auto: cubes, as {why}; target='input' would keep their shapes"]
 
     def _record(self, step: Step) -> Record:
         scaled_jacobian = corner_scaled_jacobian(step.points, self._frame.cells)
@@ -201,11 +266,13 @@ class Regularization:
 
 
 def _no_worse(record: Record, first: Record) -> bool:
-    """Whether fewer cells are inverted than in the input, or as many and neither minimum nor mean is lower."""
+    """Whether fewer cells are inverted than in the input, or as many and neither minimum nor mean is lower.
+
+    The minimum counts to six digits."""
     if record.inverted != first.inverted:
         return record.inverted < first.inverted
     return (
-        record.min_scaled_jacobian >= first.min_scaled_jacobian - _ROUNDING
+        record.min_scaled_jacobian >= first.min_scaled_jacobian - _LEVEL
         and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING
     )
 
@@ -224,8 +291,15 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     callback
         Called with the record of every iteration.
     **options
-        Fields of :class:`hexconformal.Options`: boundary, fixed, target, weight, energy, quadrature, method,
-        tolerance, max_iterations.
+        Fields of :class:`hexconformal.Options`, which tells more of each.
+
+        How the shape is kept: `boundary` ("slide", "fixed", "free"), `hausdorff` (how far a curved boundary may
+        move, in diagonals of the bounding box), `features` ("auto", "keep", "soft": sharp edges and corners),
+        `surface` (another one to slide on), `conserve_volume`, `fixed` (nodes to hold).
+
+        What is minimized: `target` (the perfect cell), `weight` ("reference", "volume"), `energy` ("barrier",
+        "quaternionic"), `quadrature` ("auto", "gauss", "corners"), `method` ("auto", "lbfgs", "newton",
+        "majorize"), `lift` (raise the worst cells), `tolerance`, `max_iterations`.
 
     Returns
     -------
@@ -236,7 +310,7 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     Raises
     ------
     MeshError
-        If the mesh cannot be worked on.
+        If the mesh cannot be worked on, or `surface` is not that of the mesh.
     ReadError
         If a file cannot be read.
     OptionError
@@ -244,10 +318,19 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
 
     Examples
     --------
-    >>> from hexconformal.generate import sheared_cube
+    >>> from hexconformal.generate import cylinder, jittered, sheared_cube
     >>> result = regularize(sheared_cube(6))
     >>> result.converged, bool(result.report.after.scaled_jacobian.min > 0.9999)
     (True, True)
+
+    A curved boundary slides, here within a thousandth of the diagonal, and encloses the volume that it did.
+
+    >>> report = regularize(jittered(*cylinder(4, 3, 6), 0.3), hausdorff=0.001, conserve_volume=True).report
+    >>> bool(report.hausdorff <= 0.001), bool(abs(report.volume_change) < 1e-10)
+    (True, True)
+    >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
+    ['boundary', 'conserve_volume', 'energy', 'features', 'fixed', 'hausdorff', 'lift', 'max_iterations', 'method',
+     'quadrature', 'surface', 'target', 'tolerance', 'weight']
     """
     known = {field.name for field in fields(Options)}
     unknown = sorted(set(options) - known)

@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path
 from types import TracebackType
 from typing import Any
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 from hexconformal.errors import OptionError, WriteError
@@ -28,11 +29,13 @@ class Series:
     ----------
     path
         The .pvd file.
+    until
+        Go on with the series that is there, keeping its frames up to this time.
 
     Raises
     ------
     WriteError
-        If the files cannot be written there.
+        If the files cannot be written there, or the series to go on with cannot be read.
 
     Examples
     --------
@@ -45,10 +48,10 @@ class Series:
     ['run_frames/run_0000.vtu', 'run_frames/run_0001.vtu']
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], until: float | None = None) -> None:
         self.path = Path(path)
         check_writable(self.path, extensions=(".pvd",))
-        self.frames: list[tuple[float, str]] = []
+        self.frames: list[tuple[float, str]] = [] if until is None else self._read_list(until)
 
     def __enter__(self) -> Series:
         return self
@@ -102,6 +105,14 @@ class Series:
         for path in first.parent.iterdir():
             if path != first and pattern.fullmatch(path.name):
                 path.unlink(missing_ok=True)
+
+    def _read_list(self, until: float) -> list[tuple[float, str]]:
+        try:
+            found = ElementTree.parse(self.path).iter("DataSet")
+            frames = [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in found]
+        except (OSError, ElementTree.ParseError, KeyError, ValueError) as problem:
+            raise WriteError(f"cannot go on with the series {self.path}: {problem}") from problem
+        return [frame for frame in frames if frame[0] <= until]
 
     def _write_list(self, target: Path) -> None:
         rows = [f'    <DataSet timestep="{time!r}" file={quoteattr(name)}/>' for time, name in self.frames]

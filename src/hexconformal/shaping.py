@@ -40,6 +40,7 @@ def _corner_table() -> Ints:
 
 
 _TABLE = _corner_table()
+_NOTHING = np.empty((0, 3)), np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
 
 
 @dataclass(frozen=True)
@@ -104,15 +105,15 @@ class Shaping:
 
     @cached_property
     def _matrix(self) -> BlockMatrix:
-        return BlockMatrix.of_cells(self.cells, len(self.projectors))
+        return BlockMatrix.of_cells(self.cells, self.free)
 
     @cached_property
     def _places(self) -> Ints:
-        return cell_places(self.cells, self._matrix.indptr, self._matrix.indices)
+        return cell_places(self.cells, self.free, self._matrix)
 
     def value(self, points: Field, emphasis: Emphasis) -> float:
         """Energy at the points; infinite where a corner is folded, too bad, or too far from the surface."""
-        total = self._sums(points, emphasis, 0, np.empty((0, 3)))
+        total = self._sums(points, emphasis, None)
         if self.surface is not None and np.isfinite(total):
             total += self.surface.value(points)
         return total
@@ -121,12 +122,13 @@ class Shaping:
         """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
         gradient, matrix = np.zeros_like(points), self._matrix
         matrix.data[:] = 0.0
-        total = self._sums(points, emphasis, 2, gradient)
+        total = self._sums(points, emphasis, gradient)
         if self.surface is not None:
             total += self.surface.add(points, gradient, matrix)
         return total, gradient, matrix
 
-    def _sums(self, points: Field, emphasis: Emphasis, order: int, gradient: Field) -> float:
+    def _sums(self, points: Field, emphasis: Emphasis, gradient: Field | None) -> float:
+        derivatives = gradient is not None
         return float(
             corner_sums(
                 points,
@@ -137,10 +139,10 @@ class Shaping:
                 emphasis.shape,
                 emphasis.angle,
                 emphasis.stiffness,
-                order,
-                gradient,
-                self._matrix.data,
-                self._places,
+                derivatives,
+                gradient if derivatives else _NOTHING[0],
+                self._matrix.data if derivatives else _NOTHING[1],
+                self._places if derivatives else _NOTHING[2],
             )
         )
 
@@ -150,7 +152,7 @@ class Shaping:
         parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
         return Measures(*columns)
 
-    @property
+    @cached_property
     def free(self) -> Mask:
         """(n,) nodes that can move at all."""
         return np.asarray(self.projectors.any(axis=(1, 2)))

@@ -49,11 +49,14 @@ class Stages:
         How the boundary is kept; decided anew where cells cannot be unfolded.
     notes
         What the user should know about the outcome.
+    problem
+        The corner energy of all cells that are not folded, once there is one; None before, and where none is needed.
     """
 
     def __init__(self, frame: Frame, boundary: Boundary, options: Options) -> None:
         self.reason, self.converged = "interrupted", False
         self.notes: list[str] = []
+        self.problem: Shaping | None = None
         self._frame, self.boundary, self._options = frame, boundary, options
 
     def __iter__(self) -> Iterator[Step]:
@@ -76,6 +79,7 @@ class Stages:
             shaping, points, bad = yield from self._untangle(shaping)
         if bad.any():
             shaping = self._without(shaping, bad)
+        self.problem = shaping
         if bad.any() or self.boundary.band is not None:
             for points, energy in self._shape(shaping, points):
                 yield Step("shape", points, energy)

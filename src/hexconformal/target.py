@@ -12,12 +12,12 @@ from .errors import MeshError, OptionError, first_ids
 from .quality import corner_scaled_jacobian
 from .sizes import edge_lengths
 
-__all__ = ["cell_frames", "inverse_targets", "stretched_boxes"]
+__all__ = ["STRETCHED", "aspects", "cell_frames", "inverse_targets", "stretched_boxes"]
 
 Field = NDArray[np.float64]
 
 _BRICK = 0.8  # scaled Jacobian from which a stretched cell is a brick
-_STRETCHED = (2.0, 5.0)  # aspect ratios between which a cell passes from a cube to its own box
+STRETCHED = (2.0, 5.0)  # aspect ratios between which a cell passes from a cube to its own box
 
 
 def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gauss") -> Field:
@@ -33,10 +33,8 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
     Parameters
     ----------
     target
-        "auto": cubes, but a box of its own mean edge lengths for a valid cell that is clearly stretched, as in
-        boundary layers; "cube"; "a:b:c" or three positive numbers, the edge lengths of a box; (m, 3) edge
-        lengths of a box for every cell; "input" for the cells' own shapes; or (n, 3) points of a reference mesh with
-        the same cells.
+        "cube"; "a:b:c" or three positive numbers, the edge lengths of a box; (m, 3) edge lengths of a box for
+        every cell; "input" for the cells' own shapes; or (n, 3) points of a reference mesh with the same cells.
     points, cells
         The mesh.
     quadrature
@@ -51,7 +49,7 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
     OptionError
         If the target is none of these.
     MeshError
-        If a reference cell is inverted or flat.
+        If a reference cell is inverted or flat, or has coordinates that are not finite.
 
     Examples
     --------
@@ -61,16 +59,16 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
     if isinstance(target, str):
         if target == "cube":
             return None
-        if target == "auto":
-            boxes = stretched_boxes(points, cells)
-            return None if boxes is None else _boxes(boxes)
         if target == "input":
             return _inverted(points, cells, quadrature)
         try:
             target = [float(part) for part in target.split(":")]
         except ValueError:
             raise OptionError(f"target is 'auto', 'cube', 'input' or 'a:b:c', not {target!r}") from None
-    values = np.asarray(target, dtype=np.float64)
+    try:
+        values = np.asarray(target, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise OptionError(f"a target is a name, edge lengths, or points, not {target!r}") from None
     if values.shape == (3,):
         if not (np.isfinite(values).all() and (values > 0).all()):
             raise OptionError(f"a box target has three positive edge lengths, not {values.tolist()}")
@@ -85,11 +83,30 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
 
 
 def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str) -> Field:
+    if not np.isfinite(points[cells]).all():
+        raise MeshError("target shapes need a valid reference mesh; this one has NaN or infinite coordinates")
     frames = cell_frames(points, cells, quadrature)
     bad = np.flatnonzero((np.linalg.det(frames) <= 0).any(axis=1))
     if len(bad):
         raise MeshError(f"target shapes need a valid reference mesh; its inverted or flat cells: {first_ids(bad)}")
     return np.linalg.inv(frames).astype(np.float64, copy=False)
+
+
+def aspects(points: Field, cells: NDArray[np.int64]) -> Field:
+    """Aspect (m,) of every cell: its longest over its shortest mean edge, of the three directions.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> aspects(*box((1, 1, 1), (1.0, 2.0, 3.0)))
+    array([3.])
+    """
+    lengths = _mean_lengths(points, cells)
+    return np.asarray(lengths.max(axis=1) / lengths.min(axis=1))
+
+
+def _mean_lengths(points: Field, cells: NDArray[np.int64]) -> Field:
+    return np.maximum(edge_lengths(points, cells).reshape(-1, 3, 4).mean(axis=2), 1e-300)
 
 
 def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
@@ -103,9 +120,9 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
     -------
     (m, 3) edge lengths whose geometric mean is one.
     """
-    lengths = np.maximum(edge_lengths(points, cells).reshape(-1, 3, 4).mean(axis=2), 1e-300)
+    lengths = _mean_lengths(points, cells)
     aspect = lengths.max(axis=1) / lengths.min(axis=1)
-    low, high = _STRETCHED
+    low, high = STRETCHED
     degree = np.clip(np.log(aspect / low) / np.log(high / low), 0.0, 1.0)
     if not degree.any():
         return None

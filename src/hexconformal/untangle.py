@@ -28,7 +28,7 @@ Mask = NDArray[np.bool_]
 Step = tuple[str, Field, float]
 
 _MANY = 0.05  # share of folded cells from which the whole mesh is unfolded first
-_WHOLE_STEPS, _PATCH_STEPS = 15, 40
+_WHOLE_STEPS, _PATCH_STEPS = 15, 120
 _ROUNDS = 6  # of patches, each a ring of cells larger than before
 _FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
 _STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
@@ -51,7 +51,8 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
         yield "harmonic start", points, float("nan")
         for points, energy in _unfold(problem, points, 1.0, _WHOLE_STEPS):
             yield "untangle", points, energy
-    for width in range(1, _ROUNDS + 1):
+    # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
+    for width in range(_ROUNDS):
         before = _amount(problem, points)
         if before[0] == 0 or stalled == patience:
             return

@@ -1,4 +1,4 @@
-"""Surface meshes: quaternionic remeshing of triangles and quadrilaterals.
+"""Surface meshes: quaternionic remeshing of triangles and quadrilaterals, at rest and along curvature flows.
 
 One call::
 
@@ -6,8 +6,13 @@ One call::
 
     result = surface.remesh("statue.ply")
     print(result.report)
+
+    flow = surface.Willmore("cube.ply", conserve=("area", "volume"))
+    for moment in surface.evolve(flow, steps=200, remesh=True):
+        print(moment.record.energy)
 """
 
+from .flow import Evolution, Flow, Helfrich, MeanCurvature, Moment, PWillmore, Stepping, Willmore, evolve
 from .io import read, write
 from .mesh import SurfaceMesh, as_surface_mesh
 from .options import Options, Record
@@ -16,14 +21,23 @@ from .remesh import Remeshing, Result, remesh, remeshing
 from .report import Report
 
 __all__ = [
+    "Evolution",
+    "Flow",
+    "Helfrich",
+    "MeanCurvature",
+    "Moment",
     "Options",
+    "PWillmore",
     "Quality",
     "Record",
     "Remeshing",
     "Report",
     "Result",
+    "Stepping",
     "SurfaceMesh",
+    "Willmore",
     "as_surface_mesh",
+    "evolve",
     "quality",
     "read",
     "remesh",

@@ -1,4 +1,4 @@
-"""Majorize-minimize on a surface: the loop, free of files and reports, in units of the mean edge length."""
+"""Descent on a surface: the loop, free of files and reports, in units of the mean edge length."""
 
 from __future__ import annotations
 
@@ -10,21 +10,42 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from .energy import Barrier, Distortion, Frames, corner_frames
+from .energy import Barrier, Distortion
 from .features import CORNER, SMOOTH, Features, edge_table, holding
-from .geometry import Cells, Floats, nodal_areas, nodal_vectors, transport_vectors, unit_vectors
-from .guard import Shape, turned_frames
-from .step import solve_constrained
+from .geometry import (
+    Cells,
+    Floats,
+    Ints,
+    area_gradient,
+    cell_areas,
+    nodal_areas,
+    nodal_vectors,
+    transport_vectors,
+    unit_vectors,
+)
+from .guard import Shape
+from .step import Linear
 from .target import Target
 
-__all__ = ["Iterate", "Surface", "majorize"]
+__all__ = ["Iterate", "Outcome", "Surface", "descend"]
 
 _LONGEST = 0.5  # step of a node, in lengths of its edges
-_REFUSALS = 6  # in a row that end the run
-_RELEASE = 4  # iterations after which nodes that were held may try again
-_TRIES = 18
-_LOCAL = 12  # tries that shorten steps where the trouble is, before nodes are stopped
-_GROWTH = 2.0  # of a frame's density that counts as trouble
+_TRIES = 16
+_FEW = 30  # nodes
+_BLAMES = 4  # times that cells are blamed for a rise of the energy, before everybody is
+_SHORTER = 0.25  # factor of the step of nodes in trouble
+_HELD = 0.1  # share of its step below which a node stays
+_CAP = 10.0  # of the density at first; it is raised whenever the decrease is below the next
+_SETTLED = 0.05
+_WIDE = 100.0
+_GROWTH = 2.0  # of a cell's density in one step
+_STALL = 5  # iterations in a row that gain little
+_AREA = 0.008  # relative change of the area
+_SLACK = 1e-4  # beyond that range
+_USUAL = 10.0  # times the median
+_KNOWN = 0.3  # length of a sum of normals that says something
+_SHARPEST = 2.0  # curvature that counts, per mean edge length
+_LOOSE, _TIGHT = 0.03, 1e-8  # of the linear systems: with nodes put back onto the surface, and without
 
 
 @dataclass(frozen=True)
@@ -38,6 +59,14 @@ class Iterate:
     held: int
 
 
+@dataclass
+class Outcome:
+    """Why the descent ended."""
+
+    reason: str = "interrupted"
+    converged: bool = False
+
+
 @dataclass(eq=False)
 class Surface:
     """What the loop works on.
@@ -47,7 +76,7 @@ class Surface:
     start, cells, features
         The input.
     energy
-        What is lowered; a quaternionic one has its metric of its own choice.
+        What is lowered.
     eps
         Relaxation of the constraint, in squares of the mean edge length.
     normal
@@ -66,175 +95,274 @@ class Surface:
 
     def __post_init__(self) -> None:
         count = len(self.start)
-        self.frames: Frames = self.energy.frames
-        if not isinstance(self.energy, Barrier):
-            shapes = (np.zeros((len(self.cells.triangles), 3, 2)), np.zeros((len(self.cells.quads), 4, 2)))
-            shapes[0][:, 1, 0] = shapes[0][:, 2, 1] = 1.0
-            shapes[1][:] = [[0, 0], [1, 0], [1, 1], [0, 1]]
-            self.frames = corner_frames(self.cells, shapes)
-        self._edges = self.cells.edges()
-        self._degree = np.maximum(np.bincount(self._edges.ravel(), minlength=count), 1)
+        self.edges = self.cells.edges()
+        self._degree = np.maximum(np.bincount(self.edges.ravel(), minlength=count), 1)
         self.moving = self.features.kind != CORNER
         self._smooth = self.features.kind == SMOOTH
         self._pieces = _closed_pieces(self.cells, count)
-        self._volumes = self._piece_volumes(self.start)
+        self._volumes = self._piece_volumes(self.start, nodal_vectors(self.start, self.cells))
+        self.area = float(cell_areas(self.start, self.cells).sum())
+        self.shape = Shape(self.start, self.cells)
+        self.precision = _TIGHT if self.bound is None else _LOOSE
         self.target = None if self.bound is None else Target(self.start, self.cells, self.features)
-        self.shape = None if self.bound is None else Shape(self.start, self.cells)
-        # An input may touch itself: what is wrong from the start is nobody's fault.
-        self._tolerated = np.zeros(len(self.cells), dtype=bool)
-        if self.shape is not None and self.bound is not None:
-            self._tolerated = self.shape.offenders(self.start, self.bound)
 
     def edge_lengths(self, points: Floats) -> Floats:
         """(n,) mean length of the edges at each node."""
-        lengths = np.linalg.norm(points[self._edges[:, 1]] - points[self._edges[:, 0]], axis=1)
-        return np.bincount(self._edges.ravel(), np.repeat(lengths, 2), len(points)) / self._degree
+        lengths = np.linalg.norm(points[self.edges[:, 1]] - points[self.edges[:, 0]], axis=1)
+        return np.bincount(self.edges.ravel(), np.repeat(lengths, 2), len(points)) / self._degree
 
-    def stiffness(self, points: Floats) -> Floats:
-        """(n,) lumped mass over eps, in the unit of the energy's second derivative."""
-        return nodal_areas(points, self.cells) / self.eps
+    def retracted(self, base: Floats, step: Floats) -> tuple[Floats, Floats, Ints | None]:
+        """A step from points on the input, back onto it; then the surface with its old volume and area.
 
-    def retracted(self, points: Floats, still: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.int64] | None]:
-        """Back onto the input, every closed piece with its old volume; nodes that are still stay exactly."""
+        Returns
+        -------
+        (n, 3) points, a little off the input, those on it, and where they are there.
+        """
         if self.target is None:
-            return points, None
-        result, places = self.target.project(points)
-        result[still], places[still] = points[still], self.target.places[still]
+            return base + step, base + step, None
+        still = ~step.any(axis=1)
+        moved, places, _ = self.target.project(base + step)
+        # Where the input is rough a projection may not stay where it is: no step has to mean no change.
+        moved += base - self.target.project(base)[0]
+        moved[still], places[still] = base[still], self.target.places[still]
+        result = moved
         for _ in range(2):
-            result = self._with_volume(result, self._smooth & ~still)
-        return result, places
+            result = self._with_volume(self._with_area(result))
+        return result, moved, places
 
-    def _with_volume(self, points: Floats, movable: NDArray[np.bool_]) -> Floats:
+    def _with_volume(self, points: Floats) -> Floats:
+        """Every closed piece shifted along its normals until it encloses its old volume."""
         vectors = nodal_vectors(points, self.cells)
-        areas = np.linalg.norm(vectors, axis=1) * movable
-        count = len(self._volumes)
+        areas = np.linalg.norm(vectors, axis=1) * self._smooth
         inside = self._pieces >= 0
-        total = np.bincount(self._pieces[inside], areas[inside], count)
-        missing = self._volumes - self._piece_volumes(points)
+        total = np.bincount(self._pieces[inside], areas[inside], len(self._volumes))
+        missing = self._volumes - self._piece_volumes(points, vectors)
         offset = np.where(total > 0, missing / np.where(total > 0, total, 1.0), 0.0)
         shift = np.zeros(len(points))
         shift[inside] = offset[self._pieces[inside]]
-        return np.asarray(points + (shift * movable)[:, None] * unit_vectors(vectors))
+        return np.asarray(points + (shift * self._smooth)[:, None] * unit_vectors(vectors))
 
-    def _piece_volumes(self, points: Floats) -> Floats:
+    def _with_area(self, points: Floats) -> Floats:
+        """What is cut off where the surface is curved, given back there: shifted in proportion to the curvature."""
+        excess = self.area_excess(points)
+        if excess == 0.0:
+            return points
+        bend, pull, upward = self._bending(points)
+        rate = float((bend * pull).sum())
+        if not rate > 0:
+            return points
+        return np.asarray(points - (excess * self.area / rate) * bend[:, None] * upward)
+
+    def _bending(self, points: Floats) -> tuple[Floats, Floats, Floats]:
+        """Curvature at the nodes less its mean, the derivative of the area along the normals, and these."""
+        vectors = nodal_vectors(points, self.cells)
+        upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1) * self._smooth
+        pull = (area_gradient(points, self.cells) * upward).sum(axis=1) * self._smooth
+        bend = np.clip(pull / np.maximum(areas, 1e-3), -_SHARPEST, _SHARPEST) * self._smooth
+        mean = float((bend * areas).sum()) / max(float(areas.sum()), 1e-300)
+        return (bend - mean) * self._smooth, pull, upward
+
+    def _piece_volumes(self, points: Floats, vectors: Floats) -> Floats:
         inside = self._pieces >= 0
-        moments = (points * nodal_vectors(points, self.cells)).sum(axis=1) / 3
+        moments = (points * vectors).sum(axis=1) / 3
         count = int(self._pieces.max(initial=-1)) + 1
         return np.bincount(self._pieces[inside], moments[inside], count).astype(np.float64)
+
+    def slope(self, points: Floats) -> Floats:
+        """(n, 3) derivative of the energy of the surface that has got its volume and area back."""
+        gradient = self.energy.gradient(points)
+        size = np.linalg.norm(gradient, axis=1)
+        # A few bad cells must not move all others through volume and area.
+        usual = gradient * np.minimum(1.0, _USUAL * np.median(size) / np.maximum(size, 1e-300))[:, None]
+        change = float(cell_areas(points, self.cells).sum()) / self.area - 1
+        if abs(change) > 0.98 * _AREA:
+            bend, pull, upward = self._bending(points)
+            force = float((bend[:, None] * upward * usual).sum()) / max(float((bend * pull).sum()), 1e-300)
+            # Only a multiplier of the right sign: the energy would have the area leave its range.
+            if force * change < 0:
+                by_area = force * area_gradient(points, self.cells)
+                gradient, usual = gradient - by_area, usual - by_area
+        vectors = nodal_vectors(points, self.cells)
+        upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1)
+        whole = self._pieces >= 0
+        inside = whole & self._smooth
+        piece, count = self._pieces[inside], len(self._volumes)
+        total = np.maximum(np.bincount(piece, areas[inside], count), 1e-300)
+        pressure = np.bincount(piece, (upward * usual).sum(axis=1)[inside], count) / total
+        gradient[whole] -= pressure[self._pieces[whole], None] * vectors[whole]
+        return gradient
+
+    def area_excess(self, points: Floats) -> float:
+        """How far the area is out of its range, relatively; negative where it is too small, 0 within."""
+        if self.bound is None:
+            return 0.0
+        change = float(cell_areas(points, self.cells).sum()) / self.area - 1
+        return change - float(np.clip(change, -_AREA, _AREA))
+
+    def in_trouble(self, y: Floats, before: Floats, after: Floats, s: Floats) -> NDArray[np.bool_]:
+        """(n,) nodes of cells that a step to y spoils, turns over, or takes away from the input.
+
+        Energies of the cells are given, and the share s of its step that each node goes.
+        """
+        still = np.concatenate([(s[table] == 0).all(axis=1) for table in (self.cells.triangles, self.cells.quads)])
+        mask = self.nodes_of(~(after <= _GROWTH * before + before.mean())) & (s > 0)
+        if self.bound is None or mask.any():
+            return mask
+        bad = self.shape.strays(y, self.bound, still)
+        t = len(self.cells.triangles)
+        mask[self.cells.triangles[bad[:t]]] = True
+        mask[self.cells.quads[bad[t:]]] = True
+        return mask
+
+    def nodes_of(self, frames: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(n,) nodes of some frames."""
+        mask = np.zeros(len(self.start), dtype=bool)
+        mask[self.energy.frames.nodes[frames]] = True
+        return mask
+
+    def frame_normals(self, points: Floats, normals: Floats | None) -> Floats:
+        """(f, 3) unit normal each frame is measured against: the mean of the surface's at its smooth nodes."""
+        frames = self.energy.frames
+        f1, f2 = (np.stack(f, axis=1) for f in frames.derivatives(points))
+        own = unit_vectors(np.cross(f1, f2))
+        if normals is None:
+            return own
+        mean = (unit_vectors(normals) * self._smooth[:, None])[frames.nodes].sum(axis=1)
+        known = np.linalg.norm(mean, axis=1) > _KNOWN
+        return np.where(known[:, None], unit_vectors(mean), own)
 
     def around(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) the nodes and all that share an edge with one of them."""
         result = nodes.copy()
-        result[self._edges[nodes[self._edges].any(axis=1)]] = True
+        result[self.edges[nodes[self.edges].any(axis=1)]] = True
         return result
 
-    def offending_nodes(self, points: Floats) -> NDArray[np.bool_]:
-        """(n,) nodes of cells that stray from the input's shape."""
-        mask = np.zeros(len(points), dtype=bool)
-        if self.shape is not None and self.bound is not None:
-            cells = self.shape.offenders(points, self.bound) & ~self._tolerated
-            t = len(self.cells.triangles)
-            mask[self.cells.triangles[cells[:t]]] = True
-            mask[self.cells.quads[cells[t:]]] = True
-        return mask
 
+def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[Iterate]:
+    """Lower the energy until a step would gain less than `tolerance` of it; yields every accepted surface.
 
-def majorize(surface: Surface, tolerance: float) -> Iterator[Iterate]:
-    """Lower the energy until an iteration gains less than `tolerance` of it; yields every accepted surface.
-
-    Each iteration solves the constrained problem of :mod:`surface.step`, puts the nodes back, and shortens the step
-    of those nodes whose cells turn over, are spoiled, or leave the input; the energy never rises.
+    Newton steps along the surface, put back onto it. A node goes as far as the cells around it allow: each has a
+    share of its step, which shrinks where a cell would be spoiled, turn over, or leave the input, and recovers.
+    The barrier is measured against the normals of the input, which are taken anew in every iteration; within one
+    the energy falls.
     """
-    energy, x = surface.energy, surface.start
-    value = energy.value(x)
-    damping = 1.0
-    rest = np.zeros(len(x), dtype=bool)
-    refused = rounds = 0
-    yield Iterate(x, value, 0.0, 0.0, 0)
-    while value > 0:
-        v = _direction(surface, x, damping, rest)
-        lengths = surface.edge_lengths(x)
-        size = np.linalg.norm(v, axis=1)
-        s = np.minimum(1.0, _LONGEST * lengths / np.maximum(size, 1e-300))
-        predicted = -float((energy.gradient(x) * v).sum())
-        if predicted <= tolerance * value or size.max() <= 1e-9:
+    energy, target = surface.energy, surface.target
+    x = base = surface.start
+    share = np.ones(len(x))
+    damping, cap, slow = 1.0, _CAP, 0
+    decrease = step = 0.0
+    held = 0
+    while True:
+        normals = None if target is None else target.project(base)[2]
+        if isinstance(energy, Barrier):
+            energy.damping, energy.normals = damping, surface.frame_normals(x, normals)
+            energy.cap = cap
+            energy.settle(x)
+        value = energy.value(x)
+        yield Iterate(x, value, decrease, step, held)
+        gradient, linear = _system(surface, x, normals)
+        v = linear.solve(-gradient, surface.precision)
+        if not -(gradient * v).sum() > tolerance * value:
+            outcome.reason, outcome.converged = "no step lowers the energy further", True
             return
-        found, blamed = _search(surface, x, value, v, s)
+        found = _search(surface, x, base, linear, -gradient, v, share)
+        cautious = False
+        while found is None and damping < 64.0 and isinstance(energy, Barrier):
+            damping = energy.damping = 8 * damping
+            gradient, linear = _system(surface, x, normals)
+            v = linear.solve(-gradient, surface.precision)
+            found = _search(surface, x, base, linear, -gradient, v, np.ones(len(x)))
+            cautious = True
         if found is None:
-            refused += 1
-            if refused > _REFUSALS:
-                return
-            if blamed.any():
-                # Who cannot go is held, and the others find their way around.
-                for _ in range(refused - 1):
-                    blamed = surface.around(blamed)
-                rest |= blamed
-            else:
-                damping *= 4
-            continue
-        y, places, new, failures = found
-        decrease = (value - new) / value
-        step = float(np.linalg.norm(y - x, axis=1).max())
-        damping = min(damping * 2, 16.0) if failures else max(damping / 2, 1 / 8)
-        x, value, refused = y, new, 0
-        if surface.target is not None and places is not None:
-            surface.target.places = places
-        yield Iterate(x, value, decrease, step, int(rest.sum()))
-        rounds += 1
-        if decrease < tolerance:
+            outcome.reason = "every step that lowers the energy spoils a cell or the shape"
             return
-        if rounds % _RELEASE == 0:
-            rest[:] = False
+        x_before = x
+        x, base, places, new, s, failures = found
+        decrease = (value - new) / value
+        step = float(np.linalg.norm(x - x_before, axis=1).max())
+        held = int((s[surface.moving] == 0).sum())
+        damping = min(damping * 2, 16.0) if failures else max(damping * (0.9 if cautious else 0.5), 1 / 8)
+        share = np.minimum(1.0, np.maximum(s / s.max(), _HELD / 2) / _SHORTER)
+        if decrease < _SETTLED:
+            cap = min(2 * cap, _WIDE)
+        surface.shape.accept()
+        if target is not None and places is not None:
+            target.places = places
+        slow = slow + 1 if decrease < tolerance and cap == _WIDE else 0
+        if slow == _STALL:
+            outcome.reason, outcome.converged = "iterations hardly lower the energy any more", True
+            if held:
+                outcome.reason += f"; {held} nodes are held at the limits of the shape"
+            return
 
 
-def _direction(surface: Surface, x: Floats, damping: float, rest: NDArray[np.bool_]) -> Floats:
+def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats, Linear]:
+    """The derivative of the energy, and the linear system of a Newton step along the surface."""
     energy = surface.energy
-    if isinstance(energy, Barrier):
-        energy.damping = damping
-    gradient, hessian = energy.gradient(x), energy.hessian(x)
-    stiffness = surface.stiffness(x)
-    v = np.zeros_like(x)
-    for _ in range(1 if surface.normal == "linear" else 4):
+    hessian = energy.hessian(x)
+    if normals is not None:
+        # Nodes are put back onto the surface: the limit eps = 0, and the normal is that of where they are.
+        return surface.slope(x), Linear(hessian, holding(normals, x, surface.features), None, surface.moving)
+    stiffness = nodal_areas(x, surface.cells) / surface.eps
+    gradient = energy.gradient(x)
+    vectors = nodal_vectors(x, surface.cells)
+    linear = Linear(hessian, holding(vectors, x, surface.features), stiffness, surface.moving)
+    for _ in range(0 if surface.normal == "linear" else 3):
+        v = linear.solve(-gradient, surface.precision)
         vectors = transport_vectors(x, x + v, surface.cells, surface.normal)
-        held = holding(vectors, x, surface.features)
-        held[rest] = np.eye(3)
-        v = solve_constrained(hessian, -gradient, held, stiffness)
-    v[~surface.moving | rest] = 0.0
-    return v
+        linear = Linear(hessian, holding(vectors, x, surface.features), stiffness, surface.moving)
+    return gradient, linear
 
 
-def _search(surface: Surface, x: Floats, value: float, v: Floats, s: Floats):  # type: ignore[no-untyped-def]
-    """Shorten steps until the surface is acceptable: where the trouble is, and everywhere if there is none to blame."""
-    energy, frames = surface.energy, surface.frames
+def _search(  # type: ignore[no-untyped-def]
+    surface: Surface, x: Floats, base: Floats, linear: Linear, force: Floats, v: Floats, share: Floats
+):
+    """Shorten or hold the steps of nodes whose cells are in trouble; where the energy does not fall, all of them."""
+    energy = surface.energy
     before = energy.densities(x)
-    nobody = np.zeros(len(x), dtype=bool)
-    size = np.abs(v).max(axis=1)
-    failures = blamed = 0
+    value = float(before.sum())
+    longest = _LONGEST * surface.edge_lengths(x)
+    free = share > _HELD
+    failures, shortened = 0, not free.all()
+    if shortened:
+        v = linear.solve(force, surface.precision, free)
+    s = np.minimum(share, longest / np.maximum(np.linalg.norm(v, axis=1), 1e-300)) * free
+    counts: list[int] = []
     for tries in range(_TRIES):
-        factor = 0.5 if tries < _LOCAL else 0.0
-        y, places = surface.retracted(x + s[:, None] * v, (s == 0) | (size == 0))
-        turned = turned_frames(frames, x, y, surface.cells)
-        if turned.any():
-            s[frames.nodes[turned]] *= factor
-            continue
+        y, moved, places = surface.retracted(base, s[:, None] * v)
         after = energy.densities(y)
-        new = float(after.sum())
-        if not new < value:
-            failures += 1
-            worse = after > _GROWTH * before + 0.05 * value / len(before)
-            if worse.any() and tries < _LOCAL:
-                s[energy.frames.nodes[worse]] *= 0.5
-            else:
+        trouble = surface.in_trouble(y, before, after, s)
+        if trouble.any():
+            counts.append(int(trouble.sum()))
+            if len(counts) > 3 and counts[-1] > 2 * counts[0] > 2 * _FEW:
+                return None  # what is held brings the next into trouble: the step is too long for all
+            # Who is held already is not to blame: the neighbours are in the way, or else everybody.
+            blamed = (trouble | surface.around(trouble & (s == 0))) & (s > 0)
+            shortened = True
+            s[blamed] *= _SHORTER if tries < 2 else 0.0
+            if not blamed.any():
+                failures += 1
                 s *= 0.5
             continue
-        offending = surface.offending_nodes(y)
-        if not offending.any():
-            return (y, places, new, failures), nobody
-        blamed += 1
-        if blamed > 2 or not s[offending].any():
-            return None, offending
-        s[offending] *= 0.25
-    return None, nobody
+        new = float(after.sum())
+        if new < value and abs(surface.area_excess(y)) <= _SLACK:
+            return y, moved, places, new, s, failures
+        if shortened and (s < _HELD).any():
+            # Steps of unequal length need not descend: those of the others follow from who is held.
+            shortened = False
+            free = s >= _HELD
+            v = linear.solve(force, surface.precision, free)
+            s = np.minimum(s, longest / np.maximum(np.linalg.norm(v, axis=1), 1e-300)) * free
+            continue
+        failures += 1
+        rise = after - before
+        if failures <= _BLAMES and not new < value:
+            # Mostly a few cells raise it, where the surface is too rough to follow.
+            s[surface.nodes_of(rise > 0.3 * rise.max())] *= 0.0 if failures > 1 else _SHORTER
+            shortened = True
+        else:
+            s *= 0.5
+    return None
 
 
 def _closed_pieces(cells: Cells, count: int) -> NDArray[np.int64]:

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from hexconformal.errors import OptionError, first_ids
 
-from .geometry import Cells, Floats, Ints, area_vectors, cell_angles, nodal_vectors, unit_vectors
+from .geometry import Cells, Floats, Ints, area_vectors, nodal_vectors, slivers, unit_vectors
 
 __all__ = ["CORNER", "CURVE", "SMOOTH", "EdgeTable", "Features", "curve_tangents", "detect_features"]
 __all__ += ["edge_table", "held_directions", "holding"]
@@ -151,17 +151,11 @@ def _creased(points: Floats, cells: Cells, table: EdgeTable, angle: float) -> ND
     np.add.at(around, a, vectors[b])
     np.add.at(around, b, vectors[a])
     # The normal of a sliver is noise: it takes that of its neighbours.
-    sliver = _slivers(points, cells)
+    sliver = np.concatenate([slivers(points, table) for table in (cells.triangles, cells.quads)])
     normals = unit_vectors(np.where(sliver[:, None], around, vectors))
     cosine = np.ones(len(table.nodes))
     cosine[inside] = (normals[a] * normals[b]).sum(axis=1)
     return np.asarray(cosine < np.cos(np.radians(angle)))
-
-
-def _slivers(points: Floats, cells: Cells) -> NDArray[np.bool_]:
-    """(m,) cells with a corner below 10 degrees."""
-    smallest = [cell_angles(points, table).min(axis=1) for table in (cells.triangles, cells.quads)]
-    return np.asarray(np.concatenate(smallest) < np.radians(10.0))
 
 
 def _without_whiskers(edges: Ints, sharp: NDArray[np.bool_], count: int, rounds: int = 3) -> NDArray[np.bool_]:

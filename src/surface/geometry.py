@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "Cells",
+    "area_gradient",
     "area_vectors",
     "cell_angles",
     "cell_areas",
@@ -21,6 +22,7 @@ __all__ = [
     "mean_edge_length",
     "nodal_areas",
     "nodal_vectors",
+    "slivers",
     "transport_vectors",
     "unit_vectors",
 ]
@@ -102,6 +104,27 @@ def cell_areas(points: Floats, cells: Cells) -> Floats:
     return np.concatenate([flat, fans])
 
 
+def area_gradient(points: Floats, cells: Cells) -> Floats:
+    """(n, 3) derivative of the area: minus the integral of the mean curvature vector against the shape functions."""
+    result = np.zeros_like(points)
+    if len(cells.triangles):
+        _scatter(result, cells.triangles, _triangle_pulls(points[cells.triangles]))
+    if len(cells.quads):
+        x = points[cells.quads]
+        centre = np.broadcast_to(x.mean(axis=1, keepdims=True), x.shape)
+        pulls = _triangle_pulls(np.stack([x, np.roll(x, -1, axis=1), centre], axis=2))
+        corner = pulls[:, :, 0] + np.roll(pulls[:, :, 1], 1, axis=1) + pulls[:, :, 2].sum(axis=1, keepdims=True) / 4
+        _scatter(result, cells.quads, corner)
+    return result
+
+
+def _triangle_pulls(x: Floats) -> Floats:
+    """(..., 3, 3) derivative of the area of triangles (..., 3, 3) by their corners."""
+    normal = unit_vectors(np.cross(x[..., 1, :] - x[..., 0, :], x[..., 2, :] - x[..., 0, :]))
+    opposite = np.roll(x, 1, axis=-2) - np.roll(x, -1, axis=-2)
+    return np.asarray(np.cross(normal[..., None, :], opposite) / 2)
+
+
 def nodal_vectors(points: Floats, cells: Cells) -> Floats:
     """(n, 3) integral of normal times shape function: the gradient of the enclosed volume.
 
@@ -178,6 +201,11 @@ def cell_angles(points: Floats, table: Ints) -> Floats:
     a, b = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
     # Exact near 0 and pi, where the arc cosine is not.
     return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)))
+
+
+def slivers(points: Floats, table: Ints) -> NDArray[np.bool_]:
+    """(m,) cells with a corner of less than 10 degrees."""
+    return np.asarray(cell_angles(points, table).min(axis=1, initial=np.pi) < np.radians(10.0))
 
 
 def corner_triangles(table: Ints) -> Ints:

@@ -7,34 +7,12 @@ from numpy.typing import NDArray
 
 from hexconformal import closest
 
-from .energy import Frames
-from .geometry import Cells, Floats, Ints, area_vectors, nodal_vectors
+from .geometry import Cells, Floats, Ints, area_vectors, slivers, unit_vectors
 
-_UPRIGHT = 0.5  # cosine to the normals of its nodes from which a corner lies well
+__all__ = ["Shape", "corner_normals", "fanned", "two_sided_distance"]
 
-__all__ = ["Shape", "turned_frames", "two_sided_distance"]
-
-
-def turned_frames(
-    frames: Frames, before: Floats, after: Floats, cells: Cells, cosine: float = 0.3
-) -> NDArray[np.bool_]:
-    """(f,) corners that turned over in one step, or vanished.
-
-    A corner may turn a little against its old normal; or it may come nearer to the normals of its nodes, which a
-    sliver that was folded has to.
-    """
-    a, b = (_normals(frames, points) for points in (before, after))
-    around = nodal_vectors(before, cells)[frames.nodes].sum(axis=1)
-    length = np.linalg.norm(b, axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        kept = (a * b).sum(axis=1) / (np.linalg.norm(a, axis=1) * length) > cosine
-        righted = (around * b).sum(axis=1) / (np.linalg.norm(around, axis=1) * length) > _UPRIGHT
-    return np.asarray(~(kept | righted))
-
-
-def _normals(frames: Frames, points: Floats) -> Floats:
-    f1, f2 = frames.derivatives(points)
-    return np.cross(np.stack(f1, axis=1), np.stack(f2, axis=1))
+_MARGIN = 0.08  # of the bound
+_UPRIGHT = 0.3  # cosine to the normals around from which on that of a face is believed
 
 
 class Shape:
@@ -51,8 +29,20 @@ class Shape:
         vertices, self._faces, self._owners = fanned(points, cells)
         self._surface = closest.Surface(vertices, self._faces)
         self._vectors = area_vectors(vertices, Cells(self._faces, _NO_QUADS))
-        self._nodes = points[cells.nodes()]
+        smoothed = corner_normals(vertices, self._faces, np.zeros(len(self._faces), dtype=np.int64)).sum(axis=1)
+        upright = (unit_vectors(self._vectors) * unit_vectors(smoothed)).sum(axis=1) > _UPRIGHT
+        self._believed = upright & ~slivers(vertices, self._faces)
         self._samples = samples(points, cells)
+        # Where things were found last is where to look next.
+        self._below = np.arange(len(cells))
+        # Nodes and edge midpoints of the input, and a face each lies on.
+        ends = np.stack([self._faces.ravel(), np.roll(self._faces, -1, axis=1).ravel()], axis=1)
+        place = np.repeat(np.arange(len(self._faces)), 3)
+        _, node = np.unique(self._faces.ravel(), return_index=True)
+        _, edge = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
+        self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
+        self._back = np.concatenate([place[node], place[edge]])
+        self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)), np.zeros(len(cells), dtype=bool))
 
     def distances(self, points: Floats) -> tuple[Floats, Floats]:
         """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
@@ -65,8 +55,8 @@ class Shape:
         there, back = self.distances(points)
         return float(max(there.max(initial=0.0), back.max(initial=0.0)))
 
-    def offenders(self, points: Floats, bound: float) -> NDArray[np.bool_]:
-        """(m,) cells that stray from the input, turn over against it, or miss a part of it by more than `bound`.
+    def strays(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(m,) cells whose centres leave the input by more than `bound`, or that leave a part of it uncovered.
 
         Parameters
         ----------
@@ -74,26 +64,58 @@ class Shape:
             (n, 3) the surface in question.
         bound
             Largest distance.
+        still
+            (m,) cells of which no node moves by itself: they have a margin, since all moves a little with the rest.
         """
-        bad, distance = self._against(points)
-        bad |= distance > bound
+        found = self._below_centres(points)
+        ahead = found.distances
+        moved = self._moved(points)
+        back = moved.walked(self._places, self._back)
+        self._back = back.faces
+        behind = back.distances
+        far = np.flatnonzero(behind > bound)
+        exact = moved.closest(self._places[far], back.faces[far])
+        behind[far] = exact.distances
+        over = self._turned(points, found) & self._believed[found.faces]
+        self._seen = (ahead, behind, over)
+        # What is out of bounds may stay there, but not go farther; what moves with the rest has a margin.
+        limit = bound * (1 + _MARGIN * still)
+        bad = ahead > np.maximum(limit, self._last[0])
         # Parts of the input that no cell comes near blame the cell that comes nearest.
-        back = self._moved(points).closest(self._nodes)
-        bad[self._owners[back.faces[back.distances > bound]]] = True
-        return bad
+        owners = self._owners[exact.faces]
+        bad[owners[exact.distances > np.maximum(limit[owners], self._last[1][far])]] = True
+        return np.asarray(bad)
+
+    def accept(self) -> None:
+        """Take the surface that was looked at last for the one to go on from."""
+        self._last = self._seen
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against the input's below their centre."""
-        return self._against(points)[0]
+        return self._turned(points, self._below_centres(points))
 
-    def _against(self, points: Floats) -> tuple[NDArray[np.bool_], Floats]:
+    def _turned(self, points: Floats, below: closest.Closest) -> NDArray[np.bool_]:
+        return np.asarray((area_vectors(points, self._cells) * self._vectors[below.faces]).sum(axis=1) <= 0)
+
+    def _below_centres(self, points: Floats) -> closest.Closest:
         centres = np.concatenate([points[table].mean(axis=1) for table in self._cells.groups()])
-        found = self._surface.closest(centres)
-        below = self._vectors[found.faces]
-        return np.asarray((area_vectors(points, self._cells) * below).sum(axis=1) <= 0), found.distances
+        found = self._surface.closest(centres, self._below)
+        self._below = found.faces
+        return found
 
     def _moved(self, points: Floats) -> closest.Surface:
-        return closest.Surface(fanned(points, self._cells)[0], self._faces)
+        return self._surface.moved(fanned(points, self._cells)[0])
+
+
+def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
+    """(f, 3, 3) normal of the patch at each corner of triangles: the same for all of a patch around a node."""
+    x = points[faces]
+    vectors = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    key = faces + len(points) * patches[:, None]
+    _, inverse = np.unique(key.ravel(), return_inverse=True)
+    weights = (np.repeat(vectors[:, i], 3) for i in range(3))
+    sums = np.stack([np.bincount(inverse.ravel(), w).astype(np.float64) for w in weights], axis=1)
+    return unit_vectors(sums)[inverse.ravel()].reshape(-1, 3, 3)
 
 
 def two_sided_distance(points: Floats, reference: Floats, cells: Cells) -> float:

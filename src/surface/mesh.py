@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-import copy
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.errors import MeshError, OptionError
+from hexconformal.meshio_mesh import MeshioOrigin
+from hexconformal.pyvista_mesh import PyvistaOrigin, cell_offsets
+from hexconformal.selection import Selection, SourceFile
 
-from .geometry import Cells
+from .geometry import Cells, Floats, Ints
 
-__all__ = ["SurfaceMesh", "as_surface_mesh"]
+__all__ = ["SurfaceMesh", "as_surface_mesh", "carried", "from_meshio", "from_pyvista"]
 
 _CORNERS = {"triangle": 3, "quad": 4}
+_TRIANGLE, _QUAD = 5, 9
+_LOWER = (1, 2, 3, 4)  # VTK's vertices and lines, carried along
+_ADVICE = (
+    "only triangles and quadrilaterals with straight edges can be remeshed (of a volume, take the surface first; "
+    "of larger polygons, or cells of higher order, make triangles)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +43,8 @@ class SurfaceMesh:
         Arrays by name with first axis n, or t + q: triangles first.
     origin
         What the mesh was made from, for :meth:`restored`.
-
-    Raises
-    ------
-    MeshError
-        If shapes make no sense or there are no cells.
+    rows
+        (t + q,) place of each cell among all cells of the origin.
 
     Examples
     --------
@@ -46,30 +52,62 @@ class SurfaceMesh:
     SurfaceMesh(3 points, 1 triangles, 0 quadrilaterals)
     """
 
-    points: NDArray[np.float64]
+    points: Floats
     cells: Cells
     point_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     cell_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     origin: Any = None
+    rows: Ints | None = None
 
     def __repr__(self) -> str:
         t, q = len(self.cells.triangles), len(self.cells.quads)
         return f"SurfaceMesh({len(self.points)} points, {t} triangles, {q} quadrilaterals)"
 
-    def replaced(self, points: ArrayLike, cell_data: Mapping[str, NDArray[Any]] | None = None) -> SurfaceMesh:
-        """The same mesh with other points and further arrays on its cells."""
-        moved = _points(points)
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed or left out when the mesh was taken in, in words."""
+        return self.origin.selection.notes if isinstance(self.origin, (MeshioOrigin, PyvistaOrigin)) else ()
+
+    def replaced(
+        self, points: ArrayLike | None = None, cell_data: Mapping[str, NDArray[Any]] | None = None
+    ) -> SurfaceMesh:
+        """The same mesh with other points, or further arrays on its cells."""
+        moved = self.points if points is None else _points(points)
         if len(moved) != len(self.points):
             raise MeshError(f"{len(moved)} points cannot take the place of {len(self.points)}")
         return replace(self, points=moved, cell_data={**self.cell_data, **(cell_data or {})})
 
     def restored(self) -> Any:
-        """The mesh as an object of the type it was made from, with everything that came in."""
-        return self if self.origin is None else self.origin(self)
+        """The mesh as an object of the type it was made from, with everything that came in.
+
+        Cells are in their old order, lines and vertices among them; arrays that are new have NaN there (0 for
+        integers). Points are float64, in two dimensions where they came so. A mesh that was read from a file is
+        returned as it is.
+        """
+        if isinstance(self.origin, _Arrays):
+            return self.origin.built(self.points)
+        if self.origin is None or self.origin.file is not None:
+            return self
+        full = carried(self)
+        full.points = full.points[:, : np.shape(self.origin.source.points)[1]]
+        return self.origin.built(full)
+
+
+@dataclass(frozen=True)
+class _Arrays:
+    """What was handed in as a tuple: its tables of cells, and the dimension of its points."""
+
+    tables: tuple[Ints, ...]
+    dimension: int
+
+    def built(self, points: Floats) -> tuple[Any, ...]:
+        return (points[:, : self.dimension].copy(), *(table.copy() for table in self.tables))
 
 
 def as_surface_mesh(source: Any) -> SurfaceMesh:
     """Take in a surface; nothing handed in is ever changed.
+
+    Points in two dimensions are taken to lie in the plane z = 0.
 
     Parameters
     ----------
@@ -105,110 +143,126 @@ def as_surface_mesh(source: Any) -> SurfaceMesh:
     )
 
 
-def from_meshio(source: Any) -> SurfaceMesh:
+def carried(mesh: SurfaceMesh) -> Any:
+    """The mesh as the converters of :mod:`hexconformal.convert` take it: its arrays in the order of its origin."""
+    count = len(mesh.cells)
+    origin = mesh.origin
+    if not isinstance(origin, (MeshioOrigin, PyvistaOrigin)):
+        origin = PyvistaOrigin(_plain_grid(mesh), _selection(np.arange(count)))
+    order = np.arange(count) if mesh.rows is None else np.argsort(mesh.rows)
+    return SimpleNamespace(
+        points=mesh.points,
+        cells=origin.selection.cells,  # never changed
+        point_data=mesh.point_data,
+        cell_data={name: values[order] for name, values in mesh.cell_data.items()},
+        origin=origin,
+    )
+
+
+def from_meshio(source: Any, file: SourceFile | None = None, notes: tuple[str, ...] = ()) -> SurfaceMesh:
     """Take in a meshio.Mesh; lines and vertices are carried along."""
-    rows: dict[str, list[tuple[int, Any]]] = {"triangle": [], "quad": []}
+    starts = np.cumsum([0, *(len(block.data) for block in source.cells)])
+    found: dict[str, list[int]] = {name: [] for name in _CORNERS}
     for number, block in enumerate(source.cells):
-        if block.type in rows:
-            rows[block.type].append((number, block.data))
-        elif block.dim > 1:
-            raise MeshError(
-                f"{len(block.data)} cells of type {block.type}: only triangles and quad cells can be remeshed"
-            )
-    order = [number for kind in rows.values() for number, _ in kind]
-    tables = [_table([data for _, data in rows[name]], width) for name, width in _CORNERS.items()]
-    cell_data = {
-        name: np.concatenate([np.asarray(parts[n]) for n in order]) for name, parts in source.cell_data.items()
-    }
-
-    def restore(mesh: SurfaceMesh) -> Any:
-        import meshio
-
-        blocks = [meshio.CellBlock(block.type, np.array(block.data), tags=list(block.tags)) for block in source.cells]
-        sizes = np.cumsum([0] + [len(source.cells[number].data) for number in order])
-        data: dict[str, list[Any]] = {}
-        for name in {**source.cell_data, **mesh.cell_data}:
-            values = mesh.cell_data[name]
-            parts = [np.array(part) for part in source.cell_data.get(name, ())]
-            parts = parts or [np.full((len(block.data), *values.shape[1:]), np.nan) for block in source.cells]
-            for place, number in enumerate(order):
-                parts[number] = values[sizes[place] : sizes[place + 1]]
-            data[name] = parts
-        return meshio.Mesh(
-            mesh.points.copy(), blocks, copy.deepcopy(source.point_data), data, copy.deepcopy(source.field_data),
-            copy.deepcopy(source.point_sets), copy.deepcopy(source.cell_sets),
-        )  # fmt: skip
-
-    return _checked(source.points, tables, dict(source.point_data), cell_data, restore)
+        if block.type in found:
+            found[block.type].append(number)
+        elif block.dim > 1 and len(block.data):
+            raise MeshError(f"cells of type {block.type}: {len(block.data)}; {_ADVICE}")
+    tables = [_table([source.cells[n].data for n in found[name]], width) for name, width in _CORNERS.items()]
+    numbers = [number for group in found.values() for number in group]
+    rows = np.concatenate([np.arange(starts[n], starts[n + 1]) for n in numbers] or [np.empty(0, np.int64)])
+    cell_data = {}
+    for name, parts in source.cell_data.items():
+        arrays = [np.asarray(part) for part in parts]
+        # An array that differs in shape from block to block stays where it is.
+        if len({array.shape[1:] for array in arrays}) == 1:
+            cell_data[name] = np.concatenate(arrays)[rows]
+    point_data = {name: np.asarray(values) for name, values in source.point_data.items()}
+    origin = MeshioOrigin(source, _selection(rows, notes), file)
+    return _checked(source.points, tables, point_data, cell_data, origin, rows)
 
 
-def from_pyvista(source: Any) -> SurfaceMesh:
-    """Take in a pyvista PolyData, or an unstructured grid of triangles and quadrilaterals."""
+def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, ...] = ()) -> SurfaceMesh:
+    """Take in a pyvista or VTK surface: PolyData, or a grid of triangles and quadrilaterals."""
     import pyvista as pv
 
     source = pv.wrap(source)
     if not isinstance(source, (pv.PolyData, pv.UnstructuredGrid, pv.StructuredGrid)):
-        raise MeshError(f"{type(source).__name__} is no surface that can be remeshed")
+        raise MeshError(f"{type(source).__name__} is no surface that can be remeshed: make it PolyData first")
     grid = source.cast_to_unstructured_grid()
-    types = grid.celltypes
-    other = ~np.isin(types, (1, 2, 3, 4, 5, 9))
+    types, offsets, nodes = grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity)
+    other = ~np.isin(types, (*_LOWER, _TRIANGLE, _QUAD))
     if other.any():
-        names = ", ".join(pv.CellType(code).name for code in np.unique(types[other]).tolist())
-        raise MeshError(f"{int(other.sum())} cells of type {names}: only triangles and quad cells can be remeshed")
-    starts = np.asarray(grid.cell_offsets if hasattr(type(grid), "cell_offsets") else grid.offset)[:-1]
-    nodes = np.asarray(grid.cell_connectivity)
-    places = [np.flatnonzero(types == code) for code in (5, 9)]
-    tables = [nodes[starts[rows][:, None] + np.arange(k)] for rows, k in zip(places, (3, 4), strict=True)]
+        kinds = zip(*np.unique(types[other], return_counts=True), strict=True)
+        names = ", ".join(f"{count} {pv.CellType(code).name.lower()}" for code, count in kinds)
+        raise MeshError(f"cells of other types: {names}; {_ADVICE}")
+    places = [np.flatnonzero(types == code) for code in (_TRIANGLE, _QUAD)]
+    tables = [nodes[offsets[rows][:, None] + np.arange(k)] for rows, k in zip(places, (3, 4), strict=True)]
     rows = np.concatenate(places)
     cell_data = {name: np.asarray(grid.cell_data[name])[rows] for name in grid.cell_data}
-
-    def restore(mesh: SurfaceMesh) -> Any:
-        result = source.copy(deep=True)
-        result.points = mesh.points.copy()
-        for name, values in mesh.cell_data.items():
-            if name not in source.cell_data:
-                filled = np.full((grid.n_cells, *values.shape[1:]), np.nan)
-                filled[rows] = values
-                result.cell_data[name] = filled
-        return result
-
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
-    return _checked(np.asarray(grid.points), tables, point_data, cell_data, restore)
+    origin = PyvistaOrigin(source, _selection(rows, notes), file)
+    return _checked(np.asarray(grid.points), tables, point_data, cell_data, origin, rows)
 
 
-def _from_arrays(points: Any, cells: Any, quads: Any = None) -> SurfaceMesh:
-    given = np.asarray(cells)
-    if quads is not None:
-        tables = [_table([given], 3), _table([np.asarray(quads)], 4)]
-        return _checked(points, tables, {}, {}, lambda mesh: (mesh.points.copy(), *map(np.copy, tables)))
+def _from_arrays(points: Any, *cells: Any) -> SurfaceMesh:
+    if len(cells) == 2:
+        tables = [_table([given], width) for given, width in zip(cells, (3, 4), strict=True)]
+        return _checked(points, tables, {}, {}, _Arrays(tuple(tables), _points(points, 2).shape[1]))
+    given = _integers(cells[0])
     if given.ndim != 2 or given.shape[1] not in (3, 4):
         raise MeshError(f"cells must be an (m, 3) or (m, 4) array of node ids, not {given.shape}")
     tables = [_table([given] if given.shape[1] == k else [], k) for k in (3, 4)]
-    return _checked(points, tables, {}, {}, lambda mesh: (mesh.points.copy(), given.astype(np.int64)))
+    return _checked(points, tables, {}, {}, _Arrays((given.astype(np.int64),), _points(points, 2).shape[1]))
 
 
-def _table(parts: list[Any], width: int) -> NDArray[np.int64]:
-    arrays = [np.asarray(part) for part in parts if len(part)]
-    for array in arrays:
-        if array.ndim != 2 or array.shape[1] != width or array.dtype.kind not in "iu":
-            raise MeshError(f"cells must be integer arrays (m, {width}), not {array.dtype} {array.shape}")
-    return np.concatenate(arrays).astype(np.int64) if arrays else np.empty((0, width), dtype=np.int64)
+def _plain_grid(mesh: SurfaceMesh) -> Any:
+    import pyvista as pv
+
+    tables = {_TRIANGLE: mesh.cells.triangles, _QUAD: mesh.cells.quads}
+    flat = np.concatenate([np.insert(table, 0, table.shape[1], axis=1).ravel() for table in tables.values()])
+    types = np.concatenate([np.full(len(table), code, dtype=np.uint8) for code, table in tables.items()])
+    return pv.UnstructuredGrid(flat, types, mesh.points.copy())
 
 
-def _points(points: Any) -> NDArray[np.float64]:
+def _selection(rows: Ints, notes: tuple[str, ...] = ()) -> Selection:
+    return Selection(np.empty((0, 8), np.int64), np.sort(rows), np.empty(0, np.bool_), (), notes)
+
+
+def _integers(cells: Any) -> NDArray[Any]:
     try:
-        result = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError) as problem:
-        raise MeshError(f"points must be an (n, 3) array of numbers: {problem}") from problem
-    if result.ndim == 2 and result.shape[1] == 2:
-        result = np.column_stack([result, np.zeros(len(result))])
-    if result.ndim != 2 or result.shape[1] != 3:
-        raise MeshError(f"points must be an (n, 3) array, not {result.shape}")
+        result = np.asarray(cells)
+    except ValueError as problem:
+        raise MeshError(f"cells must be an array of node ids: {problem}") from problem
+    if result.size and result.dtype.kind not in "iu":
+        raise MeshError(f"cells must hold integer node ids, not {result.dtype}")
     return result
 
 
-def _checked(points: Any, tables: list[Any], point_data: Any, cell_data: Any, origin: Any) -> SurfaceMesh:
-    cells = Cells(*tables)
+def _table(parts: list[Any], width: int) -> Ints:
+    arrays = [_integers(part) for part in parts if len(part)]
+    for array in arrays:
+        if array.ndim != 2 or array.shape[1] != width:
+            raise MeshError(f"cells must be integer arrays (m, {width}), not {array.shape}")
+    return np.concatenate(arrays).astype(np.int64) if arrays else np.empty((0, width), dtype=np.int64)
+
+
+def _points(points: Any, dimension: int = 3) -> Floats:
+    """(n, 3) positions, those in the plane with z = 0; or as they are where `dimension` is 2."""
+    try:
+        array = np.asarray(points)
+        if np.iscomplexobj(array):
+            raise TypeError("complex numbers")
+        result = np.array(array, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as problem:
+        raise MeshError(f"points must be an (n, 3) array of real numbers: {problem}") from problem
+    if result.ndim != 2 or result.shape[1] not in (2, 3):
+        raise MeshError(f"points must be an (n, 3) array, or (n, 2) in the plane, not {result.shape}")
+    return result if dimension == 2 else np.pad(result, ((0, 0), (0, 3 - result.shape[1])))
+
+
+def _checked(points: Any, tables: list[Any], point_data: Any, cell_data: Any, origin: Any, rows: Any = None) -> Any:
+    cells = Cells(*(np.ascontiguousarray(table, dtype=np.int64) for table in tables))
     if len(cells) == 0:
         raise MeshError("there are no triangles or quadrilaterals")
-    return SurfaceMesh(_points(points), cells, point_data, cell_data, origin)
+    return SurfaceMesh(_points(points), cells, point_data, cell_data, origin, rows)

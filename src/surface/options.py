@@ -32,12 +32,14 @@ class Options:
     tolerance
         Stop where a further iteration would lower the energy by less than this, relatively.
     eps
-        Relaxation of the constraint that points move along the surface, in squares of the mean edge length.
+        Relaxation of the constraint that points move along the surface, in squares of the mean edge length; for
+        project=False only, since points that are put back onto the input need none.
     normal
         Where the normal N~ of that constraint is taken: "middle", "simpson" (encloses exactly the same volume) or
         "linear" (at the old surface; a projected surface needs no more).
     project
-        Put the nodes back onto the input surface, and keep the volume: right for a surface that does not move.
+        Put the nodes back onto the input surface, keep the volume, and the area within 0.8 %: right for a surface
+        that does not move.
     hausdorff
         How far the result may be from the input, as a fraction of the bounding box's diagonal.
     features
@@ -63,8 +65,8 @@ class Options:
 
     reference: Any = "equilateral"
     energy: str = "barrier"
-    iterations: int = 50
-    tolerance: float = 1e-4
+    iterations: int = 100
+    tolerance: float = 3e-4
     eps: float = 1e-5
     normal: str = "linear"
     project: bool = True

@@ -9,25 +9,24 @@ in (its normal N~, or more on curves and corners). The printed sign of the eps t
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from hexconformal.multigrid import Multigrid
-from hexconformal.solver import conjugate_gradients
+from hexconformal.block_matrix import BlockMatrix
 
 from .energy import Distortion
 from .features import Features, holding
 from .geometry import Cells, Floats, nodal_areas, transport_vectors
 
-__all__ = ["DIRECT", "NORMALS", "displacement", "solve_constrained"]
+__all__ = ["NORMALS", "Linear", "displacement", "solve_constrained"]
 
 NORMALS = ("middle", "simpson", "linear")
 DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
 _ROUNDS = 20
 _SETTLED = 1e-10
+_MOST = 300  # iterations of conjugate gradients
 
 
 def displacement(
@@ -92,7 +91,8 @@ def solve_constrained(
     count = len(rhs)
     used = np.flatnonzero(hessian.indptr[1:] > hessian.indptr[:-1])
     if len(used) > DIRECT:
-        return _iterative(hessian, rhs, held, tolerance)
+        everybody = np.ones(count, dtype=bool)
+        return Linear(hessian, held, stiffness, everybody).solve(rhs, tolerance)
     penalty = sparse.bsr_matrix(
         (held * stiffness[:, None, None], np.arange(count), np.arange(count + 1)), shape=hessian.shape
     )
@@ -111,22 +111,36 @@ def solve_constrained(
     return np.asarray(v + factors.solve(rhs.ravel() - matrix @ v)).reshape(-1, 3)
 
 
-def _iterative(hessian: sparse.bsr_matrix, rhs: Floats, held: Floats, tolerance: float) -> Floats:
-    """The limit eps = 0: conjugate gradients on the admissible displacements, preconditioned by multigrid."""
-    trace = np.einsum("kxx->k", hessian.data) / 3
-    count = len(rhs)
-    scalar = sparse.csr_matrix((trace, hessian.indices, hessian.indptr), shape=(count, count))
-    project = _projection(held)
-    free = np.asarray(scalar.diagonal() > 0) & (np.einsum("nxx->n", held) < 2.9)
-    cycle = Multigrid(scalar, free)
-    return conjugate_gradients(
-        lambda v: project((hessian @ v.ravel()).reshape(-1, 3)), lambda r: project(cycle(project(r))), project(rhs),
-        tolerance,
-    )  # fmt: skip
+class Linear:
+    """The same system for many nodes: conjugate gradients with a symmetric block Gauss-Seidel preconditioner.
 
+    Parameters
+    ----------
+    hessian, held, stiffness
+        See :func:`solve_constrained`; stiffness None is the limit eps = 0, no step in the held directions.
+    moving
+        (n,) nodes that move at all.
+    """
 
-def _projection(held: Floats) -> Callable[[Floats], Floats]:
-    def project(field: Floats) -> Floats:
-        return np.asarray(field - np.einsum("nxy,ny->nx", held, field))
+    def __init__(
+        self, hessian: sparse.bsr_matrix, held: Floats, stiffness: Floats | None, moving: NDArray[np.bool_]
+    ) -> None:
+        count = len(held)
+        rows = np.repeat(np.arange(count), np.diff(hessian.indptr))
+        lower = hessian.indices <= rows
+        indptr = np.concatenate([[0], np.cumsum(np.bincount(rows[lower], minlength=count))])
+        self._pattern = indptr, hessian.indices[lower].astype(np.int32)
+        self._data = hessian.data[lower]
+        self._projectors = np.eye(3) * (moving & (np.diff(indptr) > 0))[:, None, None]
+        if stiffness is None:
+            self._projectors = self._projectors @ (np.eye(3) - held)
+        else:
+            diagonal = np.flatnonzero(hessian.indices[lower] == rows[lower])
+            self._data[diagonal] += (held * stiffness[:, None, None])[rows[lower][diagonal]]
 
-    return project
+    def solve(self, rhs: Floats, tolerance: float, moving: NDArray[np.bool_] | None = None) -> Floats:
+        """(n, 3) solution, with a residual of `tolerance` in the norm of the preconditioner; some nodes may stay."""
+        projectors = self._projectors if moving is None else self._projectors * moving[:, None, None]
+        matrix = BlockMatrix(*self._pattern)
+        matrix.data[:] = self._data
+        return matrix.solve(rhs, projectors, tolerance, _MOST, 1e-9)[0]

@@ -16,7 +16,8 @@ from hexconformal.sparsity import corner_incidences
 from hexconformal.threads import parallel_ranges
 
 from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
-from .geometry import Cells, Floats, Ints, area_vectors, unit_vectors
+from .geometry import Cells, Floats, Ints, unit_vectors
+from .guard import corner_normals, fanned
 
 __all__ = ["Target"]
 
@@ -53,7 +54,7 @@ def _nearest(query, place, points, facets, labels, offsets, incidences, best):  
 
 
 @loop
-def _bulging(first, last, points, facets, normals, labels, offsets, incidences, queries, places, results):  # type: ignore[no-untyped-def]
+def _bulging(first, last, points, facets, normals, labels, offsets, incidences, queries, places, results, upright):  # type: ignore[no-untyped-def]
     """Closest points of the target; a facet of a curve repeats its last node and has tangents for normals."""
     w = np.empty(3)
     for k in range(first, last):
@@ -61,22 +62,25 @@ def _bulging(first, last, points, facets, normals, labels, offsets, incidences, 
         query = _row(queries, k)
         if place < 0:
             results[k, 0], results[k, 1], results[k, 2] = query
+            upright[k, :] = 0.0
             continue
-        shift, flat = (0.0, 0.0, 0.0), query
+        shift, flat, up = (0.0, 0.0, 0.0), query, (0.0, 0.0, 0.0)
         # The bulge moves the closest point sideways: ask again from where the facet would see it.
         for _ in range(3):
             place = _nearest(subtract(query, shift), place, points, facets, labels, offsets, incidences, w)
             a, b, c = facets[place, 0], facets[place, 1], facets[place, 2]
             flat = combine(1.0, combine(w[0], _row(points, a), w[1], _row(points, b)), w[2], _row(points, c))
-            shift = (0.0, 0.0, 0.0)
+            shift = up = (0.0, 0.0, 0.0)
             for corner in range(3):
                 n = _row(normals[place], corner)
+                up = combine(1.0, up, w[corner], n)
                 across = subtract(_row(points, facets[place, corner]), flat)
                 height = dot(across, n)
                 # On a curve n is the tangent: what is left of it is across.
                 across = combine(1.0, across, -height, n) if b == c else scale(height, n)
                 shift = combine(1.0, shift, 0.5 * w[corner], across)
         results[k, 0], results[k, 1], results[k, 2] = add(flat, shift)
+        upright[k, 0], upright[k, 1], upright[k, 2] = up
         places[k] = place
 
 
@@ -92,14 +96,10 @@ class Target:
     """
 
     def __init__(self, points: Floats, cells: Cells, features: Features) -> None:
-        count, t = len(points), len(cells.triangles)
-        centres = count + np.arange(len(cells.quads))
-        fans = [np.stack([cells.quads[:, i], cells.quads[:, (i + 1) % 4], centres], axis=1) for i in range(4)]
-        self.points = np.concatenate([points, points[cells.quads].mean(axis=1)])
-        faces = np.concatenate([cells.triangles, *fans])
-        patches = np.concatenate([features.patches[:t], *([features.patches[t:]] * 4)])
-        normals = self._corner_normals(faces, patches)
-        self.face_normals = unit_vectors(area_vectors(self.points, Cells(faces, np.empty((0, 4), np.int64))))
+        count = len(points)
+        self.points, faces, owners = fanned(points, cells)
+        patches = features.patches[owners]
+        normals = corner_normals(self.points, faces, patches)
         # Curves are facets of two nodes behind the faces, with labels of their own and tangents for normals.
         curves = features.edges[:, [0, 1, 1]]
         tangents = self._curve_tangents(features)
@@ -110,25 +110,15 @@ class Target:
         self._kind = features.kind
         self.places = self._first_places(count, len(faces))
 
-    def project(self, queries: Floats) -> tuple[Floats, Ints]:
-        """Closest points of all nodes (n, 3), found by walking from where they are, and their facets."""
-        results, places = np.empty_like(queries), self.places.copy()
+    def project(self, queries: Floats) -> tuple[Floats, Ints, Floats]:
+        """Closest points of all nodes (n, 3), found by walking from where they are, their facets, and normals there."""
+        results, places, normals = np.empty_like(queries), self.places.copy(), np.empty_like(queries)
         parallel_ranges(
             _bulging, len(queries), self.points, self.facets, self._normals, self._labels, self._offsets,
-            self._incidences, np.ascontiguousarray(queries), places, results,
+            self._incidences, np.ascontiguousarray(queries), places, results, normals,
         )  # fmt: skip
         results[self._kind == CORNER] = self.points[: len(queries)][self._kind == CORNER]
-        return results, places
-
-    def _corner_normals(self, faces: Ints, patches: Ints) -> Floats:
-        """(f, 3, 3) normal of the patch at each corner: the same for all faces of a patch around a node."""
-        x = self.points[faces]
-        vectors = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
-        key = faces + len(self.points) * patches[:, None]
-        _, inverse = np.unique(key.ravel(), return_inverse=True)
-        weights = (np.repeat(vectors[:, i], 3) for i in range(3))
-        sums = np.stack([np.bincount(inverse.ravel(), w).astype(np.float64) for w in weights], axis=1)
-        return unit_vectors(sums)[inverse.ravel()].reshape(-1, 3, 3)
+        return results, places, normals
 
     def _curve_tangents(self, features: Features) -> Floats:
         """(e, 3, 3) tangent of the curve at both ends of each of its edges, the last one twice."""

@@ -194,7 +194,7 @@ class Evolution:
             due = bool(smallest_angles(self._state.points, self.mesh.cells).min() < options.remesh_below)
         if not due:
             return float("nan")
-        moved = self._remesher(self._state.points)
+        moved = self._remesher(self._state.points, first=self._step == 0)
         new = None if moved is None else restored(State(self.elements, moved), self._conserved, self._fixed)
         if new is None:
             return float("nan")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from ..remesh import Remeshing
 __all__ = ["Remesher"]
 
 # A surface that flows is smooth or becomes so: no features; and it is remeshed again before long.
+_FIRST = 30  # iterations that make the mesh good to begin with
 _DEFAULTS: dict[str, Any] = {"iterations": 1, "features": None}
 
 
@@ -35,10 +37,11 @@ class Remesher:
     def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
         self._mesh = mesh
         self._options = Options(**{**_DEFAULTS, "fixed": fixed, **options})
+        self._first = replace(self._options, iterations=max(self._options.iterations, _FIRST))
 
-    def __call__(self, points: Floats) -> Floats | None:
-        """Positions (n, 3) after remeshing; None where nothing could be done."""
-        run = Remeshing(self._mesh.replaced(points), self._options)
+    def __call__(self, points: Floats, first: bool = False) -> Floats | None:
+        """Positions (n, 3) after remeshing, thorough for a mesh that comes in; None where nothing could be done."""
+        run = Remeshing(self._mesh.replaced(points), self._first if first else self._options)
         for _ in run:
             pass
-        return run.points if len(run.history) > 1 else None
+        return run.latest if len(run.history) > 1 else None

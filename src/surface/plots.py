@@ -1,0 +1,160 @@
+"""Pictures of surfaces: how quality is distributed, and what the cells look like before and after."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hexconformal import canvas
+from hexconformal.canvas import PICTURES
+from hexconformal.errors import MeshError, OptionError
+from hexconformal.io import check_writable
+from hexconformal.plots import require_rendering
+
+from .geometry import Floats, Ints
+from .mesh import SurfaceMesh, as_surface_mesh
+from .quality import Quality, quality
+
+__all__ = ["before_after", "histogram", "worst_cells"]
+
+_MEASURE = "conformality s2 / s1"
+_MANY = 5000  # cells from which on their edges are drawn finer
+
+
+def histogram(path: Any, before: Any, after: Any = None) -> None:
+    """Draw how angles, conformality and areas are distributed over the cells.
+
+    Parameters
+    ----------
+    path
+        A .png, .pdf or .svg file.
+    before, after
+        Surfaces (anything :func:`surface.as_surface_mesh` takes), or what :func:`surface.quality` said of them.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> histogram("quality.png", (np.eye(3), [[0, 1, 2]]))
+    """
+    path = Path(path)
+    check_writable(path, PICTURES)
+    groups = [_measured(mesh) for mesh in (before, after) if mesh is not None]
+    ratio = [measured.area / measured.area.mean() for measured in groups]
+    largest = max(float(part.max()) for part in ratio)
+    worst = min(float(measured.conformality.min()) for measured in groups)
+    panels = [
+        canvas.Panel("smallest angle, degrees", [m.min_angle for m in groups], np.linspace(0, 90, 46)),
+        canvas.Panel("largest angle, degrees", [m.max_angle for m in groups], np.linspace(60, 180, 41)),
+        canvas.Panel(f"{_MEASURE} (1 is best)", [m.conformality for m in groups], np.linspace(min(0.0, worst), 1, 41)),
+        canvas.Panel("area over the mean", ratio, np.linspace(0, max(largest, 2.0), 41)),
+    ]
+    canvas.histograms(path, f"Quality of {len(groups[0].area)} cells: share of the cells by", panels)
+
+
+def before_after(path: Any, before: Any, after: Any) -> None:
+    """Draw a surface before and after, side by side, coloured by conformality.
+
+    Parameters
+    ----------
+    path
+        A .png, .pdf or .svg file.
+    before, after
+        Two surfaces with the same cells, anything :func:`surface.as_surface_mesh` takes.
+
+    Raises
+    ------
+    MeshError
+        If they do not have the same cells.
+    WriteError
+        If the file cannot be written, or this machine cannot draw in three dimensions.
+    """
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    check_writable(path, PICTURES)
+    measured = [quality(before), quality(after)]
+    tables = [[part.tolist() for part in m.mesh.cells.groups()] for m in measured]
+    if tables[0] != tables[1]:
+        raise MeshError("before and after must have the same cells")
+    require_rendering()
+    bounds = _bounds(measured)
+    figure = Figure(figsize=(10, 5.9), facecolor="white")
+    for number, (title, m) in enumerate(zip(("before", "after"), measured, strict=True)):
+        with canvas.stage(bounds) as plotter:
+            width = 2.2 if len(m.area) < _MANY else 0.8
+            canvas.add_grid(plotter, _faces(m.mesh, np.arange(len(m.area))), m.conformality, width)
+            picture = plotter.screenshot(None, return_img=True)
+        canvas.panel(figure, number, 2, picture, title, canvas.value_range(m.conformality))
+    canvas.colour_bar(figure, _MEASURE, any((m.conformality < 0).any() for m in measured))
+    canvas.save(path, figure)
+
+
+def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> None:
+    """Draw the worst cells of a surface, or of one before and after, solid on the translucent surface.
+
+    Parameters
+    ----------
+    path
+        A .png, .pdf or .svg file.
+    before, after
+        Surfaces (anything :func:`surface.as_surface_mesh` takes), or what :func:`surface.quality` said of them.
+    count
+        How many cells, those with the smallest conformality.
+
+    Raises
+    ------
+    OptionError
+        If `count` is less than one.
+    WriteError
+        If the file cannot be written, or this machine cannot draw in three dimensions.
+    """
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    check_writable(path, PICTURES)
+    if count < 1:
+        raise OptionError(f"a picture of the worst cells needs one or more, not {count}")
+    measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
+    require_rendering()
+    bounds = _bounds(measured)
+    figure = Figure(figsize=(5 * len(measured), 5.9), facecolor="white")
+    for number, m in enumerate(measured):
+        worst = m.worst(count)
+        with canvas.stage(bounds) as plotter:
+            canvas.add_ghost(plotter, _faces(m.mesh, np.arange(len(m.area))))
+            canvas.add_grid(plotter, _faces(m.mesh, worst), m.conformality[worst])
+            picture = plotter.screenshot(None, return_img=True)
+            corners = canvas.on_screen(plotter, np.stack([_four(m.corners(place)) for place in worst.tolist()]))
+        title = f"{'' if after is None else ('before: ', 'after: ')[number]}{len(worst)} worst of {len(m.area)} cells"
+        said = f"{int((m.conformality <= 0).sum())} inverted   {canvas.value_range(m.conformality)}"
+        canvas.ring_small(canvas.panel(figure, number, len(measured), picture, title, said), corners)
+    canvas.colour_bar(figure, _MEASURE, any((m.conformality < 0).any() for m in measured))
+    canvas.save(path, figure)
+
+
+def _measured(mesh: Any) -> Quality:
+    return mesh if isinstance(mesh, Quality) else quality(as_surface_mesh(mesh))
+
+
+def _bounds(measured: list[Quality]) -> list[float]:
+    return canvas.bounds(*(m.mesh.points[m.mesh.cells.nodes()] for m in measured))
+
+
+def _four(corners: Floats) -> Floats:
+    return np.concatenate([corners, corners[:1]])[:4]
+
+
+def _faces(mesh: SurfaceMesh, places: Ints) -> Any:
+    """Some cells as PolyData, in the order asked for."""
+    import pyvista as pv
+
+    t = len(mesh.cells.triangles)
+    rows = [mesh.cells.triangles[p] if p < t else mesh.cells.quads[p - t] for p in places.tolist()]
+    flat = np.concatenate([np.concatenate([[len(row)], row]) for row in rows])
+    return pv.PolyData(mesh.points.copy(), flat)
