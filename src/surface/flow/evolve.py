@@ -30,7 +30,7 @@ _LONGEST = 0.5  # of the mean edge length, what any step may
 _VANISHED = 1e-4  # of the area, where a surface counts as gone
 _HALVINGS = 40
 _WINDOW = 10  # steps over which a stall is seen
-_SHARE = 0.5  # of the energy lost since the last remeshing, which the next one may give back
+_SHARE = 0.95  # of the energy lost since the last remeshing, which the next one may give back
 
 
 @dataclass(frozen=True)
