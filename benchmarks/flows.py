@@ -20,8 +20,7 @@ from machine import described
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from surface.flow import evolve
-from surface.flow import MeanCurvature
+from surface.flow import MeanCurvature, evolve
 from surface.geometry import Cells, Floats, cell_areas, enclosed_volume, nodal_areas, nodal_vectors
 from surface.quality import smallest_angles
 
@@ -76,7 +75,9 @@ def tangential(points: Floats, triangles: np.ndarray, tau: float, steps: int, vo
         flat = (np.concatenate(rows), np.concatenate(columns))
         stiffness = sparse.csr_matrix((np.concatenate(values), flat), shape=(count, count))
         normal = sparse.csr_matrix((w.T.ravel(), (np.tile(np.arange(count), 3), np.arange(3 * count))))
-        matrix = sparse.bmat([[normal / tau, -sparse.diags_array(masses)], [sparse.kron(np.eye(3), stiffness), normal.T]])
+        matrix = sparse.bmat(
+            [[normal / tau, -sparse.diags_array(masses)], [sparse.kron(np.eye(3), stiffness), normal.T]]
+        )
         load = (w * points).sum(axis=1) / tau - (mean * masses if volume else 0.0)
         found = splu(matrix.tocsc()).solve(np.concatenate([load, np.zeros(3 * count)]))
         points, kappa = found[: 3 * count].reshape(3, count).T, found[3 * count :]
@@ -107,7 +108,9 @@ class Outcome:
     cpu: float
 
 
-def outcome(method: str, make: Callable[[int], tuple[Floats, np.ndarray]], level: int, end: float, steps: int, volume: bool) -> Outcome:
+def outcome(
+    method: str, make: Callable[[int], tuple[Floats, np.ndarray]], level: int, end: float, steps: int, volume: bool
+) -> Outcome:
     points, triangles = make(level)
     cells = Cells(triangles, NO_QUADS)
     start = enclosed_volume(points, cells)
@@ -118,13 +121,15 @@ def outcome(method: str, make: Callable[[int], tuple[Floats, np.ndarray]], level
     cpu = time.process_time() - began
     angles = smallest_angles(points, cells)
     area = float(cell_areas(points, cells).sum())
-    return Outcome(area, enclosed_volume(points, cells) / start - 1, lowest, float(angles.min()), float(angles.mean()), cpu)
+    return Outcome(
+        area, enclosed_volume(points, cells) / start - 1, lowest, float(angles.min()), float(angles.mean()), cpu
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--level", type=int, default=4, help="subdivisions of the icosahedron (default 4)")
-    parser.add_argument("--steps", type=int, default=40)
+    parser.add_argument("--level", type=int, default=3, help="subdivisions of the icosahedron (default 3)")
+    parser.add_argument("--steps", type=int, default=20)
     arguments = parser.parse_args()
     load = os.getloadavg()
     lines = [HEADER, "|" + "--|" * 3 + "--:|" * 5]
@@ -137,7 +142,8 @@ def main() -> None:
                 kept = f"{found.volume:+.1e}" if volume else ""
                 lines.append(
                     f"| {name} | {'volume kept' if volume else 'free'} | {method} | {found.lowest:.1f} | "
-                    f"{found.smallest:.1f} / {found.mean:.1f} | {found.area / exact - 1:+.2%} | {kept} | {found.cpu:.1f} |"
+                    f"{found.smallest:.1f} / {found.mean:.1f} | {found.area / exact - 1:+.2%} | {kept} | "
+                    f"{found.cpu:.1f} |"
                 )
                 print(lines[-1], flush=True)
     table = "\n".join(lines)

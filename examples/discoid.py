@@ -55,7 +55,9 @@ def main() -> None:
         energy = np.array([moment.record.energy for moment in moments])
         share = (energy[0] - energy) / (energy[0] - energy[-1])
         shown = [0, *(int(np.searchsorted(share, goal)) for goal in (0.8, 0.92, 0.97)), len(moments) - 1]
-        rows.append((title, [pictures.Shot(moments[k].surface_mesh, f"t = {moments[k].record.time:.3g}") for k in shown]))
+        rows.append(
+            (title, [pictures.Shot(moments[k].surface_mesh, f"t = {moments[k].record.time:.3g}") for k in shown])
+        )
     pictures.draw(arguments.picture, rows, view=(1.0, -0.9, 0.55))
     print(f"wrote {arguments.picture}")
 

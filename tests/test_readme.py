@@ -25,7 +25,9 @@ def folder(tmp_path_factory):
     hc.write(place / "part.msh", hc.HexMesh(points, cells))
     hc.write(place / "mirrored.inp", hc.HexMesh(points, cells[:, [4, 5, 6, 7, 0, 1, 2, 3]]))
     hc.write(place / "layers.vtu", hc.HexMesh(*generate.boundary_layer((4, 4, 6))))
-    pv.Sphere(radius=1.0, theta_resolution=60, phi_resolution=60).save(place / "part.stl")
+    sphere = pv.Sphere(radius=1.0, theta_resolution=60, phi_resolution=60)
+    sphere.save(place / "part.stl")
+    pv.Icosphere(nsub=2).scale([1.0, 1.2, 1.5]).save(place / "statue.ply")
     return place
 
 
@@ -35,7 +37,7 @@ def test_python_examples_run(folder, monkeypatch, capsys):
     names = {}
     for block in blocks:
         exec(block, names)
-    assert len(blocks) == 2
+    assert len(blocks) == 4
     assert names["measured"].valid.all()
     assert names["result"].report.after.scaled_jacobian.min > 0.5
 
@@ -46,7 +48,7 @@ def commands():
 
 
 def test_every_command_is_shown():
-    assert {line.split()[0] for line in commands()} == {"check", "quality", "regularize", "orient"}
+    assert {line.split()[0] for line in commands()} == {"check", "flow", "orient", "quality", "regularize", "remesh"}
 
 
 @pytest.mark.parametrize("line", commands())
