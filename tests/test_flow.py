@@ -223,12 +223,16 @@ def test_remeshing_keeps_angles_and_the_flow_falls():
     assert remeshed[-1].mean_angle > plain[-1].mean_angle + 0.5
     assert max(record.conserved_error for record in remeshed) < 1e-10
     assert remeshed[-1].energy < 0.7 * remeshed[0].energy
-    jumps = np.array([record.remesh_jump for record in remeshed])
-    assert np.isfinite(jumps).any()
-    # What remeshing gave back is less than what the flow took.
-    steps = np.diff([record.energy for record in remeshed]) - np.nan_to_num(jumps)[1:]
-    assert (steps <= 0).all()
-    assert np.nan_to_num(jumps).clip(0).sum() < 0.5 * -steps.sum() + 1e-9
+    assert np.isfinite([record.remesh_jump for record in remeshed]).any()
+    # What remeshing gives back is less than what the flow took since it last did.
+    taken = 0.0
+    for before, record in zip(remeshed[:-1], remeshed[1:], strict=True):
+        if np.isfinite(record.remesh_jump):
+            assert record.remesh_jump <= 0.95 * taken + 1e-12
+            taken = 0.0
+        fall = before.energy + np.nan_to_num(record.remesh_jump) - record.energy
+        assert fall >= 0
+        taken += fall
 
 
 def test_a_resumed_run_equals_the_one_that_never_stopped(tmp_path):
