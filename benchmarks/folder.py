@@ -15,6 +15,7 @@ invalid    cells not proved to have det J > 0 everywhere (Bernstein coefficients
 min, mean  over the cells, of the smallest corner scaled Jacobian
 H          symmetric Hausdorff distance of the boundary to the input's / diagonal of the bounding box
 volume     relative change
+cells      smallest and largest volume of a cell over that in the input, of cells that are valid there
 CPU        seconds of all threads: of the whole process, and (ours) of the work alone, without starting Python and
            loading the compiled kernels, which a tiny mesh has done before
 """
@@ -59,6 +60,8 @@ class Row:
     mean: float | None = None
     hausdorff: float | None = None
     volume: float | None = None
+    smallest: float | None = None
+    largest: float | None = None
     cpu: float | None = None
     work: float | None = None
     note: str = ""
@@ -71,13 +74,16 @@ class Scorer:
         self.name, self.mesh = name, mesh
         self.quads = boundary_quads(mesh.cells)[0]
         self._diagonal = float(np.linalg.norm(np.ptp(mesh.points[np.unique(mesh.cells)], axis=0)))
-        self._volume = hc.quality(mesh).volume.sum()
+        before = hc.quality(mesh)
+        self._volumes, self._valid = before.volume, before.valid
 
     def moved_by(self, points: NDArray[np.float64]) -> float:
         return hausdorff(points, self.mesh.points, self.quads) / self._diagonal
 
     def row(self, method: str, points: NDArray[np.float64], **more: Any) -> Row:
-        summary = hc.quality((points, self.mesh.cells)).summary()
+        quality = hc.quality((points, self.mesh.cells))
+        summary = quality.summary()
+        ratios = quality.volume[self._valid] / self._volumes[self._valid]
         return Row(
             self.name,
             summary.count,
@@ -87,7 +93,9 @@ class Scorer:
             summary.scaled_jacobian.min,
             summary.scaled_jacobian.mean,
             self.moved_by(points),
-            summary.total_volume / self._volume - 1.0,
+            summary.total_volume / self._volumes.sum() - 1.0,
+            ratios.min(initial=np.inf),
+            ratios.max(initial=0.0),
             **more,
         )
 
@@ -158,16 +166,16 @@ def rows_of(name: str, source: Path, asked: argparse.Namespace, peers: dict[str,
 
 def table(rows: list[Row]) -> list[str]:
     """The rows in markdown."""
-    lines = ["| mesh | method | inverted / invalid | min / mean SJ | H | volume | CPU s, whole / work | note |"]
-    lines.append("|---|---|--:|--:|--:|--:|--:|---|")
+    lines = ["| mesh | method | inverted / invalid | min / mean SJ | H | volume | cells | CPU s, whole / work | note |"]
+    lines.append("|---|---|--:|--:|--:|--:|--:|--:|---|")
     before = ""
     for row in rows:
         name = "" if row.mesh == before else f"{row.mesh} ({row.cells})"
         before = row.mesh
-        figures = ["", "", "", ""]
+        figures = ["", "", "", "", ""]
         if row.min is not None:
             figures = [f"{row.inverted} / {row.invalid}", f"{row.min:.3f} / {row.mean:.3f}"]
-            figures += [f"{row.hausdorff:.4f}", f"{row.volume:+.4f}"]
+            figures += [f"{row.hausdorff:.4f}", f"{row.volume:+.4f}", f"{row.smallest:.2g} .. {row.largest:.2g}"]
         seconds = "" if row.cpu is None else f"{row.cpu:.1f}"
         seconds += "" if row.work is None else f" / {row.work:.1f}"
         lines.append(f"| {name} | {row.method} | {' | '.join(figures)} | {seconds} | {row.note} |")

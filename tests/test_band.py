@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from hexconformal import generate
 from hexconformal.band import Band
@@ -29,6 +30,58 @@ def test_nothing_is_felt_on_the_surface_itself(cylinder):
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
     assert band_of(points, quads).add(points, forces, matrix) < 1e-20
     assert np.abs(forces).max() < 1e-10
+
+
+def felt(band, points, cells):
+    """Value, forces, and the matrix in full, of a band."""
+    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
+    value = band.add(points, forces, matrix)
+    n = len(points)
+    lower = sparse.bsr_array((matrix.data, matrix.indices, matrix.indptr), shape=(3 * n, 3 * n)).toarray()
+    return value, forces, lower + lower.T - np.kron(np.eye(n), np.ones((3, 3))) * lower
+
+
+def mantle_node(points):
+    """A node on the mantle of the cylinder, half-way up, and the way outwards there."""
+    radius = np.hypot(*points[:, :2].T)
+    node = np.flatnonzero(np.isclose(radius, radius.max()) & np.isclose(points[:, 2], 1.0))[0]
+    return node, np.append(points[node, :2] / np.linalg.norm(points[node, :2]), 0.0)
+
+
+def test_curvature_is_the_second_derivative_outwards(cylinder):
+    points, cells, quads = cylinder
+    node, outward = mantle_node(points)
+    for share in (0.3, 0.9):  # the soft part, and the steep one as well
+        moved = points.copy()
+        moved[node] += share * 0.05 * outward
+        band = band_of(points, quads)
+        _, _, full = felt(band, moved, cells)
+        way = np.zeros_like(points)
+        way[node] = outward
+        step = 1e-5
+        ahead, here, behind = (band.value(moved + s * step * way) for s in (1, 0, -1))
+        second = (ahead - 2 * here + behind) / step**2
+        assert way.ravel() @ full @ way.ravel() == pytest.approx(second, rel=1e-2)
+
+
+def test_a_hole_is_felt_from_the_original_surface_alone():
+    # The corner of a plate is cut off: all that is left lies on the original, which misses the corner.
+    points, cells = generate.box((4, 4, 1))
+    quads = boundary_quads(cells)[0]
+    moved = points.copy()
+    corner = (points[:, :2] == 1.0).all(axis=1)
+    moved[corner, :2] = 0.93
+    band = Band(Surface(points, quads), 0.1)
+    apart = hausdorff(moved, points, quads)
+    ahead = Surface(points, quads).closest(moved[np.unique(quads)]).distances.max()
+    assert ahead < 0.01 * apart
+    assert 0.8 < apart / 0.1 < 0.99
+    assert band.excess(moved) == pytest.approx(apart / 0.1, rel=1e-6)
+    value, forces, full = felt(band, moved, cells)
+    assert value == pytest.approx(band.value(moved), rel=1e-12)
+    assert value > 0.1
+    assert (forces[corner][:, :2] < 0).all()
+    assert np.abs(full[np.repeat(corner, 3)]).max() > 0
 
 
 def test_gradient_agrees_with_differences(cylinder):
@@ -96,6 +149,90 @@ def test_far_samples_are_skipped_without_changing_the_value(cylinder):
     fresh._ahead_distance[:] = fresh._back_distance[:] = np.inf  # nothing may be skipped
     fresh._limit = lazy._limit
     assert lazy.value(moved) == pytest.approx(fresh.value(moved), rel=1e-9)
+
+
+def test_far_samples_are_noticed_when_they_come_near(cylinder):
+    # Half the way to the wall in each step, looked at in between: the second half counts from where the first ended.
+    points, cells, quads = cylinder
+    radius = np.hypot(*points[:, :2].T)
+    outwards = np.zeros_like(points)
+    mantle = np.isclose(radius, radius.max())
+    outwards[mantle, :2] = points[mantle, :2] / radius.max()
+    lazy, fresh = Band(Surface(points, quads), 0.05), Band(Surface(points, quads), 0.05)
+    felt(lazy, points + 0.5 * 0.05 * outwards, cells)
+    fresh._ahead_distance[:] = fresh._back_distance[:] = np.inf
+    there = points + 0.9 * 0.05 * outwards
+    value = fresh.value(there)
+    assert lazy.value(there) == pytest.approx(value, rel=1e-9)
+    # What has come near without moving on its own account is known to be near.
+    felt(lazy, there, cells)
+    assert lazy.value(there) == pytest.approx(value, rel=1e-9)
+
+
+def test_curves_and_corners_have_a_band_of_a_fifth(cylinder):
+    points, cells, quads = cylinder
+    features = find_features(points, quads)
+    rims = np.setdiff1d(features.edges, features.corners)
+    node = rims[0]
+    inward = -np.append(points[node, :2] / np.linalg.norm(points[node, :2]), 0.0)
+    ends = [Band(Surface(points, quads), 0.05, kept) for kept in (features, None)]
+    for share, inside in ((0.19, True), (0.21, False)):
+        moved = points.copy()
+        moved[node] += share * 0.05 * inward
+        assert np.isfinite(ends[0].value(moved)) == inside
+        assert np.isfinite(ends[1].value(moved))
+    moved = points.copy()
+    moved[node] += 0.15 * 0.05 * inward
+    values, forces = zip(*[felt(band, moved, cells)[:2] for band in ends], strict=True)
+    assert values[0] > values[1]
+    assert forces[0][node] @ inward > forces[1][node] @ inward
+    # A corner may go nowhere, not even along the edges that meet there.
+    box, hexes = generate.box((3, 3, 3))
+    skin = boundary_quads(hexes)[0]
+    kept = find_features(box, skin)
+    assert len(kept.corners) == 8
+    for share, inside in ((0.19, True), (0.21, False)):
+        moved = box.copy()
+        moved[kept.corners[0]] += (0.5 - box[kept.corners[0]]) * [2.0 * share * 0.05, 0.0, 0.0]
+        assert np.isfinite(Band(Surface(box, skin), 0.05, kept).value(moved)) == inside
+
+
+def test_from_outside_the_wall_comes_in_with_the_worst(cylinder):
+    points, cells, quads = cylinder
+    node, outward = mantle_node(points)
+    band = band_of(points, quads)
+    limits = []
+    for share in (5.0, 3.0, 1.2, 0.97):
+        moved = points.copy()
+        moved[node] += share * 0.05 * outward
+        value, forces, _ = felt(band, moved, cells)
+        assert np.isfinite(value)
+        assert forces[node] @ outward > 0
+        limits.append(band._limit)
+    assert limits == sorted(limits, reverse=True)
+    assert limits[0] > 5.0
+    assert limits[-1] == 0.98
+    moved[node] += 0.02 * 0.05 * outward
+    assert band.value(moved) == np.inf
+
+
+def test_a_patch_leaves_out_what_its_nodes_cannot_change(cylinder):
+    points, _, quads = cylinder
+    moved = points + 0.004 * np.random.default_rng(3).normal(size=points.shape)
+    moving = np.zeros(len(points), dtype=bool)
+    moving[quads[5]] = True
+    patch = band_of(points, quads).restricted(np.arange(len(points)), moving, moved)
+    rows = list(patch._measured(moved, refresh=False))
+    assert all(len(kind.nodes) for kind in rows[:1])
+    touched = moving[quads].any(axis=1)
+    near = np.unique(quads[touched])
+    assert np.isin(rows[0].nodes, near).all()
+    assert all(moving[kind.nodes].any(axis=1).all() for kind in rows[2:])
+    # Where nothing moves nothing is felt, however far everything is: here faces, edges and corners of a box.
+    points, cells = generate.box((3, 3, 3))
+    quads = boundary_quads(cells)[0]
+    still = band_of(points, quads).restricted(np.arange(len(points)), np.zeros(len(points), dtype=bool), 1.2 * points)
+    assert still.value(1.2 * points) == 0.0
 
 
 def test_a_patch_feels_what_its_nodes_feel(cylinder):

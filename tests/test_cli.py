@@ -87,13 +87,14 @@ def test_regularize_writes_everything_that_is_asked_for(here, capsys):
 def test_options_reach_the_run(here, capsys):
     words = "regularize part.vtu better.vtu --boundary free --fixed wall --target 1:1:2 --energy quaternionic"
     words += " --weight volume --quadrature corners --method majorize --no-lift --tolerance 1e-3 --max-iterations 4"
-    words += " --hausdorff 0.01 --features keep"
+    words += " --hausdorff 0.01 --features keep --sizes free"
     assert run(words + " --report -") == 0
     options = json.loads(capsys.readouterr().out)["options"]
     assert options == {
         "boundary": "free",
         "hausdorff": 0.01,
         "features": "keep",
+        "sizes": "free",
         "surface": None,
         "conserve_volume": False,
         "fixed": "wall",
@@ -156,6 +157,19 @@ def test_the_volume_is_conserved_if_asked_to(here, capsys):
         changes.append(abs(json.loads(capsys.readouterr().out)["volume_change"]))
     assert changes[0] > 1e-4
     assert changes[1] < 1e-12
+
+
+def test_sizes_may_be_those_of_a_cell_array(here, capsys):
+    points, cells = generate.box((4, 4, 4))
+    wanted = np.where(points[cells].mean(axis=1)[:, 0] < 0.5, 0.5, 1.5) / 64.0
+    hc.write("box.vtu", hc.HexMesh(points, cells, cell_data={"wanted": wanted}))
+    assert run("regularize box.vtu out.vtu --sizes wanted --report -") == 0
+    report = json.loads(capsys.readouterr().out)
+    ratios = hc.quality(hc.read("out.vtu")).volume / wanted
+    assert report["size_ratios"] == pytest.approx([ratios.min(), ratios.max()])
+    assert 0.85 < ratios.min() < ratios.max() < 1.3
+    assert run("regularize box.vtu out.vtu --sizes absent") == 2
+    assert "sizes is 'input', 'free' or a cell array, not 'absent'; there are: 'wanted'" in capsys.readouterr().err
 
 
 def test_help_names_every_choice(capsys):

@@ -11,7 +11,13 @@ from hexconformal.topology import boundary_quads
 # name: published minimum and mean scaled Jacobian (Xu, Gao & Chen 2018), with the default bound of 0.005
 PUBLISHED = {"xu_t1_block": (0.253, 0.857), "xu_t1_hanger": (0.723, 0.974), "xu_t3_fandisk": (0.752, 0.950)}
 # name: upper bound of the minimum that any method can reach while the boundary is fixed
-BOUND = {"msq_hex_5_tangled": 1.0, "xu_t3_fandisk": 0.625, "xu_t1_block": 0.197, "xu_t5_block": 0.436}
+BOUND = {
+    "msq_hex_5_tangled": 1.0,
+    "xu_t3_fandisk": 0.625,
+    "xu_t1_block": 0.197,
+    "xu_t5_block": 0.436,
+    "xu_t1_cap": 0.043,
+}
 
 
 def tangled(mesh, amount=0.9, seed=0):
@@ -51,12 +57,19 @@ def test_a_cell_that_cannot_be_unfolded_is_named_and_the_rest_is_finished():
     points[cells[cell, 0]] = points[cells[cell, 6]] + [0.05, 0.0, 0.0]  # pulled through the opposite corner
     held = np.zeros(len(points), dtype=bool)
     held[cells[cell]] = True
-    result = hc.regularize((points, cells), boundary="fixed", fixed=held)
+    run = hc.Regularization((points, cells), hc.Options(boundary="fixed", fixed=held))
+    assert len(list(run)) > 1
+    result, rest = run.result(), run._stages.problem
     assert 0 < result.report.after.inverted <= result.report.before.inverted
     assert any("cells that stay inverted" in note and str(cell) in note for note in result.report.notes)
     others = np.setdiff1d(np.arange(len(cells)), np.flatnonzero(hc.quality((points, cells)).scaled_jacobian <= 0))
     after = hc.quality((result.points, cells)).scaled_jacobian[others]
     assert after.mean() > hc.quality((points, cells)).scaled_jacobian[others].mean()
+    # What is left has the sizes of its own cells.
+    sized = rest.sizes > 0.0
+    assert sized.any()
+    volumes = hc.quality((points, rest.cells)).volume / run._frame.unit**3
+    assert rest.sizes[sized] == pytest.approx(volumes[sized], rel=1e-12)
 
 
 @pytest.mark.parametrize("boundary", ["fixed", "slide"])
@@ -104,6 +117,9 @@ def test_size_and_place_of_a_tangled_mesh_do_not_matter():
     for size, shift in ((1e-6, 0.0), (1e6, 0.0)):
         moved = hc.regularize((size * points + shift, cells)).points
         assert np.abs(moved - size * plain - shift).max() < 1e-5 * size
+    # Far away only what the digits there have lost, many times over.
+    near = hc.regularize((points + 2.0**14, cells)).points - 2.0**14
+    assert np.abs(near - plain).max() < 1e-3
     far = hc.regularize((points + 1e4 * 3.46, cells))
     assert far.report.after.invalid == 0
     assert far.report.after.scaled_jacobian.mean == pytest.approx(
@@ -124,6 +140,14 @@ def test_features_may_be_kept_or_soft():
     assert any("kept" in note for note in kept.notes)
     assert any("soft" in note for note in soft.notes)
     assert soft.after.scaled_jacobian.min >= kept.after.scaled_jacobian.min - 0.02
+    # Flat ends of a cylinder are kept exactly, unless their rims may be rounded.
+    points, cells = generate.jittered(*generate.cylinder(4, 3, 6), 0.3, seed=2)
+    top = points[:, 2] == points[:, 2].max()
+    flat, bent = (
+        hc.regularize((points, cells), features=mode, hausdorff=0.02).points[top] for mode in ("keep", "soft")
+    )
+    assert np.array_equal(flat[:, 2], points[top, 2])
+    assert np.abs(bent[:, 2] - points[top, 2]).max() > 1e-4
 
 
 def test_no_distance_allowed_means_curved_boundaries_stay():
@@ -131,3 +155,5 @@ def test_no_distance_allowed_means_curved_boundaries_stay():
     result = hc.regularize((points, cells), hausdorff=0.0)
     surface = np.unique(boundary_quads(cells)[0])
     assert np.array_equal(result.points[surface], points[surface])
+    assert result.report.hausdorff == 0.0
+    assert not any("features" in note for note in result.report.notes)

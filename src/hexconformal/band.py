@@ -33,8 +33,8 @@ Mask = NDArray[np.bool_]
 _ATTRACTION = 30.0  # soft weight of nodes, per squared distance in bounds: without it thin bodies inflate
 _STEEP = 200.0  # weight beyond the onset
 _ONSET = 0.8  # share of the bound where the steep part begins
-_BEYOND = 1.02  # factor of room for what is beyond the limit already
 _LIMIT = 0.98  # share of the bound that is never crossed from inside
+_BEYOND = 2.0  # where something is outside: room behind it, over how far beyond the onset it is
 _NARROW = 0.2  # width of the band of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
 
@@ -128,7 +128,7 @@ class Band:
         """Penalty; adds its gradient and the Gauss-Newton part of its Hessian, and remembers where things are."""
         total = 0.0
         kinds = list(self._measured(self._all(points), refresh=True))
-        self._limit = max([_LIMIT, *(_BEYOND * rows.distances.max(initial=0.0) / rows.width for rows in kinds)])
+        self._limit = max(_limit(float(rows.distances.max(initial=0.0)) / rows.width, rows.onset) for rows in kinds)
         for rows in kinds:
             value, slopes, curvatures = self._penalty(rows)
             total += value
@@ -246,6 +246,11 @@ class Band:
         slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * rows.attraction
         curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + rows.attraction)
         return float(value), slopes / rows.width**2, curvatures / rows.width**2
+
+
+def _limit(worst: float, onset: float) -> float:
+    """Where the wall is: at its place with everything inside, else behind the worst, so that it comes in with it."""
+    return _LIMIT if worst < _LIMIT else worst + _BEYOND * (worst - onset)
 
 
 def _directions(residuals: Field, distances: Field, bound: float, surface: Surface, faces: Ints) -> Field:

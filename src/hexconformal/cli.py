@@ -96,7 +96,7 @@ def _parser() -> ArgumentParser:
     from surface.cli import add_remesh
     from surface.flow.cli import add_flow
 
-    for add in (_add_regularize, add_remesh, add_flow, _add_quality, _add_orient, _add_check, _add_demo):
+    for add in (_add_regularize, add_remesh, add_flow, _add_move, _add_quality, _add_orient, _add_check, _add_demo):
         add(added)
     return parser
 
@@ -167,6 +167,10 @@ def _add_regularize(added: Any) -> None:
         "--target", default=Options.target, metavar="auto|cube|input|A:B:C", help="perfect cell: cube, each cell's own"
         " shape in the input, a box, or cubes where the input is not stretched on purpose (default %(default)s)",
     )  # fmt: skip
+    what.add_argument(
+        "--sizes", default=Options.sizes, metavar="input|free|NAME", help="volumes of cells: those of the input where"
+        " it is valid, any, or a cell array with the wanted ones (default %(default)s)",
+    )  # fmt: skip
     add_choice(what, "weight", "cells count the same, or by their volume in the input")
     add_choice(what, "energy", "conformally invariant distortion, or the plain one")
     add_choice(what, "quadrature", "where distortion is measured")
@@ -205,6 +209,40 @@ def add_choice(group: Any, name: str, text: str, choices: Sequence[str] = (), op
     default = getattr(options, name)
     metavar = "|".join(choices or CHOICES[name])
     group.add_argument(f"--{name}", default=default, metavar=metavar, help=f"{text} (default {default})")
+
+
+def _add_move(added: Any) -> None:
+    parser = command(
+        added,
+        "move",
+        commands.move,
+        "Move a mesh with its boundary, step after step. Writes frames with the mesh velocity, a history and a"
+        " checkpoint after every step into a folder; ends with exit code 1 where the boundary asks for the impossible.",
+        """  hexconformal move box.vtu run/ --boundary motion.csv
+  hexconformal move box.vtu run/ --boundary motion.csv --fixed wall --operator elastic
+  hexconformal move box.vtu run/ --boundary longer.csv --resume
+
+motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place
+  time,node,dx,dy,dz
+  0.1,17,0.0,0.02,0.0
+in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.npz
+""",
+    )
+    _add_input(parser)
+    parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
+    parser.add_argument("--boundary", metavar="motion.csv", required=True, help="where the moving nodes go")
+    parser.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay; others slide on walls")
+    parser.add_argument(
+        "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
+    )
+    parser.add_argument(
+        "--reference", default="initial", metavar="initial|current", help="what cells shall look like (default initial)"
+    )
+    parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
+    parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
+    parser.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
+    parser.add_argument("--overwrite", action="store_true", help="start anew in FOLDER if it holds a run")
+    parser.add_argument("--quiet", action="store_true", help="errors only")
 
 
 def _add_quality(added: Any) -> None:

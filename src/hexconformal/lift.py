@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .limits import held_bound
 from .quality import corner_scaled_jacobian
-from .shaping import Emphasis, Shaping, projected_newton, rings
+from .shaping import SIZE, Emphasis, Shaping, projected_newton, rings
 
 __all__ = ["lift", "lift_patches"]
 
@@ -35,12 +35,13 @@ _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 def _stiff(problem: Shaping, points: Field) -> Emphasis:
     worst = max(float(problem.measures(points).angle.max()), 1e-3)
-    return Emphasis(_SHAPE, 1.0, _STIFF / worst)
+    return Emphasis(_SHAPE, 1.0, _STIFF / worst, size=SIZE)
 
 
 def lift(problem: Shaping, points: Field) -> Iterator[Step]:
     """Lift a whole valid mesh, then its worst patches, until the worst cell stalls."""
-    for points, energy in islice(projected_newton(problem, points, Emphasis(_SHAPE, 1.0), decrease=3e-3), _ANGLE_STEPS):
+    emphasis = Emphasis(_SHAPE, 1.0, size=SIZE)
+    for points, energy in islice(projected_newton(problem, points, emphasis, decrease=3e-3), _ANGLE_STEPS):
         yield "angles", points, energy
     for points, energy in islice(projected_newton(problem, points, _stiff(problem, points)), _STIFF_STEPS):
         yield "stiffen", points, energy

@@ -49,6 +49,13 @@ class Options:
         boundary layers; cubes with the plain energy), "cube", "a:b:c" or three numbers (a box), "input" (the
         cells' own shapes), (m, 3) edge lengths of a box for every cell, or the (n, 3) points of a reference mesh
         with the same cells.
+    sizes
+        How large cells should be: "input": as they are, so that valid cells do not shrink or swell more than
+        their shape is worth, inverted ones having no size; "free"; (m,) wanted volumes, in the mesh's unit of length
+        cubed, or the name of a cell array with them: quality may be lost on the way to these, but no cell folds.
+        What counts is the ratio of the two; the report has the smallest and largest. Without effect where the
+        distortion alone is minimized: by the plain energy, and in valid meshes with flat or fixed boundary until the
+        worst cells are raised.
     weight
         "reference": every cell counts the same; "volume": by its volume in the input, the dV of the note.
     energy
@@ -89,6 +96,7 @@ class Options:
     surface: Any = None
     conserve_volume: bool = False
     target: Any = "auto"
+    sizes: Any = "input"
     weight: str = "reference"
     energy: str = "barrier"
     quadrature: str = "auto"
@@ -113,6 +121,8 @@ class Options:
             raise OptionError("surface goes with boundary='slide', energy='barrier' and hausdorff > 0")
         if self.conserve_volume and (self.boundary == "free" or self.surface is not None):
             raise OptionError("conserve_volume goes with boundary='slide', and without another surface to slide on")
+        if self.resizes and self.energy != "barrier":
+            raise OptionError("sizes goes with energy='barrier'")
         if isinstance(self.target, str) and self.target == "auto" and self.energy == "quaternionic":
             object.__setattr__(self, "target", "cube")
         if self.lift and self.energy == "quaternionic":
@@ -131,6 +141,11 @@ class Options:
     def lifts(self) -> bool:
         """Whether the worst cells are raised."""
         return self.energy == "barrier" if self.lift is None else self.lift
+
+    @property
+    def resizes(self) -> bool:
+        """Whether cells should get other sizes than they have."""
+        return not (isinstance(self.sizes, str) and self.sizes in ("input", "free"))
 
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays by their shape alone, for a report."""

@@ -155,6 +155,7 @@ class Regularization:
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
+            size_ratios=self._size_ratios(after.volume),
         )
         better = self.mesh.replaced(
             points=points,
@@ -167,9 +168,9 @@ class Regularization:
         return Result(better.restored(), points, report, tuple(self.history))
 
     def _acceptable(self, record: Record) -> bool:
-        """Whether this is no worse than the input; to come to another surface may cost quality, but no fold."""
+        """Whether this is no worse than the input; to come to another surface, or to other sizes, may cost quality."""
         first = self.history[0]
-        if self.options.surface is not None:
+        if self.options.surface is not None or self.options.resizes:
             return record.inverted <= first.inverted
         return not self.options.lifts or _no_worse(record, first)
 
@@ -222,6 +223,12 @@ class Regularization:
             notes.append(f"the volume is not that of the input, but differs by {left:+.1e}: {why}")
         return same, notes
 
+    def _size_ratios(self, volumes: Field) -> tuple[float, float] | None:
+        """Smallest and largest ratio of a cell's volume to the wanted one, None where none is wanted."""
+        wanted = self._stages.wanted
+        ratios = volumes[: len(wanted)][wanted > 0.0] / wanted[wanted > 0.0]
+        return (float(ratios.min()), float(ratios.max())) if len(ratios) else None
+
     def _last_energy(self) -> float:
         """The energy at the end; NaN where another one was minimized by then."""
         if not self.history or (len(self.history) > 1 and np.isnan(self.history[-1].gradient)):
@@ -266,9 +273,8 @@ class Regularization:
 
 
 def _no_worse(record: Record, first: Record) -> bool:
-    """Whether fewer cells are inverted than in the input, or as many and neither minimum nor mean is lower.
-
-    The minimum counts to six digits."""
+    """Whether fewer cells are inverted than in the input, or as many and neither minimum (to six digits) nor mean is
+    lower."""
     if record.inverted != first.inverted:
         return record.inverted < first.inverted
     return (
@@ -297,9 +303,10 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
         move, in diagonals of the bounding box), `features` ("auto", "keep", "soft": sharp edges and corners),
         `surface` (another one to slide on), `conserve_volume`, `fixed` (nodes to hold).
 
-        What is minimized: `target` (the perfect cell), `weight` ("reference", "volume"), `energy` ("barrier",
-        "quaternionic"), `quadrature` ("auto", "gauss", "corners"), `method` ("auto", "lbfgs", "newton",
-        "majorize"), `lift` (raise the worst cells), `tolerance`, `max_iterations`.
+        What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or wanted volumes), `weight`
+        ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
+        `method` ("auto", "lbfgs", "newton", "majorize"), `lift` (raise the worst cells), `tolerance`,
+        `max_iterations`.
 
     Returns
     -------
@@ -330,7 +337,7 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     (True, True)
     >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
     ['boundary', 'conserve_volume', 'energy', 'features', 'fixed', 'hausdorff', 'lift', 'max_iterations', 'method',
-     'quadrature', 'surface', 'target', 'tolerance', 'weight']
+     'quadrature', 'sizes', 'surface', 'target', 'tolerance', 'weight']
     """
     known = {field.name for field in fields(Options)}
     unknown = sorted(set(options) - known)

@@ -41,6 +41,8 @@ class Report:
     hausdorff
         Hausdorff distance between the boundaries before and after, relative to `diagonal`; from the surface that
         was given to slide on, if one was. None where it was not measured.
+    size_ratios
+        Smallest and largest ratio of a cell's volume after to the one it should have, None where none should.
 
     Examples
     --------
@@ -68,6 +70,7 @@ class Report:
     options: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     hausdorff: float | None = None
+    size_ratios: tuple[float, float] | None = None
 
     @property
     def volume_change(self) -> float:
@@ -118,11 +121,14 @@ class Report:
         )
 
     def _shape(self) -> list[str]:
-        """What became of the boundary, in lines."""
+        """What became of the boundary and of the sizes, in lines."""
         lines = [f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"]
         if self.hausdorff is not None:
             bound = "" if self.hausdorff_bound is None else f", allowed {self.hausdorff_bound:g}"
             lines.append(f"Hausdorff distance of the surface {self.hausdorff:.3g} diagonals{bound}")
+        if self.size_ratios is not None:
+            low, high = self.size_ratios
+            lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")
         return lines
 
     def to_dict(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ cells of an otherwise good mesh. Everything is measured at the corners, where th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
@@ -17,15 +17,18 @@ from numpy.typing import NDArray
 from .block_matrix import BlockMatrix, cell_places
 from .corner_kernels import corner_densities, corner_sums
 from .elements import CORNERS
+from .size_kernel import size_sums
 from .threads import parallel_ranges
 from .validity import is_valid
 
-__all__ = ["Emphasis", "Measures", "Shaping", "Surface", "newton_step", "next_shift", "projected_newton", "rings"]
+__all__ = ["SIZE", "Emphasis", "Measures", "Shaping", "Surface", "newton_step", "next_shift", "projected_newton"]
+__all__ += ["rings"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+SIZE = 4.0  # weight of the sizes of cells beside their angles, or their whole distortion
 _ARMIJO = 1e-4
 _HALVINGS = 25
 _SOLVE, _SOLVE_ITERATIONS = 0.1, 50  # tolerance and limit of the truncated solves
@@ -45,7 +48,7 @@ _NOTHING = np.empty((0, 3)), np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
 
 @dataclass(frozen=True)
 class Emphasis:
-    """What counts: sum of shape * e(f) + angle * phi(e(u)) over the corners (see corner_kernels).
+    """What counts: sum of shape * e(f) + angle * phi(e(u)) over the corners (see corner_kernels), and of sizes.
 
     Attributes
     ----------
@@ -57,12 +60,15 @@ class Emphasis:
         phi(e) = e / (1 - stiffness e): no corner gets worse than 1 / stiffness.
     eps
         Of the barrier chi_eps; 0 once nothing is folded.
+    size
+        Weight of what cells pay for losing or gaining volume (see size_kernel).
     """
 
     shape: float = 1.0
     angle: float = 0.0
     stiffness: float = 0.0
     eps: float = 0.0
+    size: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -96,12 +102,18 @@ class Shaping:
         (n, 3, 3) orthogonal projections onto the admissible displacements; 0 holds a node.
     surface
         What keeps boundary nodes near the surface, or None.
+    sizes
+        (m,) volumes that cells should have, 0 for those without; empty for none at all.
+    firmness
+        Factor of the weight of sizes.
     """
 
     cells: Ints
     inverses: Field
     projectors: Field
     surface: Surface | None = None
+    sizes: Field = field(default_factory=lambda: np.empty(0))
+    firmness: float = 1.0
 
     @cached_property
     def _matrix(self) -> BlockMatrix:
@@ -129,22 +141,12 @@ class Shaping:
 
     def _sums(self, points: Field, emphasis: Emphasis, gradient: Field | None) -> float:
         derivatives = gradient is not None
-        return float(
-            corner_sums(
-                points,
-                self.cells,
-                _TABLE,
-                self.inverses,
-                emphasis.eps,
-                emphasis.shape,
-                emphasis.angle,
-                emphasis.stiffness,
-                derivatives,
-                gradient if derivatives else _NOTHING[0],
-                self._matrix.data if derivatives else _NOTHING[1],
-                self._places if derivatives else _NOTHING[2],
-            )
-        )
+        where = (derivatives, *((gradient, self._matrix.data, self._places) if derivatives else _NOTHING))
+        weights = emphasis.eps, emphasis.shape, emphasis.angle, emphasis.stiffness
+        total = float(corner_sums(points, self.cells, _TABLE, self.inverses, *weights, *where))
+        if emphasis.size > 0.0 and len(self.sizes):
+            total += float(size_sums(points, self.cells, self.sizes, emphasis.size * self.firmness, *where))
+        return total
 
     def measures(self, points: Field) -> Measures:
         """Figures of every cell, as the energy sees it."""
@@ -169,6 +171,8 @@ class Shaping:
             self.inverses[around] if len(self.inverses) > 1 else self.inverses,
             np.where(moving[nodes, None, None], self.projectors[nodes], 0.0),
             None if self.surface is None else self.surface.restricted(nodes, moving, points),
+            self.sizes[around] if len(self.sizes) else self.sizes,
+            self.firmness,
         )
         return patch, nodes
 

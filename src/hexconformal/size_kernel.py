@@ -10,12 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from .compiled import loop
-from .elements import CORNERS, FACES
+from .elements import FACES
 
 __all__ = ["size_sums"]
-
-# The other end of the diagonal through the cell, of every node.
-_OPPOSITE = np.array([int(np.flatnonzero((CORNERS == 1 - CORNERS[q]).all(axis=1))[0]) for q in range(8)])
 
 
 @loop
@@ -64,7 +61,7 @@ def size_sums(points, cells, wanted, weight, derivatives, forces, data, places):
         for a in range(8):
             for b in range(a + 1):
                 place = places[c, a * (a + 1) // 2 + b]
-                if place < 0 or b == _OPPOSITE[a]:
+                if place < 0:
                     continue
                 share = 2.0 * bend if a == b else bend
                 row, column = (a, b) if cells[c, a] >= cells[c, b] else (b, a)

@@ -17,9 +17,9 @@ from .lift import lift, lift_patches
 from .minimize import Minimization
 from .options import Options
 from .quality import corner_scaled_jacobian
-from .shaping import Emphasis, Shaping, projected_newton
+from .shaping import SIZE, Emphasis, Shaping, projected_newton
 from .step import Step
-from .target import inverse_targets
+from .target import inverse_targets, wanted_volumes
 from .untangle import folded, untangle
 
 __all__ = ["Stages"]
@@ -33,6 +33,7 @@ _PATIENCE = 1  # rounds of patches without success before other features are tri
 _RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back into its band
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _FIRST_STEPS = 2  # on the whole distortion, before the angles take over
+_FIRM = 25.0  # how much firmer sizes are that were asked for
 _FINE = 1e-6  # relative decrease at which the distortion alone is minimal
 
 
@@ -51,6 +52,8 @@ class Stages:
         What the user should know about the outcome.
     problem
         The corner energy of all cells that are not folded, once there is one; None before, and where none is needed.
+    wanted
+        (m,) volumes that cells should have, in the user's unit, 0 for those without; empty for none at all.
     """
 
     def __init__(self, frame: Frame, boundary: Boundary, options: Options) -> None:
@@ -58,6 +61,7 @@ class Stages:
         self.notes: list[str] = []
         self.problem: Shaping | None = None
         self._frame, self.boundary, self._options = frame, boundary, options
+        self.wanted = wanted_volumes(options.sizes, frame.mesh, frame.valid)
 
     def __iter__(self) -> Iterator[Step]:
         yield Step("input", self._frame.start, self._energy_of_input())
@@ -70,6 +74,7 @@ class Stages:
     def _steps(self) -> Iterator[Step]:
         points = self._frame.start
         plain = self._frame.valid.all() and self.boundary.band is None and not self._options.lifts
+        plain = plain and not self._options.resizes
         if self._options.energy == "quaternionic" or plain:
             yield from self._minimize(points)
             return
@@ -80,7 +85,7 @@ class Stages:
         if bad.any():
             shaping = self._without(shaping, bad)
         self.problem = shaping
-        if bad.any() or self.boundary.band is not None:
+        if bad.any() or self.boundary.band is not None or self._options.resizes:
             for points, energy in self._shape(shaping, points):
                 yield Step("shape", points, energy)
             self.reason, self.converged = "the energy stalls", True
@@ -123,7 +128,7 @@ class Stages:
             if band is None or band.reference is not None or band.excess(points) <= _WITHIN:
                 return
             band.steepness *= 4.0
-            for points, energy in islice(projected_newton(shaping, points, Emphasis()), _RETURN_STEPS):
+            for points, energy in islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _RETURN_STEPS):
                 yield Step("return to the surface", points, energy)
 
     def _energy_of_input(self) -> float:
@@ -144,10 +149,10 @@ class Stages:
         self.reason, self.converged = minimization.reason, minimization.converged
 
     def _shape(self, shaping: Shaping, points: Field) -> Iterator[tuple[Field, float]]:
-        """The whole distortion: a few steps before the lift, or until it is minimal."""
-        if self._options.lifts:
-            return islice(projected_newton(shaping, points, Emphasis()), _FIRST_STEPS)
-        return projected_newton(shaping, points, Emphasis(), _FINE)
+        """The whole distortion: a few steps before the lift, or until it is minimal, with other sizes too."""
+        if self._options.lifts and not self._options.resizes:
+            return islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _FIRST_STEPS)
+        return projected_newton(shaping, points, Emphasis(size=SIZE), _FINE)
 
     def _shaping(self, boundary: Boundary | None = None) -> Shaping:
         frame, boundary = self._frame, self.boundary if boundary is None else boundary
@@ -157,6 +162,8 @@ class Stages:
             np.empty((0, 1, 3, 3)) if inverses is None else inverses,
             boundary.constraint.projections(len(frame.start)),
             boundary.band,
+            self.wanted / frame.unit**3,
+            _FIRM if self._options.resizes else 1.0,
         )
 
     def _without(self, shaping: Shaping, bad: NDArray[np.bool_]) -> Shaping:
@@ -168,4 +175,6 @@ class Stages:
         projectors = shaping.projectors.copy()
         projectors[shaping.cells[cells]] = 0.0
         inverses = shaping.inverses[~bad] if len(shaping.inverses) > 1 else shaping.inverses
-        return Shaping(np.ascontiguousarray(shaping.cells[~bad]), inverses, projectors, shaping.surface)
+        sizes = shaping.sizes[~bad] if len(shaping.sizes) else shaping.sizes
+        cells = np.ascontiguousarray(shaping.cells[~bad])
+        return Shaping(cells, inverses, projectors, shaping.surface, sizes, shaping.firmness)

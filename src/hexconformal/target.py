@@ -1,4 +1,4 @@
-"""What a perfect cell looks like: the target frames W that the distortion is measured against."""
+"""What a perfect cell looks like: the target frames W that the distortion is measured against, and how large it is."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from .elements import corner_rule, gauss_rule, shape_gradients
 from .errors import MeshError, OptionError, first_ids
+from .mesh import HexMesh
 from .quality import corner_scaled_jacobian
-from .sizes import edge_lengths
+from .sizes import cell_volumes, edge_lengths
 
-__all__ = ["STRETCHED", "aspects", "cell_frames", "inverse_targets", "stretched_boxes"]
+__all__ = ["STRETCHED", "aspects", "cell_frames", "inverse_targets", "stretched_boxes", "wanted_volumes"]
 
 Field = NDArray[np.float64]
 
@@ -138,3 +139,52 @@ def _boxes(lengths: Field) -> Field:
     inverses = np.zeros((len(lengths), 1, 3, 3))
     inverses[:, 0, [0, 1, 2], [0, 1, 2]] = 1.0 / lengths
     return inverses
+
+
+def wanted_volumes(sizes: Any, mesh: HexMesh, valid: NDArray[np.bool_]) -> Field:
+    """Volumes that the cells of a mesh should have.
+
+    Parameters
+    ----------
+    sizes
+        "input": those they have, if they are valid; "free"; the name of a cell array; or (m,) volumes.
+    mesh
+        The mesh; its unit is that of the volumes.
+    valid
+        (m,) which cells are valid.
+
+    Returns
+    -------
+    (m,) volumes, 0 for cells without; empty if none has one.
+
+    Raises
+    ------
+    OptionError
+        If the name is unknown, or the volumes are not one for every cell, finite and positive.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> mesh = HexMesh(*box((1, 1, 2), (1.0, 2.0, 3.0)))
+    >>> wanted_volumes("input", mesh, np.array([True, False]))
+    array([3., 0.])
+    """
+    if isinstance(sizes, str):
+        if sizes == "free":
+            return np.empty(0)
+        if sizes == "input":
+            return np.where(valid, cell_volumes(mesh.points, mesh.cells), 0.0)
+        if sizes not in mesh.cell_data:
+            known = ", ".join(map(repr, mesh.cell_data)) or "none"
+            raise OptionError(f"sizes is 'input', 'free' or a cell array, not {sizes!r}; there are: {known}")
+        sizes = mesh.cell_data[sizes]
+    try:
+        wanted = np.array(sizes, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise OptionError(f"sizes is 'input', 'free', the name of a cell array, or volumes, not {sizes!r}") from None
+    if wanted.shape != (len(mesh.cells),):
+        raise OptionError(f"sizes has one volume for each of the {len(mesh.cells)} cells, not shape {wanted.shape}")
+    bad = np.flatnonzero(~(np.isfinite(wanted) & (wanted > 0.0)))
+    if len(bad):
+        raise OptionError(f"sizes are volumes, finite and positive; those of cells {first_ids(bad)} are not")
+    return wanted

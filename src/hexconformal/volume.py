@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .shaping import Emphasis, Shaping
+from .shaping import SIZE, Emphasis, Shaping
 from .validity import is_valid
 
 __all__ = ["area_normals", "enclosed_volume", "restored", "simpson_normals"]
@@ -103,7 +103,7 @@ def restored(problem: Shaping, points: Field, quads: Ints, volume: float) -> Fie
         if abs(gap) <= _EXACT * abs(volume):
             return points
         worst = max(float(problem.measures(points).angle.max(initial=0.0)), 1e-3)
-        emphasis = Emphasis(angle=1.0, stiffness=_STIFF / worst)
+        emphasis = Emphasis(angle=1.0, stiffness=_STIFF / worst, size=SIZE)
         matrix = problem.value_gradient_hessian(points, emphasis)[2]
         normals = area_normals(points, quads)
         way, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
