@@ -14,6 +14,7 @@ from .checks import check
 from .errors import MeshError, OptionError, ReadError, WriteError
 from .io import read, write
 from .mesh import HexMesh, as_hex_mesh
+from .motion import MeshMotion, MotionReport, MotionStep
 from .options import Options, Record
 from .orient import orient
 from .quality import Quality, quality
@@ -25,6 +26,9 @@ from .version import __version__
 __all__ = [
     "HexMesh",
     "MeshError",
+    "MeshMotion",
+    "MotionReport",
+    "MotionStep",
     "OptionError",
     "Options",
     "Quality",

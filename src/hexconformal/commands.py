@@ -16,6 +16,8 @@ from .errors import MeshError, OptionError, ReadError
 from .io import READ_EXTENSIONS, WRITE_EXTENSIONS, check_writable, read, write
 from .job import Finished, Outputs, Volume, Work, check_pictures, check_places, run_work, write_text
 from .mesh import HexMesh
+from .motion import MeshMotion
+from .motion_run import MotionFolder, read_boundary
 from .options import Options
 from .orient import orient as put_in_order
 from .plots import histogram, worst_cells
@@ -23,7 +25,7 @@ from .progress import Progress
 from .quality import MEASURES
 from .quality import quality as measure
 
-__all__ = ["Kind", "carry_out", "check", "demo", "orient", "quality", "regularize"]
+__all__ = ["Kind", "carry_out", "check", "demo", "move", "orient", "quality", "regularize"]
 
 _STDOUT = "-"
 
@@ -149,6 +151,30 @@ def _any_mesh(arguments: Namespace) -> tuple[Kind, Any]:
             # No surface either: what was said of the volume stands.
             pass
         raise
+
+
+def move(arguments: Namespace) -> int:
+    """Move a mesh with its boundary."""
+    if arguments.every < 1:
+        raise OptionError(f"every is 1 or more, not {arguments.every}")
+    boundary = read_boundary(arguments.boundary)
+    place = MotionFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
+    place.prepare(arguments.resume, arguments.overwrite)
+    with Progress(arguments.quiet) as progress:
+        progress.say(f"reading {arguments.input}")
+        motion = MeshMotion(_mesh(arguments), boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
+        last, stopped = place.follow(motion, boundary, arguments.resume, arguments.every, progress.say)
+    if not arguments.quiet:
+        for note in motion.notes:
+            print(f"note: {note}")
+        print(f"wrote {place.frames}, {place.history.name}, {place.last.name}")
+    if stopped is not None:
+        print(f"interrupted after step {last}: --resume goes on from there", file=sys.stderr)
+        return 130
+    if place.refusal:
+        print(f"error: step {last + 1} was refused: {place.refusal}", file=sys.stderr)
+        return 1
+    return 0
 
 
 def orient(arguments: Namespace) -> int:

@@ -102,6 +102,13 @@ class MeshMotion:
     tolerance
         An iteration that lowers the energy by less than this, relatively, is the last.
 
+    Attributes
+    ----------
+    mesh, moving, held
+        The mesh as it came, ids (k,) of the moving nodes, and components (n, 3) that are given or stay.
+    notes
+        What is doubtful about the mesh, in words.
+
     Raises
     ------
     MeshError
@@ -142,19 +149,24 @@ class MeshMotion:
             raise MeshError(
                 f"a mesh that moves is valid at the start: {first_ids(np.flatnonzero(~frame.valid))} are not"
             )
-        self._ids = _ids(moving, len(frame.start))
+        self.moving = _ids(moving, len(frame.start))
         self._reference, self._operator, self._tolerance = reference, operator, tolerance
         driven = np.zeros((len(frame.start), 1), dtype=bool)
-        driven[self._ids] = True
-        held = fixed_components(self.mesh, fixed) | driven
-        self._constraint = Constraint.from_sums(planar_normals(frame.start, frame.quads), held)
+        driven[self.moving] = True
+        self.held = fixed_components(self.mesh, fixed) | driven
+        self._constraint = Constraint.from_sums(planar_normals(frame.start, frame.quads), self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
             frame, self._constraint, _EXACT if linear else _PREDICTION
         )
         self._energy = self._distortion(frame.start)
         self._points = frame.start
-        self._driven = np.zeros((len(self._ids), 3))
+        self._driven = np.zeros((len(self.moving), 3))
+
+    @property
+    def options(self) -> str:
+        """Operator, reference and tolerance, in words."""
+        return f"{self._operator}, {self._reference}, {self._tolerance:g}"
 
     @property
     def points(self) -> Field:
@@ -254,7 +266,7 @@ class MeshMotion:
     def _guess(self, points: Field, change: Field) -> Field:
         """The points moved by a linear extension of the change of the boundary."""
         field = np.zeros_like(points)
-        field[self._ids] = change
+        field[self.moving] = change
         return points + self._extension(field, points)
 
     def _minimized(self, points: Field, tolerance: float) -> tuple[Field, int]:
