@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from surface_shapes import grid, icosphere, mixed_sphere, none, shaken
 
-from surface.energy import Barrier, Quaternionic
+from surface.barrier import Barrier
+from surface.energy import Quaternionic
 from surface.features import detect_features
 from surface.geometry import Cells, enclosed_volume, mean_edge_length
 from surface.reference import reference_shapes

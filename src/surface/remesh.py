@@ -13,13 +13,15 @@ import numpy as np
 from hexconformal.checks import as_mask
 from hexconformal.errors import OptionError
 
+from .barrier import Barrier
 from .checks import require_sound
-from .core import Outcome, Surface, descend
-from .energy import Barrier, Distortion, Quaternionic
+from .core import Outcome, descend
+from .energy import Distortion, Quaternionic
 from .features import detect_features, edge_table
 from .geometry import Floats, cell_areas, enclosed_volume, mean_edge_length
 from .mesh import SurfaceMesh, as_surface_mesh
 from .options import Options, Record
+from .problem import Surface
 from .quality import quality, smallest_angles
 from .reference import reference_shapes
 from .report import Report

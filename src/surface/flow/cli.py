@@ -54,9 +54,7 @@ in the folder: run.pvd (frames for ParaView), history.csv, history.png, last.vtu
     )  # fmt: skip
     when.add_argument("--tau", type=float, metavar="T", help="first time step (default: from the speed)")
     when.add_argument("--tau-max", type=float, default=Stepping.tau_max, metavar="T", help="largest time step")
-    when.add_argument(
-        "--growth", type=float, default=Stepping.growth, metavar="X", help="(default %(default)g)"
-    )
+    when.add_argument("--growth", type=float, default=Stepping.growth, metavar="X", help="(default %(default)g)")
     when.add_argument("--outputs", metavar="T,T,...", default="", help="times to hit exactly, with a frame each")
     mesh = parser.add_argument_group("remeshing")
     mesh.add_argument(
