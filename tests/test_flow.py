@@ -1,5 +1,7 @@
 """Curvature flows: exact gradients, spheres, minimal surfaces, what is conserved, steps, checkpoints."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -240,6 +242,50 @@ def test_remeshing_gives_back_less_than_the_flow_took_since_it_last_did():
         assert fall >= -1e-12 * record.energy
         taken += fall
     assert refused
+
+
+def spoiled(points, first=False):
+    """In place of remeshing: every node aside along the surface, always the same way."""
+    aside = np.cross(points, np.random.default_rng(5).standard_normal(points.shape))
+    return points + 0.03 * aside / np.linalg.norm(aside, axis=1, keepdims=True)
+
+
+def test_a_remeshing_that_gives_back_too_much_is_taken_in_part_until_it_wears_out_the_mesh():
+    points, cells = icosphere(2)
+    flow = Willmore((points * [1.0, 1.0, 1.6], cells.triangles), ("area", "volume"))
+
+    def run(steps, stall=1e-9, standing=None):
+        run = Evolution(flow, Stepping(steps=steps, stall=stall, remesh=True))
+        run._remesher = spoiled
+        if standing is not None:
+            run.resume(standing)
+        return run, list(run)
+
+    whole, moments = run(60)
+    jumps = np.array([moment.record.remesh_jump for moment in moments])
+    assert (jumps > 0).any()
+    assert whole.reason.startswith("the energy falls only by wearing out the mesh")
+    assert 10 <= whole.step < 60
+    assert moments[-1].record.energy < moments[0].record.energy
+    resumed, _ = run(60, standing=run(whole.step - 3)[0].standing())
+    assert (resumed.step, resumed.reason) == (whole.step, whole.reason)
+    assert run(60, stall=0.0)[0].reason == "reached steps = 60"
+
+
+def test_where_the_worst_cannot_be_raised_the_rest_still_is(monkeypatch):
+    from surface.flow import remeshing
+
+    asked = []
+
+    class Remeshing(remeshing.Remeshing):
+        def __init__(self, mesh, options):
+            asked.append(options.emphasis)
+            super().__init__(mesh, replace(options, iterations=0) if options.emphasis == "worst" else options)
+
+    monkeypatch.setattr(remeshing, "Remeshing", Remeshing)
+    records = [m.record for m in evolve(MeanCurvature(mesh(shaken(icosphere(2), 0.03))), steps=2, remesh=True)]
+    assert asked == ["mean", "worst", "mean"]
+    assert np.isfinite(records[2].remesh_jump)
 
 
 def test_a_resumed_run_equals_the_one_that_never_stopped(tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_sphere, shaken
 
 import surface
@@ -42,6 +43,23 @@ def torus(n, m, seed=0):
     i = np.arange(n * m).reshape(n, m)
     j, k, r = np.roll(i, -1, 0), np.roll(i, (-1, -1), (0, 1)), np.roll(i, -1, 1)
     return points, np.concatenate([np.stack(t, axis=2).reshape(-1, 3) for t in ((i, j, k), (i, k, r))])
+
+
+def scattered_sphere(n, seed=1):
+    """Points at random on a sphere: every valence from 3 to 11."""
+    points = np.random.default_rng(seed).standard_normal((n, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    triangles = ConvexHull(points).simplices
+    x = points[triangles]
+    inward = (np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * x[:, 0]).sum(axis=1) < 0
+    return points, np.where(inward[:, None], triangles[:, ::-1], triangles)
+
+
+def test_the_worst_can_be_emphasized_over_the_mean():
+    shape = scattered_sphere(400)
+    mean, worst = (surface.remesh(shape, emphasis=e, features=None).report.after for e in ("mean", "worst"))
+    assert worst.min_angle > mean.min_angle + 1.0
+    assert mean.mean_angle > worst.mean_angle > mean.mean_angle - 1.5
 
 
 def tube(n, m, seed=0):

@@ -16,6 +16,7 @@ _TINY = 1e-300
 _SOFT = 4.0  # regularisation over the negative area: less is too stiff to turn a cell round
 _FLOOR = 0.02  # of a frame upside down, relative to its size
 _STIFFNESS = 0.1  # of the frozen normal's out of the plane
+_LIFTED, _MOST = 2.0, 100.0  # density that counts twice where the worst are lifted, and how often any may count
 
 
 class Barrier(Distortion):
@@ -38,6 +39,8 @@ class Barrier(Distortion):
     regular
         (f,) by how much the area a = <N, f1 x f2> of a frame is regularised, (a + sqrt(a^2 + e^2)) / 2, so that a
         frame upside down has a finite density; 0 is the barrier.
+    lift
+        Whether the worst frames count more, not less, than their density; see :meth:`settle`.
     cap
         Density from which on a frame counts less; see :meth:`settle`.
     damping
@@ -48,6 +51,7 @@ class Barrier(Distortion):
         super().__init__(corner_frames(cells, shapes), count)
         self._severity = severity
         self.damping = 0.0
+        self.lift = False
         self.cap = np.inf
         self.normals: Floats | None = None
         self.regular = np.zeros(len(self.frames.nodes))
@@ -62,14 +66,19 @@ class Barrier(Distortion):
     def settle(self, points: Floats) -> None:
         """Suit the energy to these points.
 
-        Frames upside down, or nearly so, are regularised, and the worst are kept from outweighing the rest.
+        Frames upside down, or nearly so, are regularised. The worst are kept from outweighing the rest; or, where
+        they are to be lifted, they count in proportion to how bad they are, which makes the energy of higher order.
         """
         f1, f2 = self.frames.derivatives(points)
         area = np.asarray(dot(self._upward(f1, f2), cross(f1, f2)))
         size = 0.5 * (dot(f1, f1) + dot(f2, f2))
         self.regular = np.where(area > _FLOOR * size, 0.0, np.hypot(_SOFT * area, _FLOOR * size))
         self._weights = self.frames.weights
-        self._weights = self._weights / (1 + self.densities(points) / (self.cap * self._weights))
+        relative = self.densities(points) / self._weights
+        if self.lift:
+            self._weights = self._weights * (1 + np.minimum(relative / _LIFTED, _MOST))
+        else:
+            self._weights = self._weights / (1 + relative / self.cap)
 
     def densities(self, points: Floats) -> Floats:
         f1, f2 = self.frames.derivatives(points)

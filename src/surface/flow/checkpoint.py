@@ -16,7 +16,7 @@ from .evolve import Evolution
 
 __all__ = ["load", "save"]
 
-_VERSION = 1
+_VERSION = 2
 
 
 def save(path: str | os.PathLike[str], run: Evolution) -> None:

@@ -30,7 +30,9 @@ _LONGEST = 0.5  # of the mean edge length, what any step may
 _VANISHED = 1e-4  # of the area, where a surface counts as gone
 _HALVINGS = 40
 _WINDOW = 10  # steps over which a stall is seen
-_SHARE = 0.95  # of the energy lost since the last remeshing, which the next one may give back
+_GIVEN_BACK = 0.95  # of the energy lost since the last remeshing, at most, by the next one
+_SHARES = (1.0, 0.5, 0.25, 0.125)  # of a remeshing, the first that gives back no more
+_WORN = 0.5  # degrees of the mean angle over a window of remeshings in part
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,7 @@ class Evolution:
         self._tau = min(self._tau, stepping.tau_max)
         self._step, self._time, self._credit = 0, 0.0, 0.0
         self._recent: list[float] = [self._energy]
+        self._limited, self._angle = 0, 0.0
 
     def __iter__(self) -> Iterator[Moment]:
         self.reason = "interrupted"
@@ -147,6 +150,8 @@ class Evolution:
             "energy": self._energy,
             "credit": self._credit,
             "recent": np.array(self._recent),
+            "limited": self._limited,
+            "angle": self._angle,
             "conserved": self._conserved.values,
             "first_area": self._first_area,
         }
@@ -157,6 +162,7 @@ class Evolution:
         self._step, self._time = int(standing["step"]), float(standing["time"])
         self._tau, self._energy = float(standing["tau"]), float(standing["energy"])
         self._credit, self._recent = float(standing["credit"]), list(standing["recent"])
+        self._limited, self._angle = int(standing["limited"]), float(standing["angle"])
         self._conserved.values = np.asarray(standing["conserved"])
         self._first_area = float(standing["first_area"])
         self._resumed = True
@@ -177,13 +183,26 @@ class Evolution:
             return f"reached t_end = {options.t_end:g}"
         if options.steps is not None and self._step >= options.steps:
             return f"reached steps = {options.steps}"
-        if len(self._recent) > _WINDOW and self._recent[0] - self._recent[-1] <= options.stall * abs(self._recent[-1]):
-            return f"the energy stalls: it fell by less than {options.stall:g} of it over {_WINDOW} steps"
+        if options.stall > 0.0 and (reason := self._stalling()) is not None:
+            return reason
         if self._state.area <= _VANISHED * self._first_area:
             place = ", ".join(
                 f"{x:.6g}" for x in self._state.points[self.mesh.cells.nodes()].mean(axis=0) + self.origin
             )
             return f"the surface vanishes, at ({place})"
+        return None
+
+    def _stalling(self) -> str | None:
+        stall, recent = self.stepping.stall, self._recent
+        if len(recent) > _WINDOW and recent[0] - recent[-1] <= stall * abs(recent[-1]):
+            return f"the energy stalls: it fell by less than {stall:g} of it over {_WINDOW} steps"
+        if self._limited >= _WINDOW:
+            mean = float(smallest_angles(self._state.points, self.mesh.cells).mean())
+            if mean < self._angle - _WORN:
+                return (
+                    f"the energy falls only by wearing out the mesh (mean angle {self._angle:.1f} to {mean:.1f}): "
+                    "a finer mesh would be needed to go on"
+                )
         return None
 
     def _remeshed(self) -> float:
@@ -195,16 +214,28 @@ class Evolution:
         if not due:
             return float("nan")
         moved = self._remesher(self._state.points, first=self._step == 0)
-        new = None if moved is None else restored(State(self.elements, moved), self._conserved, self._fixed)
-        if new is None:
+        if moved is None:
             return float("nan")
-        after = energy(new, self.flow.terms)
-        jump = after - self._energy
-        # What remeshing gives back is less than what the flow has taken: over a run the energy falls.
-        if not jump <= max(_SHARE * self._credit, 0.0):
-            return float("nan")
-        self._state, self._energy, self._credit = new, after, 0.0
-        return jump
+        old = self._state.points
+        for share in _SHARES:
+            new = restored(State(self.elements, old + share * (moved - old)), self._conserved, self._fixed)
+            if new is None:
+                continue
+            after = energy(new, self.flow.terms)
+            jump = after - self._energy
+            # What remeshing gives back is less than what the flow has taken: over a run the energy falls.
+            if jump <= max(_GIVEN_BACK * self._credit, 0.0):
+                self._state, self._energy, self._credit = new, after, 0.0
+                self._note_limit(share < 1.0)
+                return jump
+        self._note_limit(True)
+        return float("nan")
+
+    def _note_limit(self, limited: bool) -> None:
+        """Count the remeshings in a row that the energy allowed in part only, and keep the angles before them."""
+        if not limited or self._limited == 0:
+            self._angle = float(smallest_angles(self._state.points, self.mesh.cells).mean())
+        self._limited = self._limited + 1 if limited else 0
 
     def _advanced(self) -> tuple[float, Floats, int] | str:
         """Take a step that lowers the energy and turns no cell over; a text if there is none."""

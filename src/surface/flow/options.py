@@ -30,7 +30,8 @@ class Stepping:
     growth
         Factor by which an accepted step grows.
     stall
-        Stop where the energy falls by less than this, relatively, over ten steps; 0: never.
+        Stop where the energy falls by less than this, relatively, over ten steps, or only by wearing out the mesh:
+        where ten remeshings in a row would have given back what was gained; 0: never.
     outputs
         Times that steps hit exactly, whatever the adaptive steps are.
     remesh

@@ -18,7 +18,7 @@ __all__ = ["Remesher"]
 
 # A surface that flows is smooth or becomes so: no features; and it is remeshed again before long.
 _FIRST = 30  # iterations that make the mesh good to begin with
-_DEFAULTS: dict[str, Any] = {"iterations": 1, "features": None}
+_DEFAULTS: dict[str, Any] = {"iterations": 1, "features": None, "emphasis": "worst"}
 
 
 class Remesher:
@@ -37,11 +37,16 @@ class Remesher:
     def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
         self._mesh = mesh
         self._options = Options(**{**_DEFAULTS, "fixed": fixed, **options})
-        self._first = replace(self._options, iterations=max(self._options.iterations, _FIRST))
+        self._first = replace(self._options, iterations=max(self._options.iterations, _FIRST), emphasis="mean")
 
     def __call__(self, points: Floats, first: bool = False) -> Floats | None:
         """Positions (n, 3) after remeshing, thorough for a mesh that comes in; None where nothing could be done."""
-        run = Remeshing(self._mesh.replaced(points), self._first if first else self._options)
-        for _ in run:
-            pass
-        return run.latest if len(run.history) > 1 else None
+        mesh = self._mesh.replaced(points)
+        # Where the worst cannot be raised, the rest may still be.
+        for options in (self._first,) if first else (self._options, replace(self._options, emphasis="mean")):
+            run = Remeshing(mesh, options)
+            for _ in run:
+                pass
+            if len(run.history) > 1:
+                return run.latest
+        return None
