@@ -244,6 +244,14 @@ def test_remeshing_gives_back_less_than_the_flow_took_since_it_last_did():
     assert refused
 
 
+def test_area_and_volume_come_back_smoothly_after_remeshing():
+    points, cells = shaken(icosphere(3), 0.03)
+    start = (points * [1.0, 1.2, 1.6], cells.triangles)
+    records = [m.record for m in evolve(Willmore(start, ("area", "volume")), steps=1, remesh=True)]
+    assert records[1].remesh_jump < -0.1 * records[0].energy
+    assert records[1].conserved_error < 1e-10
+
+
 def spoiled(points, first=False):
     """In place of remeshing: every node aside along the surface, always the same way."""
     aside = np.cross(points, np.random.default_rng(5).standard_normal(points.shape))

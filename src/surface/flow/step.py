@@ -29,6 +29,7 @@ __all__ = ["CONSERVED", "Conserved", "implicit_step", "restored"]
 CONSERVED = ("area", "volume")
 _EXACT = 1e-13
 _ROUNDS = 30
+_SMOOTHED = 10.0  # cells over which what restores area and volume is spread
 
 
 class Conserved:
@@ -90,8 +91,18 @@ def implicit_step(
 
 
 def restored(state: State, conserved: Conserved, fixed: NDArray[np.bool_]) -> State | None:
-    """The nearest state that has the values to keep, along the gradients of what is kept; None if there is none."""
-    ways = [np.where(fixed[:, None], 0.0, state.solved(-gradient)) for gradient in conserved.gradients(state)]
+    """A state close by that has the values to keep; None if there is none.
+
+    It is reached along the gradients of what is kept, smoothed over some cells, (M + s K)^-1: those of a rough surface
+    are rough, and would raise a bending energy more than remeshing lowers it.
+    """
+    if not conserved.names:
+        return state
+    hold = sparse.diags_array((~fixed).astype(np.float64))
+    smoothing = _SMOOTHED**2 * state.area / len(state.elements.cells)
+    matrix = hold @ (state.mass_matrix + smoothing * state.stiffness) @ hold + sparse.diags_array(fixed * 1.0)
+    factors = factorized(sparse.csr_matrix(matrix))
+    ways = [factors.solve(np.where(fixed[:, None], 0.0, -gradient)) for gradient in conserved.gradients(state)]
     found = _constrained(state, conserved, np.zeros_like(state.points), ways)
     return None if found is None else found[0]
 
