@@ -1,6 +1,7 @@
 """Surfaces made from formulas, for the tests of `surface`."""
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from surface.geometry import Cells
 
@@ -58,6 +59,16 @@ def mixed_sphere(n):
     points, cells = quad_sphere(n)
     split, kept = cells.quads[::2], cells.quads[1::2]
     return points, Cells(np.concatenate([split[:, [0, 1, 2]], split[:, [0, 2, 3]]]), kept)
+
+
+def scattered_sphere(n, seed=1):
+    """Points at random on a sphere: every valence from 3 to 11."""
+    points = np.random.default_rng(seed).standard_normal((n, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    triangles = ConvexHull(points).simplices
+    x = points[triangles]
+    inward = (np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * x[:, 0]).sum(axis=1) < 0
+    return points, np.where(inward[:, None], triangles[:, ::-1], triangles)
 
 
 def grid(n, jitter=0.0, seed=0):

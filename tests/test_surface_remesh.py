@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
-from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_sphere, shaken
+from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_sphere, scattered_sphere, shaken
 
 import surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
@@ -45,16 +44,6 @@ def torus(n, m, seed=0):
     return points, np.concatenate([np.stack(t, axis=2).reshape(-1, 3) for t in ((i, j, k), (i, k, r))])
 
 
-def scattered_sphere(n, seed=1):
-    """Points at random on a sphere: every valence from 3 to 11."""
-    points = np.random.default_rng(seed).standard_normal((n, 3))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    triangles = ConvexHull(points).simplices
-    x = points[triangles]
-    inward = (np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * x[:, 0]).sum(axis=1) < 0
-    return points, np.where(inward[:, None], triangles[:, ::-1], triangles)
-
-
 def test_the_worst_can_be_emphasized_over_the_mean():
     shape = scattered_sphere(400)
     mean, worst = (surface.remesh(shape, emphasis=e, features=None).report.after for e in ("mean", "worst"))
@@ -93,15 +82,7 @@ def test_a_noisy_sheared_torus():
 
 def test_an_irregular_sphere():
     """The convex hull of random points: every valence from 3 on, needles among the triangles."""
-    from scipy.spatial import ConvexHull
-
-    points = np.random.default_rng(2).normal(size=(500, 3))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    triangles = ConvexHull(points).simplices.astype(np.int64)
-    x = points[triangles]
-    inward = (np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * x[:, 0]).sum(axis=1) < 0
-    triangles[inward] = triangles[inward, ::-1]
-    report = surface.remesh((points, triangles)).report
+    report = surface.remesh(scattered_sphere(500, seed=2)).report
     assert_kept(report)
     assert report.after.min_angle > 3 * report.before.min_angle
     assert report.after.mean_angle > report.before.mean_angle + 5

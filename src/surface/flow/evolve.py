@@ -31,6 +31,7 @@ _VANISHED = 1e-4  # of the area, where a surface counts as gone
 _HALVINGS = 40
 _WINDOW = 10  # steps over which a stall is seen
 _GIVEN_BACK = 0.95  # of the energy lost since the last remeshing, at most, by the next one
+_ADVANCE = 0.05  # of the energy, that the remeshing before the first step may raise it by
 _SHARES = (1.0, 0.5, 0.25, 0.125)  # of a remeshing, the first that gives back no more
 _WORN = 0.5  # degrees of the mean angle over a window of remeshings in part
 
@@ -213,19 +214,23 @@ class Evolution:
             due = bool(smallest_angles(self._state.points, self.mesh.cells).min() < options.remesh_below)
         if not due:
             return float("nan")
-        moved = self._remesher(self._state.points, first=self._step == 0)
+        first = self._step == 0
+        moved = self._remesher(self._state.points, first=first)
         if moved is None:
             return float("nan")
         old = self._state.points
+        # What remeshing gives back is less than what the flow has taken: over a run the energy falls. The first one
+        # is paid for in advance, to be good from the start, and nothing is given back until the flow has earned it.
+        most = _ADVANCE * abs(self._energy) if first else max(_GIVEN_BACK * self._credit, 0.0)
         for share in _SHARES:
             new = restored(State(self.elements, old + share * (moved - old)), self._conserved, self._fixed)
             if new is None:
                 continue
             after = energy(new, self.flow.terms)
             jump = after - self._energy
-            # What remeshing gives back is less than what the flow has taken: over a run the energy falls.
-            if jump <= max(_GIVEN_BACK * self._credit, 0.0):
-                self._state, self._energy, self._credit = new, after, 0.0
+            if jump <= most:
+                self._state, self._energy = new, after
+                self._credit = min(self._credit - jump, 0.0)
                 self._note_limit(share < 1.0)
                 return jump
         self._note_limit(True)
