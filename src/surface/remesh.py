@@ -119,6 +119,11 @@ class Remeshing:
         """The points of the last record, whether they are the best or not: a surface that moves on needs no more."""
         return self._in_users_frame(self._last)
 
+    @property
+    def converged(self) -> bool:
+        """Whether the run ended because there was nothing left to gain."""
+        return self._converged
+
     def _in_users_frame(self, points: Floats) -> Floats:
         return np.asarray(self.mesh.points + self._unit * (points - self._start))
 

@@ -42,11 +42,13 @@ class Remesher:
     def __call__(self, points: Floats, first: bool = False) -> Floats | None:
         """Positions (n, 3) after remeshing, thorough for a mesh that comes in; None where nothing could be done."""
         mesh = self._mesh.replaced(points)
-        # Where the worst cannot be raised, the rest may still be.
         for options in (self._first,) if first else (self._options, replace(self._options, emphasis="mean")):
             run = Remeshing(mesh, options)
             for _ in run:
                 pass
             if len(run.history) > 1:
                 return run.latest
+            # Where the worst are in the way of themselves, the rest may still gain; not where they are at their best.
+            if run.converged:
+                break
         return None
