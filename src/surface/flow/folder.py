@@ -57,7 +57,7 @@ class Folder:
 
     @property
     def plot(self) -> Path:
-        """Energy, area, volume, angles and time step against time."""
+        """Energy, reduced volume, angles, time and time step against the number of steps."""
         return self.path / "history.png"
 
     def prepare(self, resume: bool, overwrite: bool) -> None:

@@ -14,10 +14,14 @@ from hexconformal.io import check_writable
 __all__ = ["plot_history"]
 
 _COLOUR = "#2a6f97"
+_FLAT = 1e-3
+_LABELS = {"tau": "time step"}
 
 
 def plot_history(path: Any, history: Any) -> None:
-    """Draw energy, what is conserved, angles and time step of a history against time.
+    """Draw energy, reduced volume, angles, and time with its step, against the number of steps.
+
+    Adaptive steps go over many decades: against time most of a run would be one point.
 
     Parameters
     ----------
@@ -43,14 +47,25 @@ def plot_history(path: Any, history: Any) -> None:
     for axes, (title, names) in zip(panels.flat, _PANELS, strict=True):
         for name, style in zip(names, ("-", "--"), strict=False):
             if columns:
-                axes.plot(columns["time"], columns[name], style, color=_COLOUR, label=name.replace("_", " "))
+                axes.plot(
+                    columns["step"],
+                    columns[name],
+                    style,
+                    color=_COLOUR,
+                    label=_LABELS.get(name, name.replace("_", " ")),
+                )
         axes.set_title(title, loc="left", fontsize=10, fontweight="bold")
-        axes.set_xlabel("time", fontsize=9)
+        axes.set_xlabel("step", fontsize=9)
         axes.spines[["top", "right"]].set_visible(False)
+        axes.ticklabel_format(useOffset=False)
         axes.tick_params(labelsize=9)
+        low, high = axes.get_ylim()
+        if high - low < _FLAT * abs(high):
+            # What is kept to rounding is a straight line, not its rounding.
+            axes.set_ylim((low + high) / 2 - _FLAT * abs(high), (low + high) / 2 + _FLAT * abs(high))
         if len(names) > 1:
             axes.legend(frameon=False, fontsize=9)
-    panels[1, 1].set_yscale("log")
+    panels[1, 1].set_yscale("log", nonpositive="mask")
     canvas.save(path, figure)
 
 
@@ -58,5 +73,5 @@ _PANELS = (
     ("energy", ("energy",)),
     ("reduced volume", ("reduced_volume",)),
     ("smallest angle of a cell, degrees", ("mean_angle", "min_angle")),
-    ("time step", ("tau",)),
+    ("time", ("time", "tau")),
 )
