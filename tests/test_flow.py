@@ -203,14 +203,17 @@ def test_a_sphere_that_vanishes_ends_the_run_with_its_place():
     assert np.isfinite(moments[-1].points).all()
 
 
-def test_a_neck_that_pinches_ends_the_run_with_the_last_good_surface():
+@pytest.mark.parametrize("stall", [0.0, 1e-5])
+@pytest.mark.parametrize("remesh", [0, 1, 2])
+def test_a_neck_that_pinches_ends_the_run_with_the_last_good_surface(stall, remesh):
     points, cells = icosphere(3)
     x = 4 * points[:, 0]
     shrink = np.where(np.abs(x) < 2.5, 0.12 + 0.88 * np.minimum(np.abs(x) / 2.5, 1) ** 2, 1.0)
     dumbbell = np.stack([x, *(points[:, 1:] * shrink[:, None]).T], axis=1)
-    run = Evolution(MeanCurvature((dumbbell, cells.triangles)), Stepping(steps=400, stall=0.0))
+    run = Evolution(MeanCurvature((dumbbell, cells.triangles)), Stepping(steps=400, stall=stall, remesh=remesh))
     last = list(run)[-1]
     assert "singularity" in run.reason
+    assert (np.diff([record.time for record in run.history]) > 0).all()
     node = int(run.reason.split("node ")[1].split(",")[0])
     assert abs(last.points[node, 0]) < 0.5
     assert last.record.area > 0.5

@@ -29,6 +29,7 @@ _FIRST = 0.1  # of the mean edge length, what a first step may move a node
 _LONGEST = 0.5  # of the mean edge length, what any step may
 _VANISHED = 1e-4  # of the area, where a surface counts as gone
 _HALVINGS = 40
+_COLLAPSED = 1e-5  # of the longest time step so far, where a run comes to nothing
 _WINDOW = 10  # steps over which a stall is seen
 _GIVEN_BACK = 0.95  # of the energy lost since the last remeshing, at most, by the next one
 _ADVANCE = 0.05  # of the energy, that the remeshing before the first step may raise it by
@@ -124,7 +125,7 @@ class Evolution:
         self._tau = min(self._tau, stepping.tau_max)
         self._step, self._time, self._credit = 0, 0.0, 0.0
         self._recent: list[float] = [self._energy]
-        self._limited, self._angle = 0, 0.0
+        self._limited, self._angle, self._longest = 0, 0.0, 0.0
 
     def __iter__(self) -> Iterator[Moment]:
         self.reason = "interrupted"
@@ -153,6 +154,7 @@ class Evolution:
             "recent": np.array(self._recent),
             "limited": self._limited,
             "angle": self._angle,
+            "longest": self._longest,
             "conserved": self._conserved.values,
             "first_area": self._first_area,
         }
@@ -164,6 +166,7 @@ class Evolution:
         self._tau, self._energy = float(standing["tau"]), float(standing["energy"])
         self._credit, self._recent = float(standing["credit"]), list(standing["recent"])
         self._limited, self._angle = int(standing["limited"]), float(standing["angle"])
+        self._longest = float(standing["longest"])
         self._conserved.values = np.asarray(standing["conserved"])
         self._first_area = float(standing["first_area"])
         self._resumed = True
@@ -184,6 +187,8 @@ class Evolution:
             return f"reached t_end = {options.t_end:g}"
         if options.steps is not None and self._step >= options.steps:
             return f"reached steps = {options.steps}"
+        if self._tau < _COLLAPSED * self._longest:
+            return self._singularity()
         if options.stall > 0.0 and (reason := self._stalling()) is not None:
             return reason
         if self._state.area <= _VANISHED * self._first_area:
@@ -261,6 +266,7 @@ class Evolution:
                     self._state, self._energy = new, value
                     self._time = stop if last else self._time + tau
                     self._step += 1
+                    self._longest = max(self._longest, tau)
                     self._recent = [*self._recent[-_WINDOW:], value]
                     if halvings == 0 and not last:
                         self._tau = min(self._tau * self.stepping.growth, self.stepping.tau_max)
@@ -273,7 +279,7 @@ class Evolution:
         node = int(np.argmax(y))
         place = ", ".join(f"{x:.6g}" for x in self._state.points[node] + self.origin)
         return (
-            f"no step lowers the energy any more, however short; the curvature is largest ({y[node]:.3g}) at node "
+            f"no step worth its while lowers the energy any more; the curvature is largest ({y[node]:.3g}) at node "
             f"{node}, ({place}): a singularity, or a mesh too poor there"
         )
 

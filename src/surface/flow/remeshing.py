@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.errors import MeshError
+
 from ..geometry import Floats
 from ..mesh import SurfaceMesh
 from ..options import Options
@@ -43,7 +45,11 @@ class Remesher:
         """Positions (n, 3) after remeshing, thorough for a mesh that comes in; None where nothing could be done."""
         mesh = self._mesh.replaced(points)
         for options in (self._first,) if first else (self._options, replace(self._options, emphasis="mean")):
-            run = Remeshing(mesh, options)
+            try:
+                run = Remeshing(mesh, options)
+            except MeshError:
+                # Close to a singularity cells vanish: the flow ends there by itself, and says where.
+                return None
             for _ in run:
                 pass
             if len(run.history) > 1:
