@@ -10,7 +10,7 @@ from hexconformal.cli import add_choice, add_output, add_told, command
 from .commands import remesh
 from .energy import ENERGIES
 from .io import EXTENSIONS
-from .options import Options
+from .options import EMPHASES, Options
 from .reference import REFERENCES
 from .step import NORMALS
 
@@ -55,6 +55,7 @@ formats: {" ".join(EXTENSIONS)}
         " be conformal to; a file is a mesh with the same cells (default %(default)s)",
     )  # fmt: skip
     add_choice(what, "energy", "conformally invariant distortion, or the plain one", ENERGIES, Options)
+    add_choice(what, "emphasis", "good cells on the whole, or the smallest angles raised", EMPHASES, Options)
     add_choice(what, "normal", "where the normal of the constraint is taken", NORMALS, Options)
     what.add_argument(
         "--eps", type=float, default=Options.eps, metavar="X", help="relaxation of the constraint, in squares of the"

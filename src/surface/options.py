@@ -11,7 +11,7 @@ from .energy import ENERGIES
 from .reference import REFERENCES
 from .step import NORMALS
 
-__all__ = ["Options", "Record"]
+__all__ = ["EMPHASES", "Options", "Record"]
 
 EMPHASES = ("mean", "worst")
 

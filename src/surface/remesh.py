@@ -217,7 +217,7 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
     callback
         Called with the record of every iteration.
     **options
-        Fields of :class:`surface.Options`: reference, energy, iterations, tolerance, eps, normal, project,
+        Fields of :class:`surface.Options`: reference, energy, emphasis, iterations, tolerance, eps, normal, project,
         hausdorff, features, boundary, fixed.
 
     Returns
