@@ -28,8 +28,8 @@ def from_vtk(polydata: Any) -> SurfaceMesh:
     Examples
     --------
     >>> import pyvista as pv
-    >>> from_vtk(pv.Cube())
-    SurfaceMesh(24 points, 0 triangles, 6 quadrilaterals)
+    >>> from_vtk(pv.Plane(i_resolution=2, j_resolution=2))
+    SurfaceMesh(9 points, 0 triangles, 4 quadrilaterals)
     """
     before = polydata.GetNumberOfVerts() + polydata.GetNumberOfLines()
     if polydata.GetNumberOfStrips():
