@@ -64,10 +64,12 @@ def libraries(tmp_path_factory):
     program = shutil.which("pvpython")
     if program is None:
         pytest.skip("pvpython is not installed")
-    code = "import sys; print(sys.version_info[:2])"
-    python = subprocess.run([program, "-c", code], capture_output=True, text=True, timeout=120, check=False).stdout
-    if python.strip() != str(sys.version_info[:2]):
-        pytest.skip(f"pvpython has another Python: {python.strip()}")
+    code = "import sys, paraview.simple; print(sys.version_info[:2])"
+    tried = subprocess.run([program, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    if tried.returncode != 0:
+        pytest.skip("pvpython does not start")
+    if tried.stdout.strip() != str(sys.version_info[:2]):
+        pytest.skip(f"pvpython has another Python: {tried.stdout.strip()}")
     folder = tmp_path_factory.mktemp("libraries")
     for name in LIBRARIES:
         place = Path(find_spec(name).origin)

@@ -117,8 +117,10 @@ def test_cells_of_higher_order_are_taken_by_their_corners_on_request():
         from_vtk(plain(nodes))
     mesh = from_vtk(plain(nodes), linearise=True)
     assert mesh.cells.tolist() == [list(range(8))]
-    middle = positions(mesh.restored())[8]
-    np.testing.assert_allclose(middle, mesh.points[[0, 1]].mean(axis=0))
+    moved = mesh.points + [0.5, 0.0, 0.0] * (np.arange(20) == 1)[:, None]
+    out = positions(mesh.replaced(points=moved).restored())
+    np.testing.assert_allclose(out[1], mesh.points[1] + [0.5, 0.0, 0.0])
+    np.testing.assert_allclose(out[8], moved[[0, 1]].mean(axis=0))
 
 
 def test_no_hexahedra_and_no_cells():
@@ -175,6 +177,10 @@ def test_surfaces_that_cannot_be_taken():
         surface.vtk_mesh.from_vtk(plain(pv.Sphere(theta_resolution=8, phi_resolution=8).strip()))
     with pytest.raises(hc.MeshError, match="there are no triangles"):
         surface.vtk_mesh.from_vtk(vtkPolyData())
+    pointless = vtkPolyData()
+    pointless.SetPolys(pv.Triangle().GetPolys())
+    with pytest.raises(hc.MeshError, match="node ids outside"):
+        surface.remesh(surface.vtk_mesh.from_vtk(pointless))
 
 
 IMPORTS = """
