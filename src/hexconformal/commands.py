@@ -22,7 +22,7 @@ from .options import Options
 from .orient import orient as put_in_order
 from .plots import histogram, worst_cells
 from .progress import Progress
-from .quality import MEASURES
+from .quality import Quality
 from .quality import quality as measure
 
 __all__ = ["Kind", "carry_out", "check", "demo", "move", "orient", "quality", "regularize"]
@@ -43,11 +43,7 @@ class Kind:
     worst_by: str  # the measure that tells which cells are the worst
 
 
-def _volume_arrays(measured: Any) -> dict[str, Any]:
-    return {**{name: getattr(measured, name) for name in MEASURES}, "valid": measured.valid.astype("uint8")}
-
-
-_VOLUMES = Kind(measure, _volume_arrays, histogram, worst_cells, write, WRITE_EXTENSIONS, "scaled_jacobian")
+_VOLUMES = Kind(measure, Quality.arrays, histogram, worst_cells, write, WRITE_EXTENSIONS, "scaled_jacobian")
 
 
 def regularize(arguments: Namespace) -> int:

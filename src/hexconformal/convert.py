@@ -9,7 +9,8 @@ import numpy as np
 from hexconformal.errors import WriteError
 from hexconformal.mesh import HexMesh
 from hexconformal.meshio_mesh import MeshioOrigin, plain_meshio
-from hexconformal.pyvista_mesh import SOLIDS, PyvistaOrigin, cell_offsets, plain_pyvista
+from hexconformal.pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
+from hexconformal.vtk_mesh import SOLIDS
 
 __all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -257,20 +256,10 @@ def _decide(
 
 def _carried(mesh: HexMesh, name: str) -> tuple[Ints, Ints] | None:
     """Quadrilaterals (k, 4) among the other cells of what the mesh was made from, and their tags (k,)."""
-    source = getattr(mesh.origin, "source", None)
-    if source is None or name not in source.cell_data:
+    found = None if mesh.origin is None else mesh.origin.quads(name)
+    if found is None:
         return None
-    if isinstance(source.cell_data[name], list):
-        pairs = [(b.data, t) for b, t in zip(source.cells, source.cell_data[name], strict=True) if b.type == "quad"]
-        nodes = np.concatenate([np.empty((0, 4), dtype=np.int64), *(np.asarray(b) for b, _ in pairs)])
-        tags: Any = np.concatenate([np.empty(0, dtype=np.int64), *(np.asarray(t) for _, t in pairs)])
-    else:
-        from .pyvista_mesh import cell_offsets
-
-        grid = source.cast_to_unstructured_grid()
-        rows = np.flatnonzero(grid.celltypes == 9)
-        nodes = np.asarray(grid.cell_connectivity)[cell_offsets(grid)[rows][:, None] + np.arange(4)]
-        tags = np.asarray(source.cell_data[name])[rows]
+    nodes, tags = found
     return (nodes.astype(np.int64), tags.astype(np.int64)) if tags.ndim == 1 and np.all(tags == np.rint(tags)) else None
 
 

@@ -63,6 +63,15 @@ class MeshioOrigin:
             setattr(result, name, copy.deepcopy(getattr(old, name)))
         return result
 
+    def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
+        """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
+        if name not in self.source.cell_data:
+            return None
+        pairs = zip(self.source.cells, self.source.cell_data[name], strict=True)
+        found = [(block.data, values) for block, values in pairs if block.type == "quad"]
+        nodes = np.concatenate([np.empty((0, 4), dtype=np.int64), *(np.asarray(part) for part, _ in found)])
+        return nodes, np.concatenate([np.empty(0, dtype=np.int64), *(np.asarray(part) for _, part in found)])
+
 
 def from_meshio(source: Any, other_cells: str, linearise: bool, file: SourceFile | None = None) -> HexMesh:
     """Take in a meshio.Mesh; see :func:`hexconformal.mesh.as_hex_mesh`."""

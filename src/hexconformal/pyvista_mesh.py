@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from hexconformal.errors import MeshError
 from hexconformal.mesh import HexMesh
-from hexconformal.selection import Block, Selection, SourceFile, fill_cells, select, straightened
+from hexconformal.selection import Selection, SourceFile, fill_cells, select, straightened
+from hexconformal.vtk_mesh import SOLIDS, blocks
 
-__all__ = ["SOLIDS", "PyvistaOrigin", "cell_offsets", "from_pyvista", "plain_pyvista", "triangles"]
+__all__ = ["PyvistaOrigin", "cell_offsets", "from_pyvista", "plain_pyvista", "triangles"]
 
-_NAMES = {11: "voxel", 12: "hexahedron", 25: "hexahedron20", 29: "hexahedron27"}
-SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
-_HEXAHEDRON, _POLYHEDRON = 12, 42
+_QUAD, _HEXAHEDRON, _POLYHEDRON = 9, 12, 42
 
 
 @dataclass(frozen=True)
@@ -40,6 +39,15 @@ class PyvistaOrigin:
             old = self.source.cell_data.get(name)
             grid.cell_data.set_array(fill_cells(old, _flat(array), rows, grid.n_cells), name)
         return grid
+
+    def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
+        """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
+        if name not in self.source.cell_data:
+            return None
+        grid = self.source.cast_to_unstructured_grid()
+        rows = np.flatnonzero(grid.celltypes == _QUAD)
+        nodes = np.asarray(grid.cell_connectivity)[cell_offsets(grid)[rows][:, None] + np.arange(4)]
+        return nodes, np.asarray(self.source.cell_data[name])[rows]
 
     def _stored(self) -> NDArray[np.int64]:
         # The hexahedra as the source itself has them: voxels differ from those of the selection.
@@ -80,7 +88,8 @@ def from_pyvista(source: Any, other_cells: str, linearise: bool, file: SourceFil
     if not isinstance(source, (pv.StructuredGrid, pv.UnstructuredGrid)):
         raise MeshError(f"{type(source).__name__} holds no hexahedra: pass a volume mesh")
     grid = source.cast_to_unstructured_grid()
-    selection = select(_blocks(grid), grid.n_points, other_cells, linearise)
+    cells = blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
+    selection = select(cells, grid.n_points, other_cells, linearise)
     cell_data = {name: np.asarray(grid.cell_data[name])[selection.rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, selection, file)
@@ -138,20 +147,3 @@ def _flat(array: NDArray[Any]) -> NDArray[Any]:
 def cell_offsets(grid: Any) -> NDArray[np.int64]:
     """(m + 1,) where the nodes of each cell start, whatever the version of pyvista calls it."""
     return np.asarray(grid.cell_offsets if hasattr(type(grid), "cell_offsets") else grid.offset)
-
-
-def _blocks(grid: Any) -> list[Block]:
-    import pyvista as pv
-
-    types, offsets, connectivity = grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity)
-    blocks = []
-    for code in np.unique(types).tolist():
-        rows = np.flatnonzero(types == code)
-        size = offsets[rows + 1] - offsets[rows]
-        if code in _NAMES:
-            nodes = connectivity[offsets[rows][:, None] + np.arange(size[0])]
-        else:
-            nodes = connectivity[np.repeat(types == code, np.diff(offsets))]
-        name = _NAMES.get(code) or pv.CellType(code).name.lower()
-        blocks.append(Block(name, 3 if code in SOLIDS else 2, nodes, rows))
-    return blocks

@@ -164,6 +164,10 @@ class Quality:
             ),
         )
 
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All measures by name, and `valid` as zeros and ones, to put them on a mesh."""
+        return {**{name: getattr(self, name) for name in MEASURES}, "valid": self.valid.astype(np.uint8)}
+
 
 def quality(mesh: Any) -> Quality:
     """Measure every cell of a mesh.
