@@ -1,8 +1,8 @@
 """Draw docs/images/architecture.svg from the imports in src/: python docs/architecture.py [--check].
 
 Modules live in rooms; which room a module is in is said here, everything else is read from the source. An arrow leads
-from a room to another that it imports from. Ends with an error where a module has no room, where rooms import each other
-in a circle, or, with --check, where the picture is not up to date.
+from a room to another that it imports from. Ends with an error where a module has no room, where rooms import each
+other in a circle, or, with --check, where the picture is not up to date.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
 ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity",
-    "meshes and files": "errors version mesh generate selection convert meshio_mesh pyvista_mesh parsers abaqus io series",
+    "meshes and files": "errors version mesh generate selection convert meshio_mesh pyvista_mesh parsers abaqus io"
+    " series",
     "what is measured": "quality orient checks limits",
     "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
@@ -33,8 +34,7 @@ ROOMS: dict[str, str] = {
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"
     " .flow.evolve .flow.checkpoint .flow",
     "pictures": "canvas plots .plots .flow.plots",
-    "commands": "cli commands job demo progress interrupt motion_run __main__ .cli .commands .flow.cli"
-    " .flow.folder",
+    "commands": "cli commands job demo progress interrupt motion_run __main__ .cli .commands .flow.cli .flow.folder",
 }
 # The packages themselves hand out what is inside: no room.
 FACADES = ("hexconformal", "surface")
@@ -73,7 +73,7 @@ def rooms() -> tuple[dict[str, list[str]], dict[str, set[str]]]:
     for room, names in ROOMS.items():
         full = [f"surface{name}" if name.startswith(".") else f"hexconformal.{name}" for name in names.split()]
         inside[room] = [name for name in full if name in known]
-        room_of |= {name: room for name in inside[room]}
+        room_of |= dict.fromkeys(inside[room], room)
     homeless = sorted(set(known) - set(room_of) - set(FACADES))
     if homeless:
         raise SystemExit(f"give these modules a room in docs/architecture.py: {', '.join(homeless)}")

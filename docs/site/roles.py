@@ -16,6 +16,9 @@ MODULES = ("hexconformal.generate", "hexconformal.distortion", "hexconformal.val
 
 _ROLE = re.compile(r":(?:func|class|mod|meth|attr|data):`~?([\w.]+)`")
 _EQUATION = re.compile(r"\b([Ee]quation) \((\d+)\)")
+_RETURNS = re.compile(r"^(Returns\n-------)\n((?:.+\n?)+)", re.MULTILINE)
+_ANGLE = re.compile(r"<(?=[A-Za-z])")  # inner products <N, v> are no tags
+_DOCTEST = re.compile(r"^(>>> )", re.MULTILINE)
 _LITERAL = re.compile(r"::$", re.MULTILINE)
 
 
@@ -32,6 +35,14 @@ def defined() -> dict[str, str]:
     return {name: places.get(place, place) for name, place in places.items()}
 
 
+def _typed(found: re.Match[str], function: Any) -> str:
+    """What is returned, said in plain sentences, below the type that the signature has."""
+    lines = found[2].splitlines()
+    if any(line.startswith(" ") for line in lines):
+        return found[0]
+    return "\n".join([found[1], str(function.returns), *(f"    {line}" for line in lines), ""])
+
+
 class Roles(griffe.Extension):
     """Rewrites every docstring as it is loaded."""
 
@@ -43,8 +54,11 @@ class Roles(griffe.Extension):
         if obj.docstring is None:
             return
         text = _ROLE.sub(self._role, obj.docstring.value)
-        text = _EQUATION.sub(r"[\1 (\2)](../mathematics.html#eq-\2)", text)
-        obj.docstring.value = _LITERAL.sub(":", text)
+        text = _EQUATION.sub(r"[\1 (\2)](../mathematics.md#eq-\2)", text)
+        text = _ANGLE.sub("&lt;", _LITERAL.sub(":", text))
+        if "Examples\n-----" not in text:
+            text = _DOCTEST.sub(r"Examples\n--------\n\1", text, count=1)
+        obj.docstring.value = _RETURNS.sub(lambda found: _typed(found, obj), text) if obj.is_function else text
 
     def _role(self, found: re.Match[str]) -> str:
         name = found[1]
