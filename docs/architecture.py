@@ -2,7 +2,8 @@
 
 Modules live in rooms; which room a module is in is said here, everything else is read from the source. An arrow leads
 from a room to another that it imports from. Ends with an error where a module has no room, where rooms import each
-other in a circle, or, with --check, where the picture is not up to date.
+other in a circle, where hexconformal imports surface other than for its commands, or, with --check, where the picture
+is not up to date.
 """
 
 from __future__ import annotations
@@ -79,6 +80,10 @@ def rooms() -> tuple[dict[str, list[str]], dict[str, set[str]]]:
         raise SystemExit(f"give these modules a room in docs/architecture.py: {', '.join(homeless)}")
     uses: dict[str, set[str]] = {room: set() for room in ROOMS}
     for name, room in room_of.items():
+        if name.startswith("hexconformal") and room != "commands":
+            strange = [other for other in imports(name, known[name], known) if other.startswith("surface")]
+            if strange:
+                raise SystemExit(f"{name} imports {', '.join(strange)}: only commands may know surfaces")
         uses[room] |= {room_of[other] for other in imports(name, known[name], known) if other in room_of}
         uses[room].discard(room)
     return inside, uses

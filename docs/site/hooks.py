@@ -40,7 +40,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
 
 def _help_of_commands() -> str:
     """What --help says, command by command."""
-    os.environ["COLUMNS"], os.environ["NO_COLOR"] = "100", "1"
+    os.environ["COLUMNS"], os.environ["NO_COLOR"] = "88", "1"
     from hexconformal.cli import _parser
 
     parser = _parser()
