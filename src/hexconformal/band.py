@@ -6,6 +6,7 @@ instead of the last position, it also brings nodes back that have drifted. That 
 eps = bound^2 / (2 ATTRACTION), so that no unit of length matters. The steep part begins near the bound, becomes
 infinite before it, and holds both directions of the Hausdorff distance, sample by sample: of the moved surface to
 the original, and of the original to the moved one. Feature curves and corners have a narrower band of their own.
+Equation (14) of docs/mathematics.md.
 """
 
 from __future__ import annotations

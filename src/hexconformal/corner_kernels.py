@@ -6,7 +6,9 @@ exact Hessian of e is indefinite; freezing the normals turns q into a convex qua
 q s(d) is jointly convex in (f, d) once s s'' >= 2 s'^2. Both together give a positive semidefinite block in
 closed form, without eigenvalues:
 
-    s K + s' (G a^T + a G^T) + q s'' a a^T,     K the frozen Hessian, G = dq/df, a = dd/df.
+    s K + s' (G a^T + a G^T) + q s'' a a^T,     K the frozen Hessian, G = dq/df, a = dd/df,
+
+equation (11) of docs/mathematics.md.
 
 The angles alone are measured on the unit columns u of f. Their determinant is the scaled Jacobian, and what counts
 in the end, so e(u) = (q + c) s - c has a constant c: without it, corners with one bad angle get worse while others,

@@ -10,7 +10,7 @@ unit N it equals 2(|f1|^2 + |f2|^2) - 4 <N, f1 x f2>; with the plane's own norma
 frozen N majorizes the true density.
 
 Everything here works on tuples of components (see :mod:`hexconformal.quaternion`): numbers in compiled
-loops, arrays in numpy. Nothing here knows of meshes.
+loops, arrays in numpy. Nothing here knows of meshes. The numbers of equations are those of docs/mathematics.md.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def plane_normal(f1: Vector, f2: Vector) -> Vector:
 
 @algebra
 def plane_density(f1: Vector, f2: Vector, n: Vector) -> Any:
-    """Conformal distortion |Q1|^2 + |Q2|^2 of a plane with the unit normal n (Gruber & Aulisa, eq. 1).
+    """Conformal distortion |Q1|^2 + |Q2|^2 of a plane with the unit normal n, equation (3) (Gruber & Aulisa, eq. 1).
 
     >>> plane_density((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 1.0))  # 2 (s1 - s2)^2
     2.0
@@ -61,7 +61,7 @@ def plane_density(f1: Vector, f2: Vector, n: Vector) -> Any:
 
 @algebra
 def plane_gradient(f1: Vector, f2: Vector, n: Vector) -> tuple[Vector, Vector]:
-    """Derivatives 4(f1 - f2 x n), 4(f2 - n x f1) of the density with respect to f1 and f2.
+    """Derivatives 4(f1 - f2 x n), 4(f2 - n x f1) of the density with respect to f1 and f2, equation (5).
 
     With n the plane's own normal this is the gradient of the true density. It is linear in (f1, f2): with
     n frozen the same map, applied to a variation, is the majorizing Hessian.
@@ -83,7 +83,7 @@ def plane_second(f1: Vector, f2: Vector, d1: Vector, d2: Vector) -> tuple[Vector
 # ----------------------------------------------------------------------- a frame: the sum of three planes
 @algebra
 def frame_density(f: Frame) -> Any:
-    """Summed conformal distortion of the planes (e1, e2), (e1, e3), (e2, e3) of a frame.
+    """Summed conformal distortion of the planes (e1, e2), (e1, e3), (e2, e3) of a frame, equation (6).
 
     >>> float(frame_density(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 2.0))))
     4.0
@@ -174,7 +174,7 @@ def barrier_factor(d: Any, eps: float) -> tuple[Any, Any, Any]:
 
 @algebra
 def barrier_density(f: Frame, eps: float) -> Any:
-    """Conformally invariant density, :func:`frame_density` / chi_eps(det)^(2/3).
+    """Conformally invariant density, :func:`frame_density` / chi_eps(det)^(2/3), equation (8).
 
     With eps = 0 it is infinite for frames that are folded or flat.
     """

@@ -46,6 +46,11 @@ def box(
     lengths, origin
         Size and lowest corner.
 
+    Raises
+    ------
+    OptionError
+        If there is no cell in some direction, or a length is not positive.
+
     Examples
     --------
     >>> points, cells = box((2, 1, 1))
@@ -80,6 +85,11 @@ def sheared_cube(n: int = 15, shear: float = 0.8) -> Hexes:
     shear
         Strength in [0, 1).
 
+    Raises
+    ------
+    OptionError
+        If the strength is another.
+
     Examples
     --------
     >>> points, cells = sheared_cube(6)
@@ -103,7 +113,14 @@ def sheared_cube(n: int = 15, shear: float = 0.8) -> Hexes:
 
 
 def sheared_block(n: int = 10, shear: float = 1.5) -> Hexes:
-    """A unit cube pushed over sideways: x grows by ``shear`` from the bottom of y to its top.
+    """A unit cube pushed over sideways.
+
+    Parameters
+    ----------
+    n
+        Cells along an edge.
+    shear
+        By how much x grows from the bottom of y to its top.
 
     Examples
     --------
@@ -117,7 +134,14 @@ def sheared_block(n: int = 10, shear: float = 1.5) -> Hexes:
 
 
 def twisted_cube(n: int = 10, degrees: float = 60.0) -> Hexes:
-    """A unit cube whose top is turned by ``degrees`` against its bottom, about the z axis.
+    """A unit cube whose top is turned against its bottom, about the z axis.
+
+    Parameters
+    ----------
+    n
+        Cells along an edge.
+    degrees
+        By how much. Beyond some angle, which depends on `n`, cells are inverted.
 
     Examples
     --------
@@ -134,7 +158,16 @@ def twisted_cube(n: int = 10, degrees: float = 60.0) -> Hexes:
 
 
 def bent_bar(shape: Sequence[int] = (24, 6, 6), degrees: float = 90.0, length: float = 4.0) -> Hexes:
-    """A bar of unit cross-section and given centre-line length, bent in the xy plane.
+    """A bar of unit cross-section, bent in the xy plane.
+
+    Parameters
+    ----------
+    shape
+        Number of cells along the bar, and across.
+    degrees
+        Angle between its two ends.
+    length
+        Of its centre line.
 
     Raises
     ------
@@ -169,6 +202,11 @@ def boundary_layer(shape: Sequence[int] = (8, 8, 16), aspect: float = 100.0) -> 
         Number of cells along x, y, z.
     aspect
         Width (along x) of the cells at the bottom over their height.
+
+    Raises
+    ------
+    OptionError
+        If the aspect is not positive.
 
     Examples
     --------
@@ -217,6 +255,11 @@ def cylinder(
     grading
         Thickness of the outermost layer over that of the innermost: < 1 makes a boundary layer.
 
+    Raises
+    ------
+    OptionError
+        If there is no layer, or `core_size` or `grading` makes no sense.
+
     Examples
     --------
     >>> points, cells = cylinder(4, 3, 5)
@@ -245,6 +288,11 @@ def ball(core: int = 6, layers: int = 5, radius: float = 1.0, core_size: float =
         Distance of the central block's corners from the centre, relative to the radius.
     grading
         Thickness of the outermost layer over that of the innermost: < 1 makes a boundary layer.
+
+    Raises
+    ------
+    OptionError
+        If there is no layer, or `core_size` or `grading` makes no sense.
 
     Examples
     --------

@@ -3,7 +3,7 @@
 The scaled Jacobian of a corner depends on its angles alone, so the distortion of the unit columns is what
 counts, with a little of the whole distortion to keep edge lengths in order. phi(e) = e / (1 - t e) with t just
 below one over the worst density forbids any corner to get worse and pushes hardest where it is needed
-(quasi-isometric stiffening, Garanzha et al. 2021).
+(quasi-isometric stiffening, Garanzha et al. 2021). Equation (12) of docs/mathematics.md.
 """
 
 from __future__ import annotations

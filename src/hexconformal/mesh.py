@@ -88,6 +88,11 @@ class HexMesh:
             (n, 3) new positions.
         point_data, cell_data
             Arrays by name, first axis n or m.
+
+        Raises
+        ------
+        MeshError
+            If there are other than n points, or an array has another length.
         """
         points = self.points if points is None else _checked_points(points)
         if len(points) != len(self.points):

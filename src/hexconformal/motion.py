@@ -71,7 +71,17 @@ class MotionReport:
 
 @dataclass(frozen=True)
 class MotionStep:
-    """A mesh that has moved: all points (n, 3), their velocity (n, 3) where a time step was given, and a report."""
+    """A mesh that has moved.
+
+    Attributes
+    ----------
+    points
+        (n, 3) all of them, in their old order.
+    velocity
+        (n, 3) the way of this step over its time, equation (28); None where no time was given.
+    report
+        How it went.
+    """
 
     points: Field
     velocity: Field | None
@@ -183,6 +193,11 @@ class MeshMotion:
         dt
             Time the step takes, for the velocity.
 
+        Returns
+        -------
+        MotionStep
+            The mesh where it is now: at the end of the step, or, if that was refused, as far as it went.
+
         Raises
         ------
         OptionError
@@ -233,6 +248,11 @@ class MeshMotion:
 
     def resume(self, standing: Mapping[str, ArrayLike]) -> None:
         """Go on from where another run, of the same mesh and options, stood.
+
+        Parameters
+        ----------
+        standing
+            What :meth:`standing` gave.
 
         Raises
         ------

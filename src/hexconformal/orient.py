@@ -70,9 +70,9 @@ def orient(mesh: HexMesh) -> tuple[HexMesh, OrientReport]:
 
     Returns
     -------
-    mesh
+    mesh : HexMesh
         The mesh with cells in VTK order; the same object if there was nothing to do.
-    report
+    report : OrientReport
         What was done.
 
     Raises

@@ -114,16 +114,16 @@ class Quality:
         bricks, 0 at the most where an edge has no length.
     minimum_jacobian
         Certified lower bound of min det J / max |det J| over the whole cell; in [-1, 1], 1 for
-        parallelepipeds. Positive exactly where ``valid`` (Johnen, Weill & Remacle 2017).
+        parallelepipeds. Positive exactly where ``valid`` (Johnen, Weill & Remacle 2017), equation (13).
     shape
         Mean ratio 3 det^(2/3) / |J|^2, smallest of the corners; 1 for cubes, 0 where a corner is inverted.
     conformal_distortion
         E / (4 |J|^2), E the quaternionic conformal distortion, largest of the corners; 0 for cubes, at
-        most 1. Blind to orientation; below 1 - sqrt(3)/2 det J cannot vanish at the corners.
+        most 1. Blind to orientation; below 1 - sqrt(3)/2 det J cannot vanish at the corners. Equation (7).
     edge_ratio
         Longest edge over the shortest; inf where one has no length.
     volume
-        Integral of det J.
+        Integral of det J, in the mesh's unit of length cubed; exact.
     valid
         Whether det J > 0 is proved everywhere in the cell.
     points, cells
@@ -141,7 +141,12 @@ class Quality:
     cells: Ints = field(repr=False)
 
     def summary(self, worst: int = 5) -> Summary:
-        """Reduce to a few numbers, naming the ``worst`` cells.
+        """Reduce to a few numbers.
+
+        Parameters
+        ----------
+        worst
+            How many of the worst cells to name.
 
         Examples
         --------
@@ -175,12 +180,19 @@ def quality(mesh: Any) -> Quality:
     Parameters
     ----------
     mesh
-        Anything `hexconformal.mesh.as_hex_mesh` takes.
+        Anything :func:`hexconformal.as_hex_mesh` takes.
+
+    Returns
+    -------
+    Quality
+        Measures of every cell, each an (m,) array.
 
     Raises
     ------
     MeshError
         If it is no hexahedral mesh.
+    ReadError
+        If a file cannot be read.
 
     Examples
     --------

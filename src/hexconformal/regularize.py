@@ -84,6 +84,13 @@ class Regularization:
     options
         What to do; the defaults suit an unknown mesh.
 
+    Attributes
+    ----------
+    options, mesh
+        What was given, the mesh as a :class:`hexconformal.HexMesh`.
+    history
+        The records so far.
+
     Raises
     ------
     MeshError
@@ -287,7 +294,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     """Make the cells of a hexahedral mesh regular by minimizing their quaternionic conformal distortion.
 
     The distortion of the planes (e1, e2), (e1, e3), (e2, e3) of every cell is summed and minimized over the node
-    positions (Gruber & Aulisa, volumetric remeshing). A cell that is valid stays valid in every iteration.
+    positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the plain one
+    is asked for. A cell that is valid stays valid in every iteration.
 
     Parameters
     ----------

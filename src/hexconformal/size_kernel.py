@@ -2,7 +2,7 @@
 
 A cell of volume V that should have the volume W pays V / W + W / V - 2: nothing at W, the same for a times too large
 and a times too small, infinitely much for none. With g = dV / V and r = V / W its first derivative is (r - 1 / r) g;
-of the second, the part max(2 / r, r + 1 / r) g g^T is kept.
+of the second, the part max(2 / r, r + 1 / r) g g^T is kept. Equation (10) of docs/mathematics.md.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 chi_eps(det) is positive however negative det is, so E / chi_eps^(2/3) can be minimized from a folded mesh, and
 the smaller eps, the more folded corners cost. eps follows the smallest determinant and the progress made
-(Garanzha et al. 2021). Whole meshes are unfolded only where many cells are folded; what remains is unfolded
-patch by patch, from several starts.
+(Garanzha et al. 2021), equation (9) of docs/mathematics.md. Whole meshes are unfolded only where many cells are
+folded; what remains is unfolded patch by patch, from several starts.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 On the unit cube det J is a polynomial of degree two in each reference coordinate. Its 27 Bernstein
 coefficients bound it from below and above, and the eight at the corners are attained; where they do not
-decide the sign, the cell is bisected (de Casteljau) until they do (Johnen, Weill & Remacle 2017).
+decide the sign, the cell is bisected (de Casteljau) until they do (Johnen, Weill & Remacle 2017). Equation (13) of
+docs/mathematics.md.
 """
 
 from __future__ import annotations

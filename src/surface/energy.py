@@ -6,6 +6,7 @@ f_i = sum_a x_a B_ai. The plane kernel of :mod:`hexconformal.distortion` does th
 Two energies share it. The *quaternionic* one is the note's, int |*df - N df|^2; with N frozen it is a quadratic
 form that majorizes it. The *barrier* form divides the same density by the area |f1 x f2|, that is
 2 (s1 - s2)^2 / (s1 s2): every cell counts the same whatever its size, and none can collapse or turn over.
+Equation (15) and equation (16) of docs/mathematics.md.
 """
 
 from __future__ import annotations

@@ -169,7 +169,7 @@ def transport_vectors(points: Floats, moved: Floats, cells: Cells, rule: str = "
     rule
         "linear": of the old surface; "middle": of the half-way surface (Gruber & Aulisa: the difference vector is
         orthogonal to it to third order); "simpson": (N0 + 4 N_half + N1) / 6, whose flux is exactly the change of
-        the enclosed volume, because the volume is a cubic polynomial along the way.
+        the enclosed volume, because the volume is a cubic polynomial along the way; equation (19).
     """
     if rule == "linear":
         return nodal_vectors(points, cells)

@@ -71,7 +71,20 @@ class SurfaceMesh:
     def replaced(
         self, points: ArrayLike | None = None, cell_data: Mapping[str, NDArray[Any]] | None = None
     ) -> SurfaceMesh:
-        """The same mesh with other points, or further arrays on its cells."""
+        """The same mesh with other points, or further arrays on its cells.
+
+        Parameters
+        ----------
+        points
+            (n, 3) new positions.
+        cell_data
+            Arrays by name, first axis t + q: triangles first.
+
+        Raises
+        ------
+        MeshError
+            If there are other than n points.
+        """
         moved = self.points if points is None else _points(points)
         if len(moved) != len(self.points):
             raise MeshError(f"{len(moved)} points cannot take the place of {len(self.points)}")

@@ -129,7 +129,18 @@ class Quality:
     mesh: SurfaceMesh = field(repr=False)
 
     def summary(self, worst: int = 0) -> Summary:
-        """Reduce to a few numbers, naming the ``worst`` cells."""
+        """Reduce to a few numbers.
+
+        Parameters
+        ----------
+        worst
+            How many of the worst cells to name.
+
+        Examples
+        --------
+        >>> quality((np.eye(3), [[0, 1, 2]])).summary().dilatation
+        1.0
+        """
         present = {name: values[~np.isnan(values)] for name, values in self.arrays().items()}
         found = {name: statistics(values) for name, values in present.items() if len(values)}
         nothing = float("nan")
@@ -150,7 +161,7 @@ class Quality:
         )
 
     def worst(self, count: int) -> Ints:
-        """Places of the cells of smallest conformality, worst first."""
+        """Places (count,) of the cells of smallest conformality, worst first."""
         return np.argsort(self.conformality, kind="stable")[: max(count, 0)]
 
     def corners(self, place: int) -> Floats:

@@ -79,8 +79,8 @@ def flat_angles(cells: Cells, count: int) -> Floats:
     """Angles of triangles that are as flat as the valences of their nodes allow (Gruber & Aulisa 2020).
 
     A corner wants 2 pi / valence, on the boundary pi / (number of its cells). Where one of the three is strictly
-    largest (and below pi) it is kept and the others are scaled to fill pi; else all three are scaled. Every angle
-    is positive, whatever the valence.
+    largest (and at most 135 degrees) it is kept and the others are scaled to fill pi; else all three are scaled. Every
+    angle is positive, whatever the valence. Equation (21) of docs/mathematics.md.
 
     Parameters
     ----------

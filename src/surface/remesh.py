@@ -36,7 +36,19 @@ _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres wh
 
 @dataclass(frozen=True)
 class Result:
-    """What came out: the better mesh in the type that came in, its points (n, 3), a report, a record per iteration."""
+    """What came out.
+
+    Attributes
+    ----------
+    mesh
+        The better mesh, in the type that came in, with the cell arrays `min_angle` and `min_angle_change` besides.
+    points
+        (n, 3) its points.
+    report
+        Before and after, how well the shape was kept, and why it stopped.
+    history
+        One record per iteration.
+    """
 
     mesh: Any
     points: Floats
@@ -53,6 +65,13 @@ class Remeshing:
         Anything :func:`surface.as_surface_mesh` takes.
     options
         What to do; the defaults suit a surface that stays where it is.
+
+    Attributes
+    ----------
+    options, mesh
+        What was given, the mesh as a :class:`surface.SurfaceMesh`.
+    history
+        The records so far.
 
     Raises
     ------
@@ -205,9 +224,10 @@ def remeshing(mesh: Any, options: Options | None = None) -> Remeshing:
 def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
     """Make the cells of a surface regular by minimizing their quaternionic conformal distortion.
 
-    Nodes slide along the surface, sharp edges and boundary curves (Gruber & Aulisa, eq. 2); connectivity stays. No
-    cell turns over, closed pieces keep their volume, and neither the smallest nor the mean angle gets worse. An
-    input that would gain less than 2 % of the one and 0.1 degrees of the other comes back as it is.
+    Nodes slide along the surface, sharp edges and boundary curves (Gruber & Aulisa, eq. 2): equation (16) is minimized
+    under the constraint of equation (17); connectivity stays. No cell turns over, closed pieces keep their volume, and
+    neither the smallest nor the mean angle gets worse. An input that would gain less than 2 % of the one and 0.1
+    degrees of the other comes back as it is.
 
     Parameters
     ----------

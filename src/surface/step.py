@@ -4,7 +4,8 @@
 
 with a nodal, lumped multiplier rho. The stationary rho is <v, N~> / eps, which leaves the symmetric positive
 definite system of E(f + v) + 1/(2 eps) sum_i m_i |P_i v_i|^2, P_i the projector onto the directions node i is held
-in (its normal N~, or more on curves and corners). The printed sign of the eps term makes it unbounded.
+in (its normal N~, or more on curves and corners). The printed sign of the eps term makes it unbounded. Equation (17)
+and equation (18) of docs/mathematics.md.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 A node that slides on flat facets cuts their edges, and the volume shrinks. So the target bulges over each facet as
 its corner normals say: p* = p + 1/2 sum_a lambda_a <x_a - p, n_a> n_a (Boubekeur & Alexa 2008, with the factor that
-is exact to second order for a smooth surface). It passes through the nodes, and keeps creases.
+is exact to second order for a smooth surface). It passes through the nodes, and keeps creases. Equation (20) of
+docs/mathematics.md.
 """
 
 from __future__ import annotations

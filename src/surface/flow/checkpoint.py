@@ -22,6 +22,13 @@ _VERSION = 2
 def save(path: str | os.PathLike[str], run: Evolution) -> None:
     """Write where a run stands.
 
+    Parameters
+    ----------
+    path
+        The file, .npz; replaced at once if it is there.
+    run
+        A run, at any time between two moments.
+
     Raises
     ------
     WriteError
@@ -36,7 +43,14 @@ def save(path: str | os.PathLike[str], run: Evolution) -> None:
 
 
 def load(path: str | os.PathLike[str], run: Evolution) -> None:
-    """Set a run, made for the same surface and flow, to where the checkpoint stands.
+    """Set a run to where the checkpoint stands.
+
+    Parameters
+    ----------
+    path
+        What :func:`surface.flow.save` has written.
+    run
+        A run made for the same surface and flow, not begun yet.
 
     Raises
     ------

@@ -4,7 +4,8 @@ The mean curvature vector Y of linear (bilinear) elements solves, with z the gra
 
     0 = <Y, psi> + <du, dpsi> for all psi,    that is    M Y = -z,
 
-because the stiffness matrix K of the surface gives z = K x exactly, also under quadrature.
+because the stiffness matrix K of the surface gives z = K x exactly, also under quadrature. Equation (22) of
+docs/mathematics.md.
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ By the adjoint W, M W = sum w (de/dY) phi, the gradient needs no derivative of Y
     dE = sum w <de/dc - <W, Y> N, dc> - <W, dz>
 
 For e = |Y|^p |c| this is the weak form of p-Willmore flow, with |Y|^p - p <Y, W'> (W' = W / p) in front of div phi;
-the published form has (1 - p) |Y|^p there, which is the discrete gradient only for p = 2.
+the published form has (1 - p) |Y|^p there, which is the discrete gradient only for p = 2. Equation (23) and
+equation (24) of docs/mathematics.md.
 """
 
 from __future__ import annotations

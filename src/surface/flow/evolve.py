@@ -97,6 +97,16 @@ class Evolution:
         If the surface cannot be worked on.
     OptionError
         If an option makes no sense.
+
+    Examples
+    --------
+    >>> from surface import MeanCurvature
+    >>> tetrahedron = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> run = Evolution(MeanCurvature(tetrahedron, conserve="volume"), Stepping(steps=2))
+    >>> for moment in run:
+    ...     pass
+    >>> run.reason, bool(moment.record.conserved_error < 1e-12)
+    ('reached steps = 2', True)
     """
 
     def __init__(self, flow: Flow, stepping: Stepping) -> None:
@@ -160,7 +170,13 @@ class Evolution:
         }
 
     def resume(self, standing: Mapping[str, Any]) -> None:
-        """Go on from where another run stood."""
+        """Go on from where another run, of the same surface and flow, stood.
+
+        Parameters
+        ----------
+        standing
+            What :meth:`standing` gave.
+        """
         self._state = State(self.elements, np.asarray(standing["points"]))
         self._step, self._time = int(standing["step"]), float(standing["time"])
         self._tau, self._energy = float(standing["tau"]), float(standing["energy"])
@@ -337,6 +353,14 @@ def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:
         If the surface cannot be worked on.
     OptionError
         If an option is unknown or makes no sense.
+
+    Examples
+    --------
+    >>> from surface import MeanCurvature
+    >>> tetrahedron = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> areas = [moment.record.area for moment in evolve(MeanCurvature(tetrahedron), steps=3)]
+    >>> len(areas), areas == sorted(areas, reverse=True)
+    (4, True)
     """
     known = {field.name for field in fields(Stepping)}
     unknown = sorted(set(options) - known)

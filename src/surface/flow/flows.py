@@ -55,7 +55,13 @@ class Flow:
 
 
 class MeanCurvature(Flow):
-    """Mean curvature flow, u_t = Y: the area falls. A sphere shrinks as R^2 = R0^2 - 4 t."""
+    """Mean curvature flow, u_t = Y: the area falls. A sphere shrinks as R^2 = R0^2 - 4 t, equation (27).
+
+    Parameters
+    ----------
+    mesh, conserve, fixed
+        See :class:`surface.Flow`.
+    """
 
     def __init__(self, mesh: Any, conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
         super().__init__(mesh, [Tension()], conserve, fixed)
@@ -64,7 +70,19 @@ class MeanCurvature(Flow):
 class PWillmore(Flow):
     """p-Willmore flow, of int |Y|^p; p = 0 is mean curvature flow.
 
-    A sphere follows R^(p+2) = R0^(p+2) + (p+2) (p-2) 2^p t.
+    A sphere follows R^(p+2) = R0^(p+2) + (p+2) (p-2) 2^p t, equation (27).
+
+    Parameters
+    ----------
+    mesh, conserve, fixed
+        See :class:`surface.Flow`.
+    p
+        Exponent, 0 or at least 1.
+
+    Raises
+    ------
+    OptionError
+        If p is another.
     """
 
     def __init__(self, mesh: Any, p: float = 2.0, conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
@@ -72,14 +90,37 @@ class PWillmore(Flow):
 
 
 class Willmore(PWillmore):
-    """Willmore flow, of int |Y|^2 = 4 int H^2."""
+    """Willmore flow, of int |Y|^2 = 4 int H^2.
+
+    Parameters
+    ----------
+    mesh, conserve, fixed
+        See :class:`surface.Flow`.
+    """
 
     def __init__(self, mesh: Any, conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
         super().__init__(mesh, 2.0, conserve, fixed)
 
 
 class Helfrich(Flow):
-    """Flow of a membrane's bending energy, int kc/2 (2 H - c0)^2 + gamma."""
+    """Flow of a membrane's bending energy, int kc/2 (2 H - c0)^2 + gamma, equation (25).
+
+    Parameters
+    ----------
+    mesh, conserve, fixed
+        See :class:`surface.Flow`; area and volume are kept unless you say otherwise.
+    kc
+        Bending modulus, an energy.
+    c0
+        Spontaneous curvature, one over a length.
+    gamma
+        Surface tension, an energy per area.
+
+    Raises
+    ------
+    OptionError
+        If kc is not positive.
+    """
 
     def __init__(
         self,

@@ -88,7 +88,7 @@ class Stepping:
         object.__setattr__(self, "outputs", outputs)
 
     def next_stop(self, time: float) -> float:
-        """The next time that a step has to hit."""
+        """The next time after `time` that a step has to hit; infinity if there is none."""
         stops = [*self.outputs, *([] if self.t_end is None else [self.t_end])]
         return min((stop for stop in stops if stop > time * (1 + 1e-14)), default=float("inf"))
 

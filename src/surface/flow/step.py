@@ -6,8 +6,9 @@ The gradient is taken at the old surface; what makes the step implicit is the le
 
     (M / tau + t K + K M_k^-1 K) v = -dE,
 
-with t the tension and M_k the mass matrix over the stiffness k of the bending terms (Dziuk 2008 for k = 2). The
-inner inverse is an unknown of its own, so that the matrix stays sparse. It is symmetric and quasi-definite.
+equation (26) of docs/mathematics.md, with t the tension and M_k the mass matrix over the stiffness k of the bending
+terms (Dziuk 2008 for k = 2). The inner inverse is an unknown of its own, so that the matrix stays sparse. It is
+symmetric and quasi-definite.
 """
 
 from __future__ import annotations

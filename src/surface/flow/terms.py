@@ -19,7 +19,11 @@ __all__ = ["Bending", "Membrane", "Tension", "Term"]
 
 
 class Term(Protocol):
-    """Part of an energy. Y is (f, r, 3) at the points of frames, c (f, 3) in the frames."""
+    """Part of an energy, equation (23).
+
+    Its methods take the mean curvature vector ``y``, (f, r, 3) at the r points of f frames, and the area vectors ``c``,
+    (f, 3), in units of the mesh.
+    """
 
     curved: bool  # whether Y matters
 
@@ -58,7 +62,7 @@ class Tension:
 
 @dataclass(frozen=True)
 class Bending:
-    """The p-Willmore energy int |Y|^p dA = 2^p int |H|^p dA, p >= 1 (Gruber & Aulisa 2020).
+    """The p-Willmore energy int |Y|^p dA = 2^p int |H|^p dA, p >= 1 (Gruber & Aulisa 2020), equation (24).
 
     Raises
     ------
@@ -98,7 +102,7 @@ class Bending:
 
 @dataclass(frozen=True)
 class Membrane:
-    """The bending energy of membranes, int kc/2 (2 H - c0)^2 + gamma dA (Canham, Helfrich).
+    """The bending energy of membranes, int kc/2 (2 H - c0)^2 + gamma dA (Canham, Helfrich), equation (25).
 
     With Y = -2 H N the square is |Y|^2 + 2 c0 <Y, N> + c0^2. H is positive on a sphere whose normal points outwards.
 

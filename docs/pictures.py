@@ -1,0 +1,89 @@
+"""Draw the pictures of the tour and the how-to pages: python docs/pictures.py [NAME ...].
+
+They show what the pages' own lines of Python do to the meshes in data/ and to those of hexconformal.generate.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import hexconformal as hc
+import surface
+from hexconformal import generate, plots
+from surface import plots as surface_plots
+
+ROOT = Path(__file__).resolve().parents[1]
+DATA, IMAGES = ROOT / "data", ROOT / "docs" / "images"
+_WIDTH, _COLOURS = 1100, 128
+
+
+def tour_hexes(path: Path) -> None:
+    """A ball of shaken cells, before and after."""
+    mesh = DATA / "jittered_ball.vtu"
+    plots.before_after(path, mesh, hc.regularize(mesh).mesh)
+
+
+def tour_quality(path: Path) -> None:
+    """The measures of the same."""
+    mesh = DATA / "jittered_ball.vtu"
+    plots.histogram(path, mesh, hc.regularize(mesh).mesh)
+
+
+def tour_surface(path: Path) -> None:
+    """A head of triangles, before and after."""
+    mesh = DATA / "statue.ply"
+    surface_plots.before_after(path, mesh, surface.remesh(mesh).mesh)
+
+
+def untangled(path: Path) -> None:
+    """A ball whose inner nodes are thrown about until most cells are inverted."""
+    mesh = generate.jittered(*generate.ball(core=6, layers=4), amount=1.0, seed=1, valid=False)
+    plots.before_after(path, mesh, hc.regularize(mesh).mesh)
+
+
+def layers(path: Path) -> None:
+    """Thin cells at a wall, shaken."""
+    mesh = DATA / "boundary_layer.vtu"
+    plots.before_after(path, mesh, hc.regularize(mesh).mesh)
+
+
+def moved(path: Path) -> None:
+    """A cube inside a cube, turned by 45 degrees."""
+    points, cells = generate.box((12, 12, 6), (1.0, 1.0, 0.5), (-0.5, -0.5, 0.0))
+    inside = (np.abs(points[cells].mean(axis=1)[:, :2]) < 0.16).all(axis=1)
+    cells = cells[~inside]
+    used, cells = np.unique(cells, return_inverse=True)
+    points, cells = points[used], cells.reshape(-1, 8)
+    wall = np.flatnonzero((np.abs(points[:, :2]) < 0.17).all(axis=1))
+    motion = hc.MeshMotion((points, cells), moving=wall)
+    angle = np.radians(45)
+    turned = points[wall, :2] @ [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    step = motion.step(np.column_stack([turned - points[wall, :2], np.zeros(len(wall))]))
+    plots.before_after(path, (points, cells), (step.points, cells))
+
+
+PICTURES: dict[str, Callable[[Path], None]] = {
+    draw.__name__: draw for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved)
+}
+
+
+def main() -> None:
+    """Draw all pictures, or those named, small enough to be kept in the repository."""
+    IMAGES.mkdir(exist_ok=True)
+    for name in sys.argv[1:] or PICTURES:
+        path = IMAGES / f"{name}.png"
+        PICTURES[name](path)
+        with Image.open(path) as picture:
+            size = (_WIDTH, round(picture.height * _WIDTH / picture.width))
+            small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+        small.quantize(_COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+        print(f"{path.relative_to(ROOT)}, {path.stat().st_size // 1000} kB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,71 @@
+"""Hooks of mkdocs: formulas become MathML, which browsers draw themselves, and files from outside docs/ come in.
+
+Formulas are written as `$...$` and `$$...$$`, as GitHub shows them too; `\\tag{7}` at its end numbers one
+and makes it the target of links to `#eq-7`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import html
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.structure.files import File, Files
+
+ROOT = Path(__file__).resolve().parents[2]
+_FORMULA = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
+_BAR = '<mo stretchy="false">&#x0007C;</mo>'
+_TAG = re.compile(r"\\tag\{(\d+)\}")
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """The tables of the benchmarks with the scripts that make them, and the list of changes, where they are."""
+    for path in [*sorted((ROOT / "benchmarks").glob("*.md")), *sorted((ROOT / "benchmarks").glob("*.py"))]:
+        files.append(File.generated(config, f"benchmarks/{path.name}", abs_src_path=str(path)))
+    files.append(File.generated(config, "CHANGELOG.md", abs_src_path=str(ROOT / "CHANGELOG.md")))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
+    """Numbered formulas get an anchor; links to benchmarks/, right in the repository, lead to the files in the site."""
+    markdown = re.sub(r"^(?=\$\$.*\\tag\{(\d+)\})", r'<div id="eq-\1"></div>\n\n', markdown, flags=re.MULTILINE)
+    if page.file.src_uri == "api/cli.md":
+        markdown = markdown.replace("<!-- help of all commands -->", _help_of_commands())
+    return re.sub(r"\]\(((?:\.\./)*)\.\./benchmarks/", r"](\1benchmarks/", markdown)
+
+
+def _help_of_commands() -> str:
+    """What --help says, command by command."""
+    os.environ["COLUMNS"], os.environ["NO_COLOR"] = "88", "1"
+    from hexconformal.cli import _parser
+
+    parser = _parser()
+    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    parts = [f"```text\n{parser.format_help()}```"]
+    parts += [f"## {name}\n\n```text\n{command.format_help()}```" for name, command in commands.choices.items()]
+    return "\n\n".join(parts)
+
+
+def on_page_content(content: str, page: Any, config: Any, files: Files) -> str:
+    """Formulas as MathML."""
+    return _FORMULA.sub(_mathml, content)
+
+
+def _mathml(found: re.Match[str]) -> str:
+    return _drawn(found).replace(_BAR, _BAR.replace(">", ' lspace="0" rspace="0">', 1))
+
+
+def _drawn(found: re.Match[str]) -> str:
+    text = html.unescape(found[2]).strip()
+    if found[1] == "span":
+        return convert(text.removeprefix("\\(").removesuffix("\\)").strip())
+    text = text.removeprefix("\\[").removesuffix("\\]").strip()
+    tag = _TAG.search(text)
+    drawn = convert(_TAG.sub("", text).strip(), display="block")
+    if tag is None:
+        return f'<div class="equation">{drawn}</div>'
+    return f'<div class="equation">{drawn}<span class="number">({tag[1]})</span></div>'
