@@ -28,7 +28,7 @@ from .report import Report
 
 __all__ = ["Remeshing", "Result", "remesh", "remeshing"]
 
-_SEVERITY = {"mean": 0.5, "worst": 2.0}
+_SEVERITY = 2.0
 _ROUNDING = 1e-9  # degrees
 _WORTH = (1.02, 0.1)  # factor of the smallest and gain of the mean angle for which nodes are moved at all
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
@@ -119,7 +119,7 @@ class Remeshing:
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
-            energy = Barrier(cells, shapes, len(x), _SEVERITY[options.emphasis])
+            energy = Barrier(cells, shapes, len(x), _SEVERITY)
             energy.lift = options.emphasis == "worst"
         else:
             energy = Quaternionic(cells, shapes, len(x))
