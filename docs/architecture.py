@@ -2,8 +2,8 @@
 
 Modules live in rooms; which room a module is in is said here, everything else is read from the source. An arrow leads
 from a room to another that it imports from. Ends with an error where a module has no room, where rooms import each
-other in a circle, where hexconformal imports surface other than for its commands and filters, or, with --check, where the picture
-is not up to date.
+other in a circle, where hexconformal imports surface other than for its commands and filters, or, with --check, where
+the picture is not up to date.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
 ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity",
-    "meshes and files": "errors version mesh generate selection convert meshio_mesh pyvista_mesh vtk_mesh parsers abaqus"
-    " io series",
+    "meshes and files": "errors version mesh generate selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
+    " abaqus io series",
     "what is measured": "quality orient checks limits",
     "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
