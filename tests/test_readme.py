@@ -28,6 +28,10 @@ def folder(tmp_path_factory):
     sphere = pv.Sphere(radius=1.0, theta_resolution=60, phi_resolution=60)
     sphere.save(place / "part.stl")
     pv.Icosphere(nsub=2).scale([1.0, 1.2, 1.5]).save(place / "statue.ply")
+    box, bricks = generate.box((3, 3, 3))
+    hc.write(place / "box.vtu", hc.HexMesh(box, bricks))
+    rows = [f"{t},{node},0,0,{-0.05 * t}" for t in (1, 2) for node in np.flatnonzero(box[:, 2] == box[:, 2].min())]
+    (place / "motion.csv").write_text("\n".join(["time,node,dx,dy,dz", *rows]))
     return place
 
 
@@ -48,7 +52,8 @@ def commands():
 
 
 def test_every_command_is_shown():
-    assert {line.split()[0] for line in commands()} == {"check", "flow", "orient", "quality", "regularize", "remesh"}
+    shown = {line.split()[0] for line in commands()}
+    assert shown == {"check", "flow", "move", "orient", "quality", "regularize", "remesh"}
 
 
 @pytest.mark.parametrize("line", commands())
