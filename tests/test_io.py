@@ -171,6 +171,38 @@ def test_gmsh_41_is_kept_where_meshio_can(known, tmp_path):
     np.testing.assert_array_equal(back.field_data["solid"], [5, 3])
 
 
+GMSH_41 = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Entities
+0 0 0 1
+1 0 0 0 1 1 1 0 0
+$EndEntities
+$Nodes
+1 8 1 8
+3 1 0 8
+1\n2\n3\n4\n5\n6\n7\n8
+0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1
+$EndNodes
+$Elements
+1 1 1 1
+3 1 5 1
+1 1 2 3 4 5 6 7 8
+$EndElements
+"""
+
+
+def test_gmsh_41_without_physical_groups_is_written_back(tmp_path):
+    path = tmp_path / "mesh.msh"
+    path.write_text(GMSH_41)
+    mesh = io.read(path)
+    io.write(path, mesh)
+    assert path.read_bytes().startswith(b"$MeshFormat\n4.1")
+    back = io.read(path)
+    np.testing.assert_array_equal(back.points, mesh.points)
+    np.testing.assert_array_equal(back.cells, mesh.cells)
+
+
 def test_abaqus_keeps_sets_and_writes_plain_bricks(tmp_path):
     path = tmp_path / "mesh.inp"
     points, cells = block(2)

@@ -201,8 +201,9 @@ def _gmsh_options(out: Any, file: SourceFile | None) -> tuple[str, dict[str, Any
         out.point_data.pop("gmsh:dim_tags", None)
         if file is not None and file.version.startswith("4"):
             lost.append("the geometric entities of Gmsh 4 (written as version 2.2)")
-        for tag in _GMSH_TAGS[:2]:
-            out.cell_data.setdefault(tag, [np.zeros(len(block.data), dtype=np.int32) for block in out.cells])
+    # Both writers ask for both tags; Gmsh itself leaves those of physical groups out where there are none.
+    for tag in _GMSH_TAGS[:2]:
+        out.cell_data.setdefault(tag, [np.zeros(len(block.data), dtype=np.int32) for block in out.cells])
     if as_text:
         # Plain Python floats: the writer spells out NumPy's as np.float64(...).
         for name in set(out.point_data) - set(_GMSH_TAGS):
