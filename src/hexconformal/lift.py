@@ -23,7 +23,7 @@ __all__ = ["lift", "lift_patches"]
 Field = NDArray[np.float64]
 Step = tuple[str, Field, float]
 
-_SHAPE = 0.15  # share of the whole distortion beside the angles: with less, edges of a cell may differ a hundredfold
+_SHAPE = 0.05  # share of the whole distortion beside the angles
 _STIFF = 0.95  # stiffness times the worst density
 _ANGLE_STEPS, _STIFF_STEPS = 10, 3  # more of them cost more and win nothing that the patches do not
 _PATCH_STEPS, _PATCH_PASSES, _PATCH_ROUNDS = 4, 3, 40
