@@ -16,7 +16,7 @@ from .step import Linear
 __all__ = ["Iterate", "Outcome", "descend"]
 
 _LONGEST = 0.5  # step of a node, in lengths of its edges
-_FARTHEST = 8.0
+_FARTHEST = 8.0  # the same, where nobody is in the way
 _TRIES = 16
 _FEW = 30  # nodes
 _BLAMES = 4  # times that cells are blamed for a rise of the energy, before everybody is
