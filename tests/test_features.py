@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from hexconformal import as_hex_mesh
 from hexconformal.errors import OptionError
 from hexconformal.features import find_features, surface_tags
 from hexconformal.generate import ball, box, cylinder
-from hexconformal.mesh import as_hex_mesh
 from hexconformal.topology import boundary_quads
 
 

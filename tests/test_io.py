@@ -10,10 +10,9 @@ import pytest
 import pyvista as pv
 from test_mesh import block, mixed_grid, mixed_meshio
 
-from hexconformal import io
+from hexconformal import HexMesh, as_hex_mesh, files, io
 from hexconformal.closest import Surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
-from hexconformal.mesh import HexMesh, as_hex_mesh
 from hexconformal.series import Series
 
 # What each format keeps of arrays: all of them, one with integers, or none.
@@ -576,7 +575,7 @@ def test_unreadable_files(tmp_path):
         io.read(tmp_path / "a.vtu")
     tmp_path.chmod(0o500)
     with pytest.raises(WriteError, match="denied"):
-        io.check_writable(tmp_path / "b.vtu")
+        files.check_writable(tmp_path / "b.vtu")
 
 
 @pytest.mark.parametrize(("extension", "module"), [(".med", "h5py"), (".e", "netCDF4"), (".xdmf", "h5py")])
@@ -597,7 +596,7 @@ def test_places_that_cannot_be_written_to(tmp_path):
     with pytest.raises(WriteError, match=r"unknown extension \.xyz; known are .*\.msh"):
         io.write(tmp_path / "a.xyz", mesh)
     with pytest.raises(WriteError, match=r"\(none\)"):
-        io.check_writable(tmp_path / "a")
+        files.check_writable(tmp_path / "a", io.WRITE_EXTENSIONS)
     (tmp_path / "b.vtu").mkdir()
     with pytest.raises(WriteError, match="folder"):
         io.write(tmp_path / "b.vtu", mesh)
@@ -644,7 +643,7 @@ def test_the_companion_of_xdmf(tmp_path, monkeypatch):
     with pytest.raises(WriteError, match="companion"):
         io.write("out/a.xmf", HexMesh(*block(1)))
     with pytest.raises(WriteError, match="companion"):
-        io.check_writable("out/a.xmf")  # known before the work
+        files.check_writable("out/a.xmf")  # known before the work
     assert len(io.read("out/a.xdmf").cells) == 8
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.elements import CORNERS
 from hexconformal.errors import MeshError, OptionError
-from hexconformal.mesh import HexMesh, as_hex_mesh
 
 
 def block(k):
@@ -261,7 +261,7 @@ def test_bad_arguments_are_refused():
 
 def test_arrays_do_not_import_the_mesh_libraries():
     code = (
-        "import sys; from hexconformal.mesh import as_hex_mesh; "
+        "import sys; from hexconformal import as_hex_mesh; "
         "as_hex_mesh(([[0, 0, 0]] * 8, [range(8)])).restored(); "
         "print([name for name in ('meshio', 'pyvista', 'vtkmodules') if name in sys.modules])"
     )

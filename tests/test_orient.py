@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from test_mesh import block, mixed_grid, mixed_meshio
 
+from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.checks import check
 from hexconformal.elements import CORNER_EDGES
 from hexconformal.errors import MeshError
-from hexconformal.mesh import HexMesh, as_hex_mesh
 from hexconformal.orient import orient
 from hexconformal.topology import boundary_quads
 

@@ -12,8 +12,8 @@ The main job is one call::
 from . import generate
 from .checks import check
 from .errors import MeshError, OptionError, ReadError, WriteError
-from .io import read, write
-from .mesh import HexMesh, as_hex_mesh
+from .io import as_hex_mesh, read, write
+from .mesh import HexMesh
 from .motion import MeshMotion, MotionReport, MotionStep
 from .options import Options, Record
 from .orient import orient

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.errors import ReadError, first_ids
+from .errors import ReadError, first_ids
 
 __all__ = ["read_deck", "replaced_nodes"]
 

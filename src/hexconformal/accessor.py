@@ -10,7 +10,7 @@ from typing import Any
 
 import pyvista
 
-from .mesh import as_hex_mesh
+from .io import as_hex_mesh
 from .quality import quality
 from .regularize import regularize
 

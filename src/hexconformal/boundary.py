@@ -14,6 +14,7 @@ from .constraint import Constraint, boundary_constraint, fixed_components, free_
 from .errors import MeshError
 from .features import Features, find_features, surface_tags
 from .frame import Frame
+from .io import read_surface
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
@@ -118,8 +119,6 @@ def _reference(frame: Frame, surface: Any) -> Surface | None:
     if surface is None:
         return None
     if isinstance(surface, (str, bytes)) or hasattr(surface, "__fspath__"):
-        from .io import read_surface
-
         surface = read_surface(surface)
     given = Surface.from_pyvista(surface)
     _require_near(frame, given)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .io import saving
+from .files import saving
 
 __all__ = ["PICTURES", "PIXELS", "VIEW", "Panel", "add_ghost", "add_grid", "bounds", "colour_bar", "histograms"]
 __all__ += ["on_screen", "panel", "ring_small", "save", "stage", "value_range"]

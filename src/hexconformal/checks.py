@@ -8,10 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hexconformal.errors import MeshError, OptionError, first_ids
-from hexconformal.mesh import HexMesh
-from hexconformal.orient import best_order, center_determinants
-from hexconformal.topology import components, face_table
+from .errors import MeshError, OptionError, first_ids
+from .mesh import HexMesh
+from .orient import best_order, center_determinants
+from .topology import components, face_table
 
 __all__ = ["Finding", "as_mask", "check", "require_sound"]
 

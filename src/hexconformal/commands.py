@@ -13,8 +13,9 @@ from typing import Any
 from .checks import check as find_faults
 from .demo import run_demo
 from .errors import MeshError, OptionError, ReadError
-from .io import READ_EXTENSIONS, WRITE_EXTENSIONS, check_writable, read, write
-from .job import Finished, Outputs, Volume, Work, check_pictures, check_places, run_work, write_text
+from .files import check_writable, write_text
+from .io import READ_EXTENSIONS, WRITE_EXTENSIONS, read, write
+from .job import Finished, Outputs, Volume, Work, check_pictures, check_places, run_work
 from .mesh import HexMesh
 from .motion import MeshMotion
 from .motion_run import MotionFolder, read_boundary
@@ -176,7 +177,7 @@ def move(arguments: Namespace) -> int:
 def orient(arguments: Namespace) -> int:
     """Put cells into VTK's order."""
     check_places([arguments.output], arguments.input, arguments.overwrite)
-    check_writable(arguments.output)
+    check_writable(arguments.output, WRITE_EXTENSIONS)
     mesh, report = put_in_order(_mesh(arguments))
     lost = write(arguments.output, mesh)
     if report.changed:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.errors import WriteError
-from hexconformal.mesh import HexMesh
-from hexconformal.meshio_mesh import MeshioOrigin, plain_meshio
-from hexconformal.pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
-from hexconformal.vtk_mesh import SOLIDS
+from .errors import WriteError
+from .mesh import HexMesh
+from .meshio_mesh import MeshioOrigin, plain_meshio
+from .pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
+from .vtk_mesh import SOLIDS
 
 __all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
 

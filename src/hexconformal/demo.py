@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from .errors import OptionError, WriteError
+from .files import write_text
 from .generate import box, sheared_cube
 from .io import read, write
-from .job import Finished, Outputs, run_job, write_text
+from .job import Finished, Outputs, run_job
 from .mesh import HexMesh
 from .options import Options
 from .plots import require_rendering

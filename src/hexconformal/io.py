@@ -1,26 +1,28 @@
-"""Files: reading and writing meshes safely, and saying what a format cannot keep."""
+"""Where hexahedral meshes come in, from files and other libraries, and go out, with what a format cannot keep."""
 
 from __future__ import annotations
 
 import os
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hexconformal.errors import MeshError, ReadError, WriteError
-from hexconformal.mesh import HexMesh
+from .convert import grid_from_meshio, to_pyvista
+from .errors import OptionError
+from .files import check_writable, reading, saving
+from .mesh import HexMesh
+from .meshio_mesh import from_meshio
+from .parsers import read_meshio, read_vtk, write_meshio, write_vtk
+from .pyvista_mesh import from_pyvista, triangles
 
 __all__ = [
     "READ_EXTENSIONS",
     "SURFACE_EXTENSIONS",
     "WRITE_EXTENSIONS",
-    "check_writable",
+    "as_hex_mesh",
     "read",
     "read_surface",
-    "saving",
     "write",
 ]
 
@@ -41,7 +43,6 @@ _MESHIO = {
     ".nas": "nastran",
     ".fem": "nastran",
 }
-_WITH_COMPANION = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
 _MESHIO_READ_ONLY = {
     ".avs": "avsucd",
     ".cgns": "cgns",
@@ -61,7 +62,56 @@ READ_EXTENSIONS = tuple(sorted({*_VTK, *_VTK_READ_ONLY, *_MESHIO, *_MESHIO_READ_
 WRITE_EXTENSIONS = tuple(sorted({*_VTK, *_MESHIO}))
 SURFACE_EXTENSIONS = tuple(sorted({*READ_EXTENSIONS, *_VTK_SURFACES, *_MESHIO_SURFACES}))
 
-_MISSING = "{} files need an optional package: pip install 'hexconformal[formats]' ({})"
+
+def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
+    """Take in a mesh from whatever holds it; nothing handed in is ever changed.
+
+    Cells of lower dimension (quadrilaterals, triangles, lines, vertices) are carried along; VTK voxels are
+    taken as hexahedra, and stay so.
+
+    Parameters
+    ----------
+    source
+        A HexMesh, a path, a meshio.Mesh, a pyvista or VTK grid, or a tuple ``(points, cells)``.
+    other_cells
+        Tetrahedra, wedges, pyramids, ...: "refuse" raises, "keep" carries them along; then
+        :attr:`HexMesh.held` tells their nodes, which must stay where they are.
+    linearise
+        Take the corners of hexahedra with 20 or 27 nodes.
+
+    Raises
+    ------
+    MeshError
+        If there is no hexahedron, or there are cells that cannot be worked on.
+    ReadError
+        If a file cannot be read.
+    OptionError
+        If `source` or `other_cells` is none of the above.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import CORNERS
+    >>> as_hex_mesh((CORNERS, [range(8)]))
+    HexMesh(8 points, 1 hexahedra)
+    """
+    if other_cells not in ("refuse", "keep"):
+        raise OptionError(f"other_cells must be 'refuse' or 'keep', not {other_cells!r}")
+    if isinstance(source, HexMesh):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        return read(Path(source), other_cells=other_cells, linearise=linearise)
+    if isinstance(source, tuple) and len(source) == 2:
+        return HexMesh(*source)
+    # Asked by name, so that neither library is imported to tell that an object is not one of its own.
+    libraries = {base.__module__.partition(".")[0] for base in type(source).__mro__}
+    if "meshio" in libraries:
+        return from_meshio(source, other_cells, linearise)
+    if libraries & {"pyvista", "vtkmodules"}:
+        return from_pyvista(source, other_cells, linearise)
+    raise OptionError(
+        f"cannot make a mesh of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista grid, a HexMesh, "
+        "or a tuple (points, cells)"
+    )
 
 
 def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
@@ -127,50 +177,17 @@ def read_surface(path: str | os.PathLike[str]) -> Any:
         return _read_surface(path, extension)
 
 
-@contextmanager
-def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
-    """The extension of a file that is there and can be opened; what goes wrong becomes a readable error."""
-    extension = path.suffix.lower()
-    if path.is_dir():
-        raise ReadError(f"{path} is a folder, not a mesh file")
-    if not path.exists():
-        raise ReadError(f"{path} does not exist")
-    if extension not in extensions:
-        raise ReadError(f"{path}: unknown extension {extension or '(none)'}; known are {' '.join(extensions)}")
-    try:
-        if path.stat().st_size == 0:
-            raise ReadError("the file is empty")
-        with path.open("rb"):
-            pass
-        yield extension
-    except ReadError as problem:
-        raise ReadError(f"cannot read {path}: {problem}") from problem
-    except MeshError as problem:
-        raise MeshError(f"{path}: {problem}") from problem
-    except ImportError as problem:
-        raise ReadError(f"cannot read {path}: {_MISSING.format(extension, problem)}") from problem
-    except (OSError, MemoryError) as problem:
-        raise ReadError(f"cannot read {path}: {problem}") from problem
-
-
 def _read(path: Path, extension: str, other_cells: str, linearise: bool) -> HexMesh:
-    from hexconformal import meshio_mesh, pyvista_mesh
-    from hexconformal.parsers import read_meshio, read_vtk
-
     if extension in _VTK + _VTK_READ_ONLY:
         grid, file = read_vtk(path)
-        return pyvista_mesh.from_pyvista(grid, other_cells, linearise, file)
+        return from_pyvista(grid, other_cells, linearise, file)
     mesh, file, notes = read_meshio(path, {**_MESHIO, **_MESHIO_READ_ONLY}[extension])
-    result = meshio_mesh.from_meshio(mesh, other_cells, linearise, file)
+    result = from_meshio(mesh, other_cells, linearise, file)
     selection = replace(result.origin.selection, notes=(*result.notes, *notes))
     return replace(result, origin=replace(result.origin, selection=selection))
 
 
 def _read_surface(path: Path, extension: str) -> Any:
-    from hexconformal.convert import grid_from_meshio
-    from hexconformal.parsers import read_meshio, read_vtk
-    from hexconformal.pyvista_mesh import triangles
-
     if extension in _VTK + _VTK_READ_ONLY + _VTK_SURFACES:
         return triangles(read_vtk(path)[0])
     names = {**_MESHIO, **_MESHIO_READ_ONLY, **_MESHIO_SURFACES}
@@ -201,14 +218,11 @@ def write(path: str | os.PathLike[str], mesh: HexMesh) -> list[str]:
         cannot hold the mesh, or a package it needs is not installed.
     """
     path = Path(path)
-    check_writable(path)
+    check_writable(path, WRITE_EXTENSIONS)
     return saving(path, lambda target: _writer(path.suffix.lower())(target, mesh))
 
 
 def _writer(extension: str) -> Callable[[Path, HexMesh], list[str]]:
-    from hexconformal.convert import to_pyvista
-    from hexconformal.parsers import write_meshio, write_vtk
-
     if extension in _VTK:
 
         def write_grid(target: Path, mesh: HexMesh) -> list[str]:
@@ -218,64 +232,3 @@ def _writer(extension: str) -> Callable[[Path, HexMesh], list[str]]:
 
         return write_grid
     return lambda target, mesh: write_meshio(target, mesh, _MESHIO[extension])
-
-
-def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] = WRITE_EXTENSIONS) -> None:
-    """Raise unless a file of this name can be written: meant to be called before long work.
-
-    Raises
-    ------
-    WriteError
-        If the extension is unknown, the folder is missing or cannot be written to, or a file that would come
-        with it belongs to another.
-    """
-    path = Path(path)
-    if path.suffix.lower() not in extensions:
-        known = " ".join(extensions)
-        raise WriteError(f"cannot write {path}: unknown extension {path.suffix or '(none)'}; known are {known}")
-    folder = _place(path).parent
-    if not folder.is_dir():
-        raise WriteError(f"cannot write {path}: the folder {folder} does not exist")
-    if path.is_dir():
-        raise WriteError(f"cannot write {path}: it is a folder")
-    if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise WriteError(f"cannot write {path}: permission denied")
-    companion = _place(path).with_suffix(".h5")
-    if path.suffix.lower() in _WITH_COMPANION and companion.exists() and not path.exists():
-        raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
-
-
-def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
-    """Let `writer` make the file in a folder beside its place, then move it (and its companions) there at once."""
-    place = _place(path)
-    with _as_write_error(path), tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent) as folder:
-        target = Path(folder) / place.name
-        lost = writer(target) or []
-        if not target.is_file() or target.stat().st_size == 0:
-            raise WriteError("nothing was written; is the disk full?")
-        # The file that names the others comes last.
-        files = sorted(Path(folder).iterdir(), key=lambda made: made == target)
-        for made in files:
-            os.replace(made, place.parent / made.name)
-    return lost
-
-
-def _place(path: Path) -> Path:
-    # Where a link points to, so that the link stays one.
-    return Path(os.path.realpath(path))
-
-
-@contextmanager
-def _as_write_error(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except MeshError:
-        raise
-    except ImportError as problem:
-        raise WriteError(f"cannot write {path}: {_MISSING.format(path.suffix, problem)}") from problem
-    except (Exception, SystemExit) as problem:
-        raise WriteError(f"cannot write {path}: {_reason(problem)}") from problem
-
-
-def _reason(problem: Any) -> str:
-    return str(problem) if isinstance(problem, OSError) else f"{type(problem).__name__}: {problem}"

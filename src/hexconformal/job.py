@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from .errors import OptionError, WriteError
+from .files import check_writable, write_text
 from .interrupt import uninterrupted
-from .io import WRITE_EXTENSIONS, check_writable, saving, write
+from .io import WRITE_EXTENSIONS, write
 from .mesh import HexMesh
 from .options import Options
 from .plots import PICTURES, before_after, histogram, require_rendering, worst_cells
@@ -24,7 +25,6 @@ from .regularize import Regularization
 from .series import Series
 
 __all__ = ["Finished", "Outputs", "Volume", "Work", "check_pictures", "check_places", "run_job", "run_work"]
-__all__ += ["write_text"]
 
 
 @dataclass(frozen=True)
@@ -173,8 +173,7 @@ def check_places(outputs: Sequence[str | None], source: str | None = None, overw
             advice = ": add --overwrite to replace it" if number == 0 else ""
             raise OptionError(f"{path} is {seen[place]} already{advice}")
         seen[place] = "an output"
-        # Only the folder counts here: any extension will do.
-        check_writable(path, extensions=(Path(path).suffix.lower(),))
+        check_writable(path)
 
 
 def check_pictures(plot: str | None, *scenes: str | None) -> None:
@@ -235,21 +234,6 @@ def run_work(work: Work, outputs: Outputs, progress: Progress) -> Finished:
                 progress.say(f"drawing {path}")
                 draw(path, result)
     return Finished(result, lost, stopped_by)
-
-
-def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a text file that is complete or not there.
-
-    Raises
-    ------
-    WriteError
-        If it cannot be written.
-    """
-
-    def put(target: Path) -> None:
-        target.write_text(text, encoding="utf-8")
-
-    saving(Path(path), put)
 
 
 def _watch(work: Work, run: Any, outputs: Outputs, progress: Progress) -> BaseException | None:

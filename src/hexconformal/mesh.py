@@ -1,19 +1,17 @@
-"""The one container of a hexahedral mesh, and how it is made from whatever the user has."""
+"""The one container of a hexahedral mesh."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hexconformal.errors import MeshError, OptionError
+from .errors import MeshError
 
-__all__ = ["HexMesh", "as_hex_mesh"]
+__all__ = ["HexMesh"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,63 +118,6 @@ class HexMesh:
         if self.origin is None:
             return self.points.copy(), self.cells.copy()
         return self if self.origin.file is not None else self.origin.built(self)
-
-
-def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
-    """Take in a mesh from whatever holds it; nothing handed in is ever changed.
-
-    Cells of lower dimension (quadrilaterals, triangles, lines, vertices) are carried along; VTK voxels are
-    taken as hexahedra, and stay so.
-
-    Parameters
-    ----------
-    source
-        A HexMesh, a path, a meshio.Mesh, a pyvista or VTK grid, or a tuple ``(points, cells)``.
-    other_cells
-        Tetrahedra, wedges, pyramids, ...: "refuse" raises, "keep" carries them along; then
-        :attr:`HexMesh.held` tells their nodes, which must stay where they are.
-    linearise
-        Take the corners of hexahedra with 20 or 27 nodes.
-
-    Raises
-    ------
-    MeshError
-        If there is no hexahedron, or there are cells that cannot be worked on.
-    ReadError
-        If a file cannot be read.
-    OptionError
-        If `source` or `other_cells` is none of the above.
-
-    Examples
-    --------
-    >>> from hexconformal.elements import CORNERS
-    >>> as_hex_mesh((CORNERS, [range(8)]))
-    HexMesh(8 points, 1 hexahedra)
-    """
-    if other_cells not in ("refuse", "keep"):
-        raise OptionError(f"other_cells must be 'refuse' or 'keep', not {other_cells!r}")
-    if isinstance(source, HexMesh):
-        return source
-    if isinstance(source, (str, os.PathLike)):
-        from hexconformal.io import read
-
-        return read(Path(source), other_cells=other_cells, linearise=linearise)
-    if isinstance(source, tuple) and len(source) == 2:
-        return HexMesh(*source)
-    # Asked by name, so that neither library is imported to tell that an object is not one of its own.
-    libraries = {base.__module__.partition(".")[0] for base in type(source).__mro__}
-    if "meshio" in libraries:
-        from hexconformal.meshio_mesh import from_meshio
-
-        return from_meshio(source, other_cells, linearise)
-    if libraries & {"pyvista", "vtkmodules"}:
-        from hexconformal.pyvista_mesh import from_pyvista
-
-        return from_pyvista(source, other_cells, linearise)
-    raise OptionError(
-        f"cannot make a mesh of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista grid, a HexMesh, "
-        "or a tuple (points, cells)"
-    )
 
 
 def _checked_points(points: ArrayLike) -> NDArray[np.float64]:

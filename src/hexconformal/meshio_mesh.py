@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.errors import MeshError
-from hexconformal.mesh import HexMesh
-from hexconformal.selection import Block, Selection, SourceFile, fill_cells, select, straightened
+from .errors import MeshError
+from .mesh import HexMesh
+from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
 
 __all__ = ["MeshioOrigin", "from_meshio", "plain_meshio"]
 
@@ -74,7 +74,7 @@ class MeshioOrigin:
 
 
 def from_meshio(source: Any, other_cells: str, linearise: bool, file: SourceFile | None = None) -> HexMesh:
-    """Take in a meshio.Mesh; see :func:`hexconformal.mesh.as_hex_mesh`."""
+    """Take in a meshio.Mesh; see :func:`hexconformal.io.as_hex_mesh`."""
     blocks, start = [], 0
     for block in source.cells:
         rows = np.arange(start, start + len(block.data))

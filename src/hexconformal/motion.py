@@ -16,7 +16,7 @@ from .constraint import Constraint, fixed_components, planar_normals
 from .errors import MeshError, OptionError, first_ids
 from .extension import EXTENSIONS
 from .frame import Frame
-from .mesh import as_hex_mesh
+from .io import as_hex_mesh
 from .quality import corner_scaled_jacobian
 from .solver import Iterate, Problem, lbfgs, start
 from .target import inverse_targets

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import OptionError, ReadError, WriteError, first_ids
+from .files import saving
 from .interrupt import uninterrupted
-from .io import saving, write
+from .io import write
 from .mesh import HexMesh
 from .motion import MeshMotion, MotionStep
 from .progress import HistoryFile

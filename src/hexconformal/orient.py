@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.elements import CORNER_EDGES, CORNERS
-from hexconformal.errors import MeshError, first_ids
-from hexconformal.mesh import HexMesh
-from hexconformal.topology import face_table
+from .elements import CORNER_EDGES, CORNERS
+from .errors import MeshError, first_ids
+from .mesh import HexMesh
+from .topology import face_table
 
 __all__ = ["Order", "OrientReport", "best_order", "center_determinants", "orient"]
 

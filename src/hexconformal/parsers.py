@@ -10,15 +10,14 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 
-from hexconformal.abaqus import read_deck, replaced_nodes
-from hexconformal.convert import to_meshio
-from hexconformal.errors import ReadError, WriteError
-from hexconformal.mesh import HexMesh
-from hexconformal.selection import SourceFile
+from .abaqus import read_deck, replaced_nodes
+from .convert import to_meshio
+from .errors import ReadError, WriteError
+from .mesh import HexMesh
+from .selection import SourceFile
 
 __all__ = ["read_meshio", "read_vtk", "write_meshio", "write_vtk"]
 
@@ -51,6 +50,8 @@ _ABAQUS = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10M
 def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
     """Read a file with meshio's parser of that name: the meshio.Mesh, its file, and the parser's warnings."""
     with _quiet() as said:
+        from unittest import mock
+
         import meshio
         from meshio._helpers import reader_map
 

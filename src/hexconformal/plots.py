@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from . import canvas
 from .canvas import PICTURES, VIEW
 from .errors import MeshError, OptionError, WriteError
-from .io import check_writable
-from .mesh import HexMesh, as_hex_mesh
+from .files import check_writable
+from .io import as_hex_mesh
+from .mesh import HexMesh
 from .quality import Quality, quality
 from .topology import boundary_quads
 

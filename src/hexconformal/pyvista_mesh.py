@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.errors import MeshError
-from hexconformal.mesh import HexMesh
-from hexconformal.selection import Selection, SourceFile, fill_cells, select, straightened
-from hexconformal.vtk_mesh import SOLIDS, blocks
+from .errors import MeshError
+from .mesh import HexMesh
+from .selection import Selection, SourceFile, fill_cells, select, straightened
+from .vtk_mesh import SOLIDS, blocks
 
 __all__ = ["PyvistaOrigin", "cell_offsets", "from_pyvista", "plain_pyvista", "triangles"]
 
@@ -76,7 +76,7 @@ class PyvistaOrigin:
 
 
 def from_pyvista(source: Any, other_cells: str, linearise: bool, file: SourceFile | None = None) -> HexMesh:
-    """Take in a pyvista or VTK grid; see :func:`hexconformal.mesh.as_hex_mesh`."""
+    """Take in a pyvista or VTK grid; see :func:`hexconformal.io.as_hex_mesh`."""
     import pyvista as pv
 
     source = pv.wrap(source)

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .mesh import as_hex_mesh
+from .io import as_hex_mesh
 from .threads import parallel_ranges
 from .validity import bracket, edge_vectors, expand
 

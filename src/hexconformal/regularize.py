@@ -16,8 +16,8 @@ from .closest import Surface
 from .errors import OptionError
 from .frame import Frame
 from .hausdorff import distance_between, hausdorff
+from .io import as_hex_mesh
 from .limits import held_bound
-from .mesh import as_hex_mesh
 from .options import Options, Record
 from .quality import corner_scaled_jacobian, quality
 from .report import Report

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.elements import FACES
-from hexconformal.errors import MeshError
+from .elements import FACES
+from .errors import MeshError
 
 __all__ = ["Block", "Selection", "SourceFile", "fill_cells", "select", "straightened"]
 

@@ -12,9 +12,9 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
-from hexconformal.errors import OptionError, WriteError
-from hexconformal.io import check_writable, saving
-from hexconformal.mesh import HexMesh
+from .errors import OptionError, WriteError
+from .files import check_writable, saving
+from .mesh import HexMesh
 
 __all__ = ["Series"]
 
@@ -79,8 +79,8 @@ class Series:
         WriteError
             If the file cannot be written.
         """
-        from hexconformal.convert import to_pyvista
-        from hexconformal.parsers import write_vtk
+        from .convert import to_pyvista
+        from .parsers import write_vtk
 
         time = float(time)
         if not isfinite(time) or (self.frames and time <= self.frames[-1][0]):

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hexconformal.elements import FACES
+from .elements import FACES
 
 __all__ = ["FaceTable", "boundary_quads", "components", "face_table"]
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.mesh import HexMesh
-from hexconformal.selection import Block, Selection, SourceFile, fill_cells, select, straightened
+from .mesh import HexMesh
+from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
 
 __all__ = ["SOLIDS", "VtkOrigin", "blocks", "cell_table", "from_vtk", "points_of", "updated"]
 
@@ -49,7 +49,7 @@ class VtkOrigin:
 
 
 def from_vtk(grid: Any, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
-    """Take in a vtkUnstructuredGrid; see :func:`hexconformal.mesh.as_hex_mesh`.
+    """Take in a vtkUnstructuredGrid; see :func:`hexconformal.io.as_hex_mesh`.
 
     Its arrays are not taken in, but are there again in what :meth:`hexconformal.HexMesh.restored` returns.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hexconformal.convert import to_pyvista
 from hexconformal.errors import MeshError, ReadError
-from hexconformal.io import check_writable, reading, saving
+from hexconformal.files import check_writable, reading, saving
 from hexconformal.meshio_mesh import MeshioOrigin
 from hexconformal.parsers import read_meshio, read_vtk, write_meshio, write_vtk
 from hexconformal.pyvista_mesh import cell_offsets

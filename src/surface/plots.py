@@ -10,7 +10,7 @@ import numpy as np
 from hexconformal import canvas
 from hexconformal.canvas import PICTURES
 from hexconformal.errors import MeshError, OptionError
-from hexconformal.io import check_writable
+from hexconformal.files import check_writable
 from hexconformal.plots import require_rendering
 
 from .geometry import Floats, Ints

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hexconformal.errors import OptionError, ReadError
-from hexconformal.io import saving
+from hexconformal.files import saving
 
 from .evolve import Evolution
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hexconformal import canvas
-from hexconformal.io import check_writable
+from hexconformal.files import check_writable
 
 __all__ = ["plot_history"]
 
