@@ -29,7 +29,7 @@ ROOMS: dict[str, str] = {
     "what is asked and told": "options report",
     "regularize": "regularize stages step minimize untangle lift volume",
     "move": "motion extension",
-    "surface: geometry and files": ".geometry .mesh .vtk_mesh .io .ply .polygons .features",
+    "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",
     "surface: energies": ".energy .barrier .reference .step",
     "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .remesh",
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"

@@ -8,7 +8,8 @@ from surface_shapes import icosphere, mixed_sphere, quad_sphere
 
 import surface
 from hexconformal.errors import MeshError, ReadError, WriteError
-from surface.io import EXTENSIONS, as_pyvista
+from surface.convert import as_pyvista
+from surface.io import EXTENSIONS
 
 TEXTS = {
     ".ply": "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 4\nproperty float x\nproperty float y\n"

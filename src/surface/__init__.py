@@ -13,8 +13,8 @@ One call::
 """
 
 from .flow import Evolution, Flow, Helfrich, MeanCurvature, Moment, PWillmore, Stepping, Willmore, evolve
-from .io import read, write
-from .mesh import SurfaceMesh, as_surface_mesh
+from .io import as_surface_mesh, read, write
+from .mesh import SurfaceMesh
 from .options import Options, Record
 from .quality import Quality, quality
 from .remesh import Remeshing, Result, remesh, remeshing

@@ -30,7 +30,7 @@ def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> from surface.mesh import as_surface_mesh
+    >>> from surface import as_surface_mesh
     >>> require_sound(as_surface_mesh((np.eye(3), [[0, 1, 2]])))
     ()
     """

@@ -12,7 +12,8 @@ import numpy as np
 from hexconformal.commands import Kind, carry_out
 from hexconformal.errors import OptionError
 
-from .io import EXTENSIONS, as_pyvista, read, write
+from .convert import as_pyvista
+from .io import EXTENSIONS, read, write
 from .mesh import SurfaceMesh
 from .options import Options, Record
 from .plots import before_after, histogram, worst_cells

@@ -1,4 +1,4 @@
-"""Surface files: read safely, written completely or not at all, and what a format cannot keep is said."""
+"""Where surfaces come in, from files and other libraries, and go out, with what a format cannot keep."""
 
 from __future__ import annotations
 
@@ -6,21 +6,19 @@ import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hexconformal.convert import to_pyvista
-from hexconformal.errors import MeshError, ReadError
+from hexconformal.errors import MeshError, OptionError, ReadError
 from hexconformal.files import check_writable, reading, saving
 from hexconformal.meshio_mesh import MeshioOrigin
 from hexconformal.parsers import read_meshio, read_vtk, write_meshio, write_vtk
-from hexconformal.pyvista_mesh import cell_offsets
 from hexconformal.selection import SourceFile
 
-from .mesh import SurfaceMesh, as_surface_mesh, carried, from_meshio, from_pyvista
+from .convert import carried, from_arrays, from_meshio, from_pyvista, in_runs, polydata, polygons
+from .mesh import SurfaceMesh
 from .ply import read_ply, write_ply
-from .polygons import Polygons, read_obj, read_off, read_stl, write_obj, write_off, write_stl
+from .polygons import read_obj, read_off, read_stl, write_obj, write_off, write_stl
 
-__all__ = ["EXTENSIONS", "as_pyvista", "read", "write"]
+__all__ = ["EXTENSIONS", "as_surface_mesh", "read", "write"]
 
 _VTK = (".vtp", ".vtu", ".vtk")
 _POLYGONS = {
@@ -32,7 +30,42 @@ _POLYGONS = {
 _GMSH = ".msh"
 EXTENSIONS = tuple(sorted({*_VTK, *_POLYGONS, _GMSH}))
 
-_TYPES = {1: "vertex", 3: "line", 5: "triangle", 9: "quad"}
+
+def as_surface_mesh(source: Any) -> SurfaceMesh:
+    """Take in a surface; nothing handed in is ever changed.
+
+    Points in two dimensions are taken to lie in the plane z = 0.
+
+    Parameters
+    ----------
+    source
+        A SurfaceMesh, a path, a meshio.Mesh, a pyvista surface, or ``(points, cells)`` with cells (m, 3) or (m, 4),
+        or ``(points, triangles, quads)``.
+
+    Raises
+    ------
+    MeshError
+        If it holds no triangles or quadrilaterals, or other cells beside lines and vertices.
+    ReadError
+        If a file cannot be read.
+    OptionError
+        If `source` is none of the above.
+    """
+    if isinstance(source, SurfaceMesh):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        return read(source)
+    if isinstance(source, tuple) and len(source) in (2, 3):
+        return from_arrays(*source)
+    libraries = {base.__module__.partition(".")[0] for base in type(source).__mro__}
+    if "meshio" in libraries:
+        return from_meshio(source)
+    if libraries & {"pyvista", "vtkmodules"}:
+        return from_pyvista(source)
+    raise OptionError(
+        f"cannot make a surface of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista surface, or a tuple "
+        "(points, cells)"
+    )
 
 
 def read(path: str | os.PathLike[str]) -> SurfaceMesh:
@@ -54,7 +87,7 @@ def read(path: str | os.PathLike[str]) -> SurfaceMesh:
 
     Examples
     --------
-    >>> write("triangle.ply", (np.eye(3), [[0, 1, 2]]))
+    >>> write("triangle.ply", ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2]]))
     []
     >>> read("triangle.ply")
     SurfaceMesh(3 points, 1 triangles, 0 quadrilaterals)
@@ -67,12 +100,12 @@ def read(path: str | os.PathLike[str]) -> SurfaceMesh:
             mesh, file, notes = read_meshio(path, "gmsh")
             return from_meshio(mesh, file, tuple(notes))
         try:
-            polygons = _POLYGONS[extension][0](path)
+            faces = _POLYGONS[extension][0](path)
         except (MeshError, OSError, MemoryError):
             raise
         except Exception as problem:
             raise ReadError(f"not a sound {extension} file ({type(problem).__name__}: {problem})") from problem
-        return from_pyvista(polygons.grid(), SourceFile(path), polygons.notes)
+        return from_pyvista(faces.grid(), SourceFile(path), faces.notes)
 
 
 def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
@@ -103,87 +136,20 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     return saving(path, lambda target: _put(target, surface))
 
 
-def as_pyvista(mesh: SurfaceMesh) -> Any:
-    """A new unstructured grid of pyvista that holds all of a surface."""
-    return to_pyvista(carried(mesh))[0].cast_to_unstructured_grid()
-
-
 def _put(target: Path, surface: SurfaceMesh) -> list[str]:
     extension = target.suffix.lower()
     full = carried(surface)
     if extension == _GMSH:
         if not isinstance(full.origin, MeshioOrigin):
-            mesh, lost = _in_runs(to_pyvista(full)[0])
+            mesh, lost = in_runs(to_pyvista(full)[0])
             return [*lost, *write_meshio(target, carried(from_meshio(mesh)), "gmsh")]
         return write_meshio(target, full, "gmsh")
     data, lost = to_pyvista(full)
     grid = data.cast_to_unstructured_grid()
     if extension in _POLYGONS:
-        polygons, others = _polygons(grid)
-        return [*lost, *others, *_POLYGONS[extension][1](target, polygons)]
+        faces, others = polygons(grid)
+        return [*lost, *others, *_POLYGONS[extension][1](target, faces)]
     if extension != ".vtk":
-        data = grid if extension == ".vtu" else _polydata(grid)
+        data = grid if extension == ".vtu" else polydata(grid)
     write_vtk(target, data)
     return lost
-
-
-def _ragged(grid: Any, rows: Any) -> tuple[Any, Any]:
-    """Sizes of some cells, and their nodes in a row."""
-    offsets = cell_offsets(grid)
-    sizes = np.diff(offsets)[rows]
-    places = np.repeat(offsets[rows] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
-    return sizes, np.asarray(grid.cell_connectivity, dtype=np.int64)[places]
-
-
-def _polygons(grid: Any) -> tuple[Polygons, list[str]]:
-    """The faces of a grid in their order, and what is left out."""
-    face = np.isin(grid.celltypes, (5, 9))
-    rows = np.flatnonzero(face)
-    point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
-    cell_data = {name: np.asarray(grid.cell_data[name])[rows] for name in grid.cell_data}
-    lost = [f"field data {name!r}" for name in grid.field_data]
-    if not face.all():
-        lost.append(f"{int((~face).sum())} vertices and lines")
-    return Polygons(np.asarray(grid.points, np.float64), *_ragged(grid, rows), point_data, cell_data), lost
-
-
-def _polydata(grid: Any) -> Any:
-    """PolyData, which has vertices first, then lines, then faces in their order."""
-    import pyvista as pv
-
-    places = [np.flatnonzero(np.isin(grid.celltypes, codes)) for codes in ((1, 2), (3, 4), (5, 9))]
-    parts = []
-    for rows in places:
-        sizes, nodes = _ragged(grid, rows)
-        parts.append(np.insert(nodes, np.cumsum(sizes) - sizes, sizes) if len(rows) else None)
-    verts, lines, faces = parts
-    result = pv.PolyData(np.array(grid.points), faces=faces, lines=lines, verts=verts)
-    order = np.concatenate(places)
-    for name in grid.point_data:
-        result.point_data.set_array(np.asarray(grid.point_data[name]), name)
-    for name in grid.cell_data:
-        result.cell_data.set_array(np.asarray(grid.cell_data[name])[order], name)
-    for name in grid.field_data:
-        result.field_data.set_array(grid.field_data[name], name)
-    return result
-
-
-def _in_runs(grid: Any) -> tuple[Any, list[str]]:
-    """A meshio.Mesh with a block for every run of cells of one type, which keeps their order, and what is left out."""
-    import meshio
-
-    grid = grid.cast_to_unstructured_grid()
-    types = grid.celltypes
-    rows = np.flatnonzero(np.isin(types, list(_TYPES)))
-    lost = [f"field data {name!r}" for name in grid.field_data]
-    if len(rows) < len(types):
-        lost.append(f"{len(types) - len(rows)} lines and vertices of several points in one cell")
-    runs = np.split(rows, np.flatnonzero(np.diff(types[rows])) + 1)
-    blocks = [(_TYPES[int(types[run[0]])], _ragged(grid, run)[1].reshape(len(run), -1)) for run in runs]
-    mesh = meshio.Mesh(
-        np.array(grid.points, dtype=np.float64),
-        blocks,
-        point_data={name: np.array(grid.point_data[name]) for name in grid.point_data},
-        cell_data={name: [np.asarray(grid.cell_data[name])[run] for run in runs] for name in grid.cell_data},
-    )
-    return mesh, lost

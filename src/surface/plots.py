@@ -14,7 +14,8 @@ from hexconformal.files import check_writable
 from hexconformal.plots import require_rendering
 
 from .geometry import Floats, Ints
-from .mesh import SurfaceMesh, as_surface_mesh
+from .io import as_surface_mesh
+from .mesh import SurfaceMesh
 from .quality import Quality, quality
 
 __all__ = ["before_after", "histogram", "worst_cells"]

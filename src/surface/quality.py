@@ -13,7 +13,8 @@ from hexconformal.quality import Statistics, json_safe, statistics
 from .checks import require_numbers
 from .energy import corner_frames
 from .geometry import Cells, Floats, Ints, area_vectors, cell_angles, cell_areas
-from .mesh import SurfaceMesh, as_surface_mesh
+from .io import as_surface_mesh
+from .mesh import SurfaceMesh
 from .reference import reference_shapes
 
 __all__ = ["MEASURES", "Quality", "Summary", "WorstCell", "quality", "smallest_angles"]

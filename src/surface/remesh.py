@@ -19,7 +19,8 @@ from .core import Outcome, descend
 from .energy import Distortion, Quaternionic
 from .features import detect_features, edge_table
 from .geometry import Floats, cell_areas, enclosed_volume, mean_edge_length
-from .mesh import SurfaceMesh, as_surface_mesh
+from .io import as_surface_mesh
+from .mesh import SurfaceMesh
 from .options import Options, Record
 from .problem import Surface
 from .quality import quality, smallest_angles

@@ -14,7 +14,8 @@ from hexconformal.errors import OptionError
 from ..checks import require_sound
 from ..features import edge_table
 from ..geometry import Floats, area_vectors, enclosed_volume, mean_edge_length, nodal_vectors, unit_vectors
-from ..mesh import SurfaceMesh, as_surface_mesh
+from ..io import as_surface_mesh
+from ..mesh import SurfaceMesh
 from ..quality import smallest_angles
 from .discrete import Elements, State
 from .energy import energy, energy_gradient

@@ -14,7 +14,8 @@ from hexconformal.interrupt import uninterrupted
 from hexconformal.progress import HistoryFile
 from hexconformal.series import Series
 
-from ..io import as_pyvista, write
+from ..convert import as_pyvista
+from ..io import write
 from .checkpoint import load, save
 from .evolve import Evolution, Moment
 from .options import Record
