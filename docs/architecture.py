@@ -35,12 +35,14 @@ ROOMS: dict[str, str] = {
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"
     " .flow.evolve .flow.checkpoint .flow",
     "pictures": "canvas plots .plots .flow.plots",
-    "commands": "cli commands job demo progress interrupt motion_run __main__ .cli .commands .flow.cli .flow.folder",
+    "commands": "__main__ cli commands.arguments commands.kind commands.outputs commands.work commands.regularize"
+    " commands.move commands.quality commands.orient commands.check commands.demo .commands.kind .commands.remesh"
+    " .commands.flow progress interrupt motion_run .flow.folder",
     "filters": "accessor hexconformal_plugin",
 }
 KNOWING = ("commands", "filters")  # rooms of hexconformal that may know surfaces
 # The packages themselves hand out what is inside: no room.
-FACADES = ("hexconformal", "surface")
+FACADES = ("hexconformal", "hexconformal.commands", "surface", "surface.commands")
 
 _WIDTH, _LINE, _PAD, _ACROSS, _DOWN, _COLUMN = 232, 15, 10, 44, 54, 34
 

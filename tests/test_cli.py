@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -18,9 +18,11 @@ from numba import njit
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.cli import main
+from hexconformal.commands.kind import VOLUMES
+from hexconformal.commands.regularize import Volume
 from hexconformal.options import CHOICES, Record
 from hexconformal.plots import require_rendering
-from hexconformal.progress import Progress, line
+from hexconformal.progress import Progress
 from hexconformal.topology import boundary_quads
 from hexconformal.validity import is_valid
 
@@ -273,7 +275,7 @@ def test_wrong_usage_ends_with_2(words, capsys):
 
 def test_a_format_that_cannot_hold_the_mesh_is_refused_before_the_work(here, capsys, monkeypatch):
     (pv.read("part.vtu") + pv.Pyramid().translate((5, 0, 0))).save("mixed.vtu")
-    monkeypatch.setattr("hexconformal.job.Regularization", None)  # the work itself must not begin
+    monkeypatch.setattr("hexconformal.commands.regularize.Regularization", None)  # the work itself must not begin
     assert run("regularize mixed.vtu out.inp --other-cells keep") == 1
     assert error_line(capsys) == "error: cannot write out.inp: abaqus files have no pyramid cells\n"
     assert {path.name for path in here.iterdir()} == {"part.vtu", "mixed.vtu"}
@@ -285,7 +287,7 @@ def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, mo
             raise hc.WriteError("cannot write better.vtu: no space left on device")
         return hc.write(path, mesh)
 
-    monkeypatch.setattr("hexconformal.job.write", full)
+    monkeypatch.setattr(Volume, "kind", replace(VOLUMES, write=full))
     monkeypatch.setattr("tempfile.tempdir", str(here))
     assert run("regularize part.vtu better.vtu --max-iterations 2") == 1
     said = error_line(capsys)
@@ -417,7 +419,7 @@ def test_a_terminal_sees_iterations_and_compilation(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     with Progress() as progress:
-        progress.say(line(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36)))
+        progress.say(str(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36)))
         time.sleep(0.3)
         assert "7 lbfgs  energy 4.685e+00" in sys.stderr.getvalue()
         assert "compiling" not in sys.stderr.getvalue()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hexconformal.cli import _parser
+from hexconformal.cli import parser
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -38,7 +38,7 @@ def test_pages_run(page, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("page", [*PAGES, *DOCS.glob("*.md")], ids=lambda page: page.stem)
 def test_commands_parse(page):
     for line in re.findall(r"^    hexconformal (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE):
-        assert _parser().parse_args(shlex.split(line, comments=True)).run, line
+        assert parser().parse_args(shlex.split(line, comments=True)).run, line
 
 
 def test_mathematics_points_at_code():

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -15,8 +15,9 @@ import pyvista as pv
 from surface_shapes import grid, icosphere, mixed_sphere, quad_cube, quad_sphere, shaken
 
 import surface
-from hexconformal.cli import _parser, main
+from hexconformal.cli import main, parser
 from hexconformal.generate import box
+from surface.commands.kind import SURFACES
 from surface.quality import MEASURES
 
 
@@ -113,7 +114,7 @@ def test_what_is_not_said_is_left_to_the_options(here, capsys):
 
 
 def test_defaults_are_those_of_python():
-    parsed = vars(_parser().parse_args(["remesh", "in.ply", "out.ply"]))
+    parsed = vars(parser().parse_args(["remesh", "in.ply", "out.ply"]))
     for field in fields(surface.Options):
         assert parsed[field.name] == getattr(surface.Options(), field.name)
 
@@ -211,7 +212,7 @@ def test_errors_are_one_readable_line(here, capsys, words, code, said):
 
 
 def test_a_format_that_cannot_hold_the_mesh_is_refused_before_the_work(here, capsys, monkeypatch):
-    monkeypatch.setattr("surface.commands.Remeshing", None)  # the work itself must not begin
+    monkeypatch.setattr("surface.commands.remesh.Remeshing", None)  # the work itself must not begin
     assert run("remesh quads.vtu out.stl") == 1
     assert error_line(capsys).startswith("error: cannot write out.stl: an .stl file holds triangles only")
     assert {path.name for path in here.iterdir()} == {"ball.ply", "quads.vtu", "mixed.vtp"}
@@ -225,7 +226,7 @@ def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, mo
             raise WriteError("cannot write better.ply: no space left on device")
         return surface.write(path, mesh)
 
-    monkeypatch.setattr("surface.commands.write", full)
+    monkeypatch.setattr("surface.commands.remesh._Remesh.kind", replace(SURFACES, write=full))
     monkeypatch.setattr("tempfile.tempdir", str(here))
     assert run("remesh ball.ply better.ply --iterations 1") == 1
     said = error_line(capsys)

@@ -41,11 +41,11 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
 def _help_of_commands() -> str:
     """What --help says, command by command."""
     os.environ["COLUMNS"], os.environ["NO_COLOR"] = "88", "1"
-    from hexconformal.cli import _parser
+    from hexconformal.cli import parser
 
-    parser = _parser()
-    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
-    parts = [f"```text\n{parser.format_help()}```"]
+    whole = parser()
+    (commands,) = (action for action in whole._actions if isinstance(action, argparse._SubParsersAction))
+    parts = [f"```text\n{whole.format_help()}```"]
     parts += [f"## {name}\n\n```text\n{command.format_help()}```" for name, command in commands.choices.items()]
     return "\n\n".join(parts)
 

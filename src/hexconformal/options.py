@@ -185,6 +185,11 @@ class Record:
         Number of cells with a scaled Jacobian that is not positive.
     seconds
         Since the run began.
+
+    Examples
+    --------
+    >>> print(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36))
+    7 lbfgs  energy 4.685e+00  gradient 1.3e-02  min 0.9873  mean 0.9994  inverted 0  1.4 s
     """
 
     iteration: int
@@ -196,3 +201,10 @@ class Record:
     mean_scaled_jacobian: float
     inverted: int
     seconds: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.iteration} {self.phase}  energy {self.energy:.3e}  gradient {self.gradient:.1e}"
+            f"  min {self.min_scaled_jacobian:.4f}  mean {self.mean_scaled_jacobian:.4f}"
+            f"  inverted {self.inverted}  {self.seconds:.1f} s"
+        )

@@ -13,24 +13,8 @@ from typing import Any
 from numba.core import event
 
 from .errors import WriteError
-from .options import Record
 
-__all__ = ["HistoryFile", "Progress", "line"]
-
-
-def line(record: Record) -> str:
-    """One iteration in one line.
-
-    Examples
-    --------
-    >>> line(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36))
-    '7 lbfgs  energy 4.685e+00  gradient 1.3e-02  min 0.9873  mean 0.9994  inverted 0  1.4 s'
-    """
-    return (
-        f"{record.iteration} {record.phase}  energy {record.energy:.3e}  gradient {record.gradient:.1e}"
-        f"  min {record.min_scaled_jacobian:.4f}  mean {record.mean_scaled_jacobian:.4f}"
-        f"  inverted {record.inverted}  {record.seconds:.1f} s"
-    )
+__all__ = ["HistoryFile", "Progress"]
 
 
 class Progress:
@@ -102,6 +86,7 @@ class HistoryFile:
 
     Examples
     --------
+    >>> from hexconformal import Record
     >>> with HistoryFile("run.csv") as history:
     ...     history.add(Record(0, "input", 24.0, 1.0, 0.0, 0.5, 0.75, 0, 0.125))
     >>> print(open("run.csv").read().splitlines()[1])

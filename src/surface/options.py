@@ -136,6 +136,11 @@ class Record:
         Number of nodes that were stopped to keep cells and shape.
     seconds
         Since the run began.
+
+    Examples
+    --------
+    >>> print(Record(7, 0.4685, 0.01336, 0.25, 31.5, 52.25, 0, 3, 1.36))
+    7  energy 4.685e-01  decrease 1.3e-02  smallest angle 31.50  mean 52.25  1.4 s
     """
 
     iteration: int
@@ -147,3 +152,9 @@ class Record:
     turned: int
     held: int
     seconds: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.iteration}  energy {self.energy:.3e}  decrease {self.decrease:.1e}  smallest angle "
+            f"{self.min_angle:.2f}  mean {self.mean_angle:.2f}  {self.seconds:.1f} s"
+        )

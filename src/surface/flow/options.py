@@ -138,6 +138,12 @@ class Record:
     conserved_error: float
     halvings: int
 
+    def __str__(self) -> str:
+        return (
+            f"step {self.step}  t {self.time:.4g}  tau {self.tau:.1e}  energy {self.energy:.6g}  "
+            f"reduced volume {self.reduced_volume:.4f}  smallest angle {self.min_angle:.1f}"
+        )
+
 
 def reduced_volume(area: float, volume: float) -> float:
     """6 sqrt(pi) V / A^(3/2).

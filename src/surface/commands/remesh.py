@@ -1,18 +1,28 @@
-"""The `remesh` command: what can be asked of it."""
+"""The `remesh` command."""
 
 from __future__ import annotations
 
-from argparse import BooleanOptionalAction
+import os
+from argparse import BooleanOptionalAction, Namespace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from hexconformal.cli import add_choice, add_output, add_told, command
+import numpy as np
 
-from .commands import remesh
-from .energy import ENERGIES
-from .io import EXTENSIONS
-from .options import EMPHASES, Options
-from .reference import REFERENCES
-from .step import NORMALS
+from hexconformal.commands.arguments import add_choice, add_output, add_told, command
+from hexconformal.commands.work import carry_out
+from hexconformal.errors import OptionError
+
+from ..convert import as_pyvista
+from ..energy import ENERGIES
+from ..io import EXTENSIONS, read
+from ..mesh import SurfaceMesh
+from ..options import EMPHASES, Options
+from ..quality import smallest_angles
+from ..reference import REFERENCES
+from ..remesh import Remeshing
+from ..step import NORMALS
+from .kind import SURFACES
 
 __all__ = ["add_remesh"]
 
@@ -22,7 +32,7 @@ def add_remesh(added: Any) -> None:
     parser = command(
         added,
         "remesh",
-        remesh,
+        _remesh,
         "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over.",
         f"""  hexconformal remesh statue.ply better.vtu
   hexconformal remesh statue.ply better.vtu --reference flat --iterations 20 --frames run.pvd
@@ -67,3 +77,61 @@ formats: {" ".join(EXTENSIONS)}
     )  # fmt: skip
     what.add_argument("--iterations", type=int, default=Options.iterations, metavar="N", help="default %(default)d")
     add_told(parser, "the surface before and after")
+
+
+def _remesh(arguments: Namespace) -> int:
+    """Remesh a surface; an interruption leaves what was reached."""
+    known = {
+        name: value for name, value in vars(arguments).items() if name in {field.name for field in fields(Options)}
+    }
+    options = Options(**{**known, "features": _angle(arguments.features), "reference": _reference(arguments.reference)})
+
+    def prepare() -> _Remesh:
+        mesh = read(arguments.input)
+        return _Remesh(mesh, replace(options, fixed=_nodes(mesh, arguments.fixed)))
+
+    return carry_out(arguments, SURFACES, prepare)
+
+
+@dataclass(frozen=True)
+class _Remesh:
+    """Remesh a surface, as a :class:`hexconformal.commands.work.Work`."""
+
+    mesh: SurfaceMesh
+    options: Options
+    kind = SURFACES
+
+    def start(self) -> Remeshing:
+        return Remeshing(self.mesh, self.options)
+
+    def rehearsed(self) -> SurfaceMesh:
+        zero = np.zeros(len(self.mesh.cells))
+        return self.mesh.replaced(cell_data={"min_angle": zero, "min_angle_change": zero})
+
+    def frame(self, run: Any) -> Any:
+        points = run.points
+        return as_pyvista(self.mesh.replaced(points, {"min_angle": smallest_angles(points, self.mesh.cells)}))
+
+
+def _angle(given: Any) -> float | None:
+    if given == "none":
+        return None
+    try:
+        return float(given)
+    except ValueError as problem:
+        raise OptionError(f"features is an angle in degrees, or none, not {given!r}") from problem
+
+
+def _reference(given: str) -> Any:
+    """A name, or the points of a mesh in a file."""
+    return given if given in REFERENCES or not os.path.splitext(given)[1] else read(given).points
+
+
+def _nodes(mesh: SurfaceMesh, name: str | None) -> Any:
+    """Nodes where the point array of that name is not zero."""
+    if name is None:
+        return None
+    if name not in mesh.point_data:
+        names = ", ".join(sorted(mesh.point_data)) or "none"
+        raise OptionError(f"fixed={name!r} names no point array; there are: {names}")
+    return np.asarray(mesh.point_data[name]).reshape(len(mesh.points), -1).any(axis=1)

@@ -6,14 +6,14 @@ import sys
 from argparse import Namespace
 from typing import Any
 
-from hexconformal.cli import command
+from hexconformal.commands.arguments import command
 from hexconformal.errors import OptionError
 from hexconformal.progress import Progress
 
-from .evolve import Evolution
-from .flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
-from .folder import folder
-from .options import Record, Stepping
+from ..flow.evolve import Evolution
+from ..flow.flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
+from ..flow.folder import folder
+from ..flow.options import Stepping
 
 __all__ = ["add_flow"]
 
@@ -87,12 +87,12 @@ def _flow(arguments: Namespace) -> int:
     with Progress(arguments.quiet) as progress:
         progress.say(f"reading {arguments.input}")
         run = Evolution(_made(arguments), stepping)
-        stopped = place.follow(run, arguments.resume, arguments.every, lambda record: progress.say(_line(record)))
+        stopped = place.follow(run, arguments.resume, arguments.every, lambda record: progress.say(str(record)))
     if not arguments.quiet:
         for note in run.notes:
             print(f"note: {note}")
         if run.history:
-            print(_line(run.history[-1]))
+            print(run.history[-1])
         print("interrupted" if stopped else run.reason)
         print(f"wrote {place.frames}, {place.history.name}, {place.plot.name}, {place.last.name}")
     if stopped is not None:
@@ -123,10 +123,3 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError as problem:
         raise OptionError(f"outputs are times, not {text!r}") from problem
-
-
-def _line(record: Record) -> str:
-    return (
-        f"step {record.step}  t {record.time:.4g}  tau {record.tau:.1e}  energy {record.energy:.6g}  "
-        f"reduced volume {record.reduced_volume:.4f}  smallest angle {record.min_angle:.1f}"
-    )

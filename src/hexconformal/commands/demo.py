@@ -1,30 +1,55 @@
-"""The note's Figure 3: a cube of skewed cells, made perfectly regular, with everything a run can leave behind."""
+"""The `demo` command: the note's Figure 3, a cube of skewed cells made perfectly regular."""
 
 from __future__ import annotations
 
 import os
+from argparse import Namespace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from .errors import OptionError, WriteError
-from .files import write_text
-from .generate import box, sheared_cube
-from .io import read, write
-from .job import Finished, Outputs, run_job
-from .mesh import HexMesh
-from .options import Options
-from .plots import require_rendering
-from .progress import Progress
+from ..errors import OptionError, WriteError
+from ..files import write_text
+from ..generate import box, sheared_cube
+from ..io import read, write
+from ..mesh import HexMesh
+from ..options import Options
+from ..plots import require_rendering
+from ..progress import Progress
+from .arguments import command
+from .outputs import Outputs
+from .regularize import Volume
+from .work import Finished, ended, run_work
 
-__all__ = ["run_demo"]
+__all__ = ["add_demo"]
 
 _TOLERANCE = 1e-12
 
 
-def run_demo(
-    folder: str | os.PathLike[str] = "hexconformal-demo", size: int = 15, progress: Progress | None = None
-) -> tuple[Finished, list[str]]:
+def add_demo(added: Any) -> None:
+    """Add the command to those of the program."""
+    parser = command(
+        added,
+        "demo",
+        _demo,
+        "Make a cube of skewed cells regular. Leaves meshes, a ParaView series, a picture and a report in a folder.",
+        "  hexconformal demo\n  hexconformal demo /tmp/cube --size 30\n",
+    )
+    parser.add_argument("folder", nargs="?", default="hexconformal-demo", metavar="FOLDER", help="default %(default)s")
+    parser.add_argument("--size", type=int, default=15, metavar="N", help="cells along an edge (default %(default)d)")
+
+
+def _demo(arguments: Namespace) -> int:
+    """Make a sheared cube regular."""
+    with Progress() as progress:
+        finished, lines = _run(arguments.folder, arguments.size, progress)
+    print(finished.result.report)
+    print("\n".join(["", *lines]))
+    return ended(finished, arguments.folder)
+
+
+def _run(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple[Finished, list[str]]:
     """Regularize a sheared cube and leave meshes, a series for ParaView, pictures and reports in a folder.
 
     Parameters
@@ -57,10 +82,10 @@ def run_demo(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise WriteError(f"cannot make the folder {folder}: {problem}") from problem
-    progress = progress or Progress(quiet=True)
     missing = _missing_picture()
     outputs = Outputs(
         mesh=str(folder / "regular_cube.vtu"),
+        extensions=(".vtu",),
         history=str(folder / "history.csv"),
         frames=str(folder / "run.pvd"),
         report=str(folder / "report.json"),
@@ -70,7 +95,7 @@ def run_demo(
     outputs.check()
     source = folder / "sheared_cube.vtu"
     write(source, HexMesh(*sheared_cube(size)))
-    finished = run_job(read(source), Options(tolerance=_TOLERANCE), outputs, progress)
+    finished = run_work(Volume(read(source), Options(tolerance=_TOLERANCE)), outputs, progress)
     write_text(folder / "report.txt", f"{finished.result.report}\n")
     distance = np.abs(finished.result.points - box((size, size, size))[0]).max()
     lines = [

@@ -1,0 +1,77 @@
+"""The `move` command."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from ..errors import OptionError
+from ..motion import MeshMotion
+from ..motion_run import MotionFolder, read_boundary
+from ..progress import Progress
+from .arguments import add_input, command, mesh_of
+
+__all__ = ["add_move"]
+
+
+def add_move(added: Any) -> None:
+    """Add the command to those of the program."""
+    parser = command(
+        added,
+        "move",
+        _move,
+        "Move a mesh with its boundary, step after step. Writes frames with the mesh velocity, a history and a"
+        " checkpoint after every step into a folder; ends with exit code 1 where the boundary asks for the impossible.",
+        """  hexconformal move box.vtu run/ --boundary motion.csv
+  hexconformal move box.vtu run/ --boundary motion.csv --fixed wall --operator elastic
+  hexconformal move box.vtu run/ --boundary longer.csv --resume
+
+motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place
+  time,node,dx,dy,dz
+  0.1,17,0.0,0.02,0.0
+in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.npz
+""",
+    )
+    add_input(parser)
+    parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
+    parser.add_argument("--boundary", metavar="motion.csv", required=True, help="where the moving nodes go")
+    parser.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay; others slide on walls")
+    parser.add_argument(
+        "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
+    )
+    parser.add_argument(
+        "--reference", default="initial", metavar="initial|current", help="what cells shall look like (default initial)"
+    )
+    parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
+    parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
+    parser.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
+    parser.add_argument("--overwrite", action="store_true", help="start anew in FOLDER if it holds a run")
+    parser.add_argument("--quiet", action="store_true", help="errors only")
+
+
+def _move(arguments: Namespace) -> int:
+    """Move a mesh with its boundary."""
+    if arguments.every < 1:
+        raise OptionError(f"every is 1 or more, not {arguments.every}")
+    boundary = read_boundary(arguments.boundary)
+    place = MotionFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
+    place.prepare(arguments.resume, arguments.overwrite)
+    with Progress(arguments.quiet) as progress:
+        progress.say(f"reading {arguments.input}")
+        motion = MeshMotion(
+            mesh_of(arguments), boundary.nodes, arguments.fixed, arguments.reference, arguments.operator
+        )
+        last, stopped = place.follow(motion, boundary, arguments.resume, arguments.every, progress.say)
+    if not arguments.quiet:
+        for note in motion.notes:
+            print(f"note: {note}")
+        print(f"wrote {place.frames}, {place.history.name}, {place.last.name}")
+    if stopped is not None:
+        print(f"interrupted after step {last}: --resume goes on from there", file=sys.stderr)
+        return 130
+    if place.refusal:
+        print(f"error: step {last + 1} was refused: {place.refusal}", file=sys.stderr)
+        return 1
+    return 0
