@@ -21,23 +21,24 @@ ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity",
     "meshes and files": "errors version files mesh generate selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
-    " abaqus io series",
+    " abaqus io",
     "what is measured": "quality orient checks limits",
     "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",
     "what is asked and told": "options report",
     "regularize": "regularize stages step minimize untangle lift volume",
-    "move": "motion extension",
+    "move": "motion extension motion_table motion_run",
     "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",
     "surface: energies": ".energy .barrier .reference .step",
     "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .remesh",
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"
     " .flow.evolve .flow.checkpoint .flow",
+    "runs in folders": "interrupt history checkpoint series run_folder",
     "pictures": "canvas plots .plots .flow.plots",
     "commands": "__main__ cli commands.arguments commands.kind commands.outputs commands.work commands.regularize"
     " commands.move commands.quality commands.orient commands.check commands.demo .commands.kind .commands.remesh"
-    " .commands.flow progress interrupt motion_run .flow.folder",
+    " .commands.flow progress",
     "filters": "accessor hexconformal_plugin",
 }
 KNOWING = ("commands", "filters")  # rooms of hexconformal that may know surfaces

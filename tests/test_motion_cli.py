@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from hexconformal import HexMesh, motion_run, write
+from hexconformal import HexMesh, ReadError, write
 from hexconformal.cli import main
 from hexconformal.generate import box
 from hexconformal.motion import MeshMotion
+from hexconformal.motion_table import read_boundary
 
 
 @pytest.fixture
@@ -143,5 +144,5 @@ def test_a_run_is_not_overwritten_or_mixed_unasked(lifted, capsys):
 )
 def test_tables_that_make_no_sense_are_refused(tmp_path, text, message):
     (tmp_path / "motion.csv").write_text(text)
-    with pytest.raises(motion_run.ReadError, match=message):
-        motion_run.read_boundary(tmp_path / "motion.csv")
+    with pytest.raises(ReadError, match=message):
+        read_boundary(tmp_path / "motion.csv")

@@ -1,20 +1,14 @@
-"""What is seen of a run while it goes on: a live line in the terminal, and a row per iteration in a file."""
+"""What is seen of a run while it goes on: a live line in the terminal."""
 
 from __future__ import annotations
 
-import csv
-import os
 import sys
-from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import astuple, fields
 from typing import Any
 
 from numba.core import event
 
-from .errors import WriteError
-
-__all__ = ["HistoryFile", "Progress"]
+__all__ = ["Progress"]
 
 
 class Progress:
@@ -67,59 +61,3 @@ class _Compiling(event.Listener):  # type: ignore[misc]
 
     def on_end(self, event: Any) -> None:
         pass
-
-
-class HistoryFile:
-    """A CSV file with a row per iteration, each on disk as soon as it is known.
-
-    Parameters
-    ----------
-    path
-        The file; one that is there is replaced.
-    rows
-        What it begins with, for a run that goes on: the header and older rows.
-
-    Raises
-    ------
-    WriteError
-        If it cannot be written.
-
-    Examples
-    --------
-    >>> from hexconformal import Record
-    >>> with HistoryFile("run.csv") as history:
-    ...     history.add(Record(0, "input", 24.0, 1.0, 0.0, 0.5, 0.75, 0, 0.125))
-    >>> print(open("run.csv").read().splitlines()[1])
-    0,input,24.0,1.0,0.0,0.5,0.75,0,0.125
-    """
-
-    def __init__(self, path: str | os.PathLike[str], rows: Sequence[Sequence[str]] = ()) -> None:
-        self._path = path
-        try:
-            self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 (closed by __exit__)
-        except OSError as problem:
-            raise WriteError(f"cannot write {path}: {problem}") from problem
-        self._rows = csv.writer(self._file, lineterminator="\n")
-        self._begun = bool(rows)
-        for row in rows:
-            self._add(row)
-
-    def __enter__(self) -> HistoryFile:
-        return self
-
-    def __exit__(self, *problem: Any) -> None:
-        self._file.close()
-
-    def add(self, record: Any) -> None:
-        """Append an iteration, a dataclass; the names of its fields are the header."""
-        if not self._begun:
-            self._add([field.name for field in fields(record)])
-            self._begun = True
-        self._add(astuple(record))
-
-    def _add(self, row: Any) -> None:
-        try:
-            self._rows.writerow(row)
-            self._file.flush()
-        except OSError as problem:
-            raise WriteError(f"cannot write {self._path}: {problem}") from problem

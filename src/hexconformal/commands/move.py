@@ -9,8 +9,10 @@ from typing import Any
 
 from ..errors import OptionError
 from ..motion import MeshMotion
-from ..motion_run import MotionFolder, read_boundary
+from ..motion_run import MotionRun
+from ..motion_table import read_boundary
 from ..progress import Progress
+from ..run_folder import RunFolder
 from .arguments import add_input, command, mesh_of
 
 __all__ = ["add_move"]
@@ -56,22 +58,22 @@ def _move(arguments: Namespace) -> int:
     if arguments.every < 1:
         raise OptionError(f"every is 1 or more, not {arguments.every}")
     boundary = read_boundary(arguments.boundary)
-    place = MotionFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
+    place = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
     place.prepare(arguments.resume, arguments.overwrite)
     with Progress(arguments.quiet) as progress:
         progress.say(f"reading {arguments.input}")
-        motion = MeshMotion(
-            mesh_of(arguments), boundary.nodes, arguments.fixed, arguments.reference, arguments.operator
-        )
-        last, stopped = place.follow(motion, boundary, arguments.resume, arguments.every, progress.say)
+        mesh = mesh_of(arguments)
+        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
+        run = MotionRun(motion, boundary)
+        stopped = place.follow(run, arguments.resume, arguments.every, progress.say)
     if not arguments.quiet:
         for note in motion.notes:
             print(f"note: {note}")
         print(f"wrote {place.frames}, {place.history.name}, {place.last.name}")
     if stopped is not None:
-        print(f"interrupted after step {last}: --resume goes on from there", file=sys.stderr)
+        print(f"interrupted after step {run.step}: --resume goes on from there", file=sys.stderr)
         return 130
-    if place.refusal:
-        print(f"error: step {last + 1} was refused: {place.refusal}", file=sys.stderr)
+    if run.refusal:
+        print(f"error: step {run.step + 1} was refused: {run.refusal}", file=sys.stderr)
         return 1
     return 0

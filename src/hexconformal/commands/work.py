@@ -14,8 +14,9 @@ from typing import Any, Protocol
 
 from ..errors import WriteError
 from ..files import write_text
+from ..history import HistoryFile
 from ..interrupt import uninterrupted
-from ..progress import HistoryFile, Progress
+from ..progress import Progress
 from ..series import Series
 from .arguments import STDOUT, tell_lost
 from .kind import Kind

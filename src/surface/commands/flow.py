@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from pathlib import Path
 from typing import Any
 
 from hexconformal.commands.arguments import command
 from hexconformal.errors import OptionError
 from hexconformal.progress import Progress
+from hexconformal.run_folder import RunFolder
 
+from ..flow.checkpoint import FlowRun
 from ..flow.evolve import Evolution
 from ..flow.flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
-from ..flow.folder import folder
 from ..flow.options import Stepping
+from ..flow.plots import plot_history
 
 __all__ = ["add_flow"]
 
@@ -82,19 +85,21 @@ def _flow(arguments: Namespace) -> int:
         remesh=arguments.remesh,
         remesh_below=arguments.remesh_below,
     )
-    place = folder(arguments.folder)
+    place = RunFolder(Path(arguments.folder))
     place.prepare(arguments.resume, arguments.overwrite)
+    plot = place.path / "history.png"
     with Progress(arguments.quiet) as progress:
         progress.say(f"reading {arguments.input}")
         run = Evolution(_made(arguments), stepping)
-        stopped = place.follow(run, arguments.resume, arguments.every, lambda record: progress.say(str(record)))
+        stopped = place.follow(FlowRun(run), arguments.resume, arguments.every, progress.say)
+    plot_history(plot, place.history)
     if not arguments.quiet:
         for note in run.notes:
             print(f"note: {note}")
         if run.history:
             print(run.history[-1])
         print("interrupted" if stopped else run.reason)
-        print(f"wrote {place.frames}, {place.history.name}, {place.plot.name}, {place.last.name}")
+        print(f"wrote {place.frames}, {place.history.name}, {plot.name}, {place.last.name}")
     if stopped is not None:
         print(f"interrupted at step {run.step}: --resume goes on from there", file=sys.stderr)
         return 130

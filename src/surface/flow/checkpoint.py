@@ -1,22 +1,22 @@
-"""Checkpoints of a flow: written atomically, and a run that goes on from one equals the one that never stopped."""
+"""A flow in a file, or a folder: a run that goes on from a checkpoint equals the one that never stopped."""
 
 from __future__ import annotations
 
-import hashlib
 import os
-import zipfile
+from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from hexconformal.checkpoint import load_standing, problem_of, save_standing
+from hexconformal.run_folder import Stage
 
-from hexconformal.errors import OptionError, ReadError
-from hexconformal.files import saving
+from ..convert import as_pyvista
+from ..io import write
+from .evolve import Evolution, Moment
+from .options import Record
 
-from .evolve import Evolution
-
-__all__ = ["load", "save"]
-
-_VERSION = 2
+__all__ = ["FlowRun", "load", "save"]
 
 
 def save(path: str | os.PathLike[str], run: Evolution) -> None:
@@ -34,12 +34,8 @@ def save(path: str | os.PathLike[str], run: Evolution) -> None:
     WriteError
         If the file cannot be written; an older one is still there then.
     """
-
-    def put(target: Path) -> None:
-        with open(target, "wb") as file:
-            np.savez(file, version=_VERSION, problem=_problem(run), **run.standing())
-
-    saving(Path(path), put)
+    flow = FlowRun(run)
+    save_standing(path, flow.version, flow.problem, flow.standing())
 
 
 def load(path: str | os.PathLike[str], run: Evolution) -> None:
@@ -59,22 +55,60 @@ def load(path: str | os.PathLike[str], run: Evolution) -> None:
     OptionError
         If it belongs to another surface or flow.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            found = dict(file)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as problem:
-        raise ReadError(f"cannot read the checkpoint {path}: {problem}") from problem
-    if int(found.pop("version", -1)) != _VERSION:
-        raise ReadError(f"{path} is no checkpoint of this version ({_VERSION})")
-    if str(found.pop("problem")) != _problem(run):
-        raise OptionError(f"the checkpoint {path} belongs to another surface or another flow")
-    run.resume(found)
+    flow = FlowRun(run)
+    flow.resume(load_standing(path, flow.version, flow.problem, flow.others))
 
 
-def _problem(run: Evolution) -> str:
-    """What has to be the same: input, energy, constraints."""
-    cells = run.mesh.cells
-    digest = hashlib.sha256()
-    for array in (run.mesh.points, cells.triangles, cells.quads):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return f"{run.flow!r} {digest.hexdigest()}"
+class FlowRun:
+    """A flow, a stage per moment, as a :class:`hexconformal.run_folder.FolderRun`.
+
+    Parameters
+    ----------
+    run
+        The flow.
+    """
+
+    version, record, others = 2, Record, "another surface or another flow"
+
+    def __init__(self, run: Evolution) -> None:
+        self._run = run
+        self._moment: Moment | None = None
+
+    @property
+    def step(self) -> int:
+        """Number of steps done."""
+        return self._run.step
+
+    @property
+    def time(self) -> float:
+        """Time reached."""
+        return self._run.time
+
+    @property
+    def problem(self) -> str:
+        """What has to be the same: input, energy, constraints."""
+        mesh = self._run.mesh
+        return problem_of(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
+
+    def __iter__(self) -> Iterator[Stage]:
+        for moment in self._run:
+            self._moment, record = moment, moment.record
+            wanted = record.time in self._run.stepping.outputs
+            yield Stage(record.step, record.time, partial(_frame, moment), record, wanted)
+
+    def standing(self) -> dict[str, Any]:
+        """Where the run stands."""
+        return self._run.standing()
+
+    def resume(self, standing: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        self._run.resume(standing)
+
+    def write(self, path: Path) -> None:
+        """Write the surface at the end, if a moment was seen."""
+        if self._moment is not None:
+            write(path, self._moment.surface_mesh)
+
+
+def _frame(moment: Moment) -> Any:
+    return as_pyvista(moment.surface_mesh)
