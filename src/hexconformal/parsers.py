@@ -10,7 +10,6 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 
@@ -51,6 +50,8 @@ _ABAQUS = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10M
 def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
     """Read a file with meshio's parser of that name: the meshio.Mesh, its file, and the parser's warnings."""
     with _quiet() as said:
+        from unittest import mock
+
         import meshio
         from meshio._helpers import reader_map
 
