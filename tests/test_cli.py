@@ -10,13 +10,14 @@ import sys
 import time
 from dataclasses import fields, replace
 
+import numba
 import numpy as np
 import pytest
 import pyvista as pv
 from numba import njit
 
 import hexconformal as hc
-from hexconformal import generate
+from hexconformal import compiled, generate
 from hexconformal.cli import main
 from hexconformal.commands.kind import VOLUMES
 from hexconformal.commands.regularize import Volume
@@ -414,7 +415,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_terminal_sees_iterations_and_compilation(monkeypatch):
+def test_a_terminal_sees_iterations(monkeypatch):
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
@@ -422,9 +423,19 @@ def test_a_terminal_sees_iterations_and_compilation(monkeypatch):
         progress.say(str(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36)))
         time.sleep(0.3)
         assert "7 lbfgs  energy 4.685e+00" in sys.stderr.getvalue()
-        assert "compiling" not in sys.stderr.getvalue()
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_compiling_is_announced_once(monkeypatch, tmp_path, caplog, quiet):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(compiled._ANNOUNCEMENT, "_said", False)
+    with Progress(quiet):
         njit(slowly_compiled)(3)
-    assert "compiling (first run only)" in sys.stderr.getvalue()
+        assert not caplog.records  # not ours
+        for _ in range(2):
+            compiled.loop(slowly_compiled)(3)
+            compiled.loop(slowly_compiled)(3.0)
+    assert [record.name for record in caplog.records] == ["hexconformal"] * (not quiet)
 
 
 def slowly_compiled(count):

@@ -315,13 +315,122 @@ def test_abaqus_deck_keeps_all_but_coordinates(tmp_path):
         ("*Material, name=Steel", "*Include, input=b.inp", "includes"),
         (" lower, upper", " lower, uper", "'uper'"),
         (" 82, 1., 0., 2.", " 82, 1., 0., x", "could not convert"),
-        ("81, 82, 83, 84", "81, 82, 83", "too few nodes"),
+        ("81, 82, 83, 84", "81, 82, 83", "8 nodes each: one has too few"),
     ],
 )
 def test_broken_decks_are_refused(old, new, text, tmp_path):
     (tmp_path / "a.inp").write_text(DECK.replace(old, new, 1))
     with pytest.raises(ReadError, match=text):
         io.read(tmp_path / "a.inp")
+
+
+LOOSE_DECK = """ *NODE
+ 1
+ 2, 1.
+ 3, 1., 1.,
+ 4, , 1.
+ 5, 0., 0., 1.
+ 6, 1., 0., 1.
+ 7, 1., 1., 1.
+ 8, , 1., 1.
+ 9, 2., 0., 0.
+ 10, 2., 0., 1.
+ *ELEMENT, TYPE=F3D8
+ 1, 1, 2, 3, 4, 5, 6, 7, 8
+*ELEMENT, TYPE=C3D15, ELSET=prisms
+ 2, 2, 9, 3, 6, 10, 7, 2, 9, 3,
+ 6, 10, 7, 2, 9, 3
+*ELEMENT, TYPE=SPRING1, ELSET=springs
+ 3, 9
+*ELSET, ELSET=all
+ prisms, springs
+ *BOUNDARY
+ 1, 1, 3, 0.5
+"""
+
+
+def test_decks_are_read_as_loosely_as_calculix_reads_them(tmp_path):
+    (tmp_path / "a.inp").write_text(LOOSE_DECK)
+    mesh = io.read(tmp_path / "a.inp", other_cells="keep")
+    np.testing.assert_array_equal(mesh.points[mesh.cells[0]], block(1)[0][block(1)[1][0]])
+    source = mesh.origin.source
+    assert source.cells[1].type == "wedge"
+    assert source.cells[1].data.tolist() == [[1, 8, 2, 5, 9, 6]]
+    assert [part.tolist() for part in source.cell_sets["all"]] == [[], [0]]
+    assert any("C3D15 are taken by their corners" in note for note in mesh.notes)
+    moved = mesh.replaced(points=mesh.points / 3)
+    assert io.write(tmp_path / "b.inp", moved) == []
+    np.testing.assert_array_equal(io.read(tmp_path / "b.inp", other_cells="keep").points, moved.points)
+    assert (tmp_path / "b.inp").read_text().endswith(LOOSE_DECK[LOOSE_DECK.index(" *ELEMENT") :])
+
+
+def curved_meshio(name):
+    """Two cells of 20 or 27 nodes, each with nodes of its own, in two blocks."""
+    corners = np.concatenate([block(1)[0][block(1)[1][0]], block(1)[0][block(1)[1][0]] + [3, 0, 0]])
+    count = {"hexahedron20": 20, "hexahedron27": 27}[name]
+    parents = PARENTS[: count - 8]
+    points = [np.concatenate([x, [x[list(p)].mean(axis=0) for p in parents]]) for x in (corners[:8], corners[8:])]
+    return meshio.Mesh(np.concatenate(points), [(name, [range(count)]), (name, [range(count, 2 * count)])])
+
+
+EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+FACES = [(0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 1, 2, 3), (4, 5, 6, 7)]
+PARENTS = [*EDGES, *FACES, tuple(range(8))]
+
+
+@pytest.mark.parametrize("name", ["hexahedron20", "hexahedron27"])
+def test_exodus_has_an_order_of_its_own_for_curved_cells(name, tmp_path):
+    path = tmp_path / "a.exo"
+    mesh = as_hex_mesh(curved_meshio(name), linearise=True)
+    assert [note for note in mesh.notes if "straightened" in note] == [mesh.notes[0]]
+    assert f"2 {name}" in mesh.notes[0]
+    io.write(path, mesh)
+    raw = meshio.read(path)
+    x = raw.points[raw.cells[0].data[0]]
+    # As the Exodus manual draws it: upright edges come before those of the top, and the centre before the faces.
+    np.testing.assert_array_equal(x[12:16], [x[[k, k + 4]].mean(axis=0) for k in range(4)])
+    np.testing.assert_array_equal(x[16], x[[4, 5]].mean(axis=0))
+    if name == "hexahedron27":
+        np.testing.assert_array_equal(x[20], x[:8].mean(axis=0))
+        np.testing.assert_array_equal(x[21:23], [x[:4].mean(axis=0), x[4:8].mean(axis=0)])
+    back = io.read(path, linearise=True)
+    np.testing.assert_array_equal(back.cells, mesh.cells)
+    for block_ in back.origin.source.cells:
+        y = back.points[block_.data[0]]
+        np.testing.assert_array_equal(y[8:], [y[list(p)].mean(axis=0) for p in PARENTS[: len(y) - 8]])
+
+
+def test_exodus_elements_have_many_names(tmp_path):
+    netcdf = pytest.importorskip("netCDF4")
+    path = tmp_path / "a.exo"
+    points, cells = block(1)
+    other = [("tetra", cells[:, :4]), ("line", cells[:, :2])]
+    io.write(path, as_hex_mesh(meshio.Mesh(points, [("hexahedron", cells), *other]), other_cells="keep"))
+    with netcdf.Dataset(path, "a") as data:
+        data["connect2"].elem_type, data["connect3"].elem_type = "tet4", "BAR"
+    assert [block_.type for block_ in io.read(path, other_cells="keep").origin.source.cells] == [
+        "hexahedron",
+        "tetra",
+        "line",
+    ]
+    with netcdf.Dataset(path, "a") as data:
+        data["connect2"].elem_type = "NFACED"
+    with pytest.raises(ReadError, match="type 'NFACED' are not known"):
+        io.read(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "advice"),
+    [
+        ("a.mesh", "MFEM mesh v1.0\n\ndimension\n3\n", "MFEM's own format"),
+        ("a.inp", "# a comment\n8 1 0 0 0\n1 0. 0. 0.\n", r"UCD .* \.avs"),
+        ("a.msh", "$NOD\n8\n1 0 0 0\n", "Gmsh 1 .* 4.1"),
+    ],
+)
+def test_formats_of_the_same_extension_are_told_apart(name, text, advice, tmp_path):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ReadError, match=advice):
+        io.read(tmp_path / name)
 
 
 def test_blocks_of_one_type_are_joined_for_med(tmp_path):

@@ -16,12 +16,12 @@ __all__ = ["read_deck", "replaced_nodes"]
 
 # Type of cell by the beginning of an element's name; what follows (R, H, I, T, ...) is about its formulation.
 _TYPES = {
-    r"[AD]?C3D8": "hexahedron",
+    r"([AD]?C|F)3D8": "hexahedron",
     r"[AD]?C3D20": "hexahedron20",
     r"[AD]?C3D27": "hexahedron27",
-    r"[AD]?C3D4": "tetra",
+    r"([AD]?C|F)3D4": "tetra",
     r"[AD]?C3D10": "tetra10",
-    r"[AD]?C3D6": "wedge",
+    r"([AD]?C|F)3D6": "wedge",
     r"[AD]?C3D15": "wedge15",
     r"[AD]?C3D5": "pyramid",
     r"(S|CPS|CPE|CAX|M3D|R3D|SFM3D|DS)4": "quad",
@@ -62,8 +62,8 @@ def read_deck(path: Path) -> tuple[Any, str, list[str]]:
         if keyword == "INCLUDE":
             raise ReadError("the deck includes other files: put them into one")
         if keyword == "NODE" and lines:
-            # Two coordinates mean a plane, further numbers are directions.
-            rows = [(line.rstrip(", ") + ", 0").split(",")[:4] for line in lines]
+            # Coordinates that are left out are zero, further numbers are directions.
+            rows = [[field.strip() or "0" for field in f"{line},,,".split(",")[:4]] for line in lines]
             table = np.array(rows, dtype=np.float64)
             ids.append(table[:, 0].astype(np.int64))
             points.append(table[:, 1:])
@@ -72,12 +72,20 @@ def read_deck(path: Path) -> tuple[Any, str, list[str]]:
             name = _cell_type(options.get("TYPE", ""))
             if name is None:
                 notes.append(f"elements of type {options.get('TYPE')} are set aside; they stay in the deck")
+                _extend(sets["ELSET"], options.get("ELSET"), _numbers([]))
                 continue
             numbers = _numbers(lines)
             width = 1 + num_nodes_per_cell[name]
             if len(numbers) % width:
-                raise ReadError(f"an element of type {options['TYPE']} has too few nodes, or the file is truncated")
+                raise ReadError(
+                    f"elements of type {options['TYPE']} have {width - 1} nodes each: one has too few or too many, "
+                    "or the file is truncated"
+                )
             numbers = numbers.reshape(-1, width)
+            if name == "wedge15":
+                # meshio cannot hold them.
+                name, numbers = "wedge", numbers[:, :7]
+                notes.append(f"elements of type {options['TYPE']} are taken by their corners; they stay in the deck")
             blocks.append((name, numbers[:, 0], numbers[:, 1:]))
             _extend(sets["ELSET"], options.get("ELSET"), numbers[:, 0])
         elif keyword in sets and keyword in options:
@@ -107,8 +115,8 @@ def replaced_nodes(text: str, points: NDArray[np.float64]) -> str:
     result = []
     inside = unfinished = False
     for line in text.splitlines(keepends=True):
-        if line.startswith("*"):
-            inside = inside if line.startswith("**") else _keyword(line)[0] == "NODE"
+        if line.lstrip().startswith("*"):
+            inside = inside if line.lstrip().startswith("**") else _keyword(line)[0] == "NODE"
             unfinished = line.rstrip().endswith(",")
         elif unfinished:
             unfinished = line.rstrip().endswith(",")
@@ -122,17 +130,18 @@ def replaced_nodes(text: str, points: NDArray[np.float64]) -> str:
 
 def _sections(text: str) -> Iterator[tuple[str, dict[str, str], list[str]]]:
     """Keyword, its options, and the data lines that follow it."""
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("**")]
+    stripped = (line.strip() for line in text.splitlines())
+    lines = [line for line in stripped if line and not line.startswith("**")]
     starts = [number for number, line in enumerate(lines) if line.startswith("*")]
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         head, first = lines[start], start + 1
-        while head.rstrip().endswith(",") and first < end:
+        while head.endswith(",") and first < end:
             head, first = head + lines[first], first + 1
         yield *_keyword(head), lines[first:end]
 
 
 def _keyword(line: str) -> tuple[str, dict[str, str]]:
-    keyword, *options = [part.strip() for part in line[1:].split(",")]
+    keyword, *options = [part.strip() for part in line.lstrip()[1:].split(",")]
     pairs = [option.partition("=") for option in options if option]
     return keyword.upper(), {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
 

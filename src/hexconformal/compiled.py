@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import njit
+from numba.core import event
 from numba.extending import register_jitable
 
 __all__ = ["algebra", "loop"]
@@ -26,4 +28,29 @@ def algebra(function: Function) -> Function:
 
 def loop(function: Function) -> Function:
     """Compile a loop over a range, without the interpreter's lock and kept on disk for the next process."""
-    return njit(nogil=True, cache=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+    compiled = njit(nogil=True, cache=True, **_OPTIONS)(function)
+    _ANNOUNCEMENT.loops.add(compiled)
+    return compiled  # type: ignore[no-any-return]
+
+
+class _Announcement(event.Listener):  # type: ignore[misc]
+    """Says, once, that machine code is not on disk yet, so that the wait is understood."""
+
+    def __init__(self) -> None:
+        self.loops: set[Any] = set()
+        self._said = False
+
+    def on_start(self, event: Any) -> None:
+        # Other programs' functions are not ours to speak of.
+        if not self._said and event.data["dispatcher"] in self.loops:
+            self._said = True
+            logging.getLogger("hexconformal").warning(
+                "hexconformal: compiling, at the first run only; this takes some twenty seconds"
+            )
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+_ANNOUNCEMENT = _Announcement()
+event.register("numba:compile", _ANNOUNCEMENT)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from . import exodus
 from .abaqus import read_deck, replaced_nodes
 from .convert import to_meshio
 from .errors import ReadError, WriteError
@@ -41,6 +42,12 @@ _CELL_TYPES = {
     "xdmf": "meshio.xdmf.common:meshio_to_xdmf_type",
     "nastran": "meshio.nastran._nastran:meshio_to_nastran_type",
 }
+# Formats that have the extension of another one: how they begin, and what to do.
+_NAMESAKES = {
+    "medit": (rb"MFEM ", "this is MFEM's own format: write it as VTK or Gmsh 2.2, or hand over points and cells"),
+    "abaqus": (rb"(#.*\s+)*\d+([ \t]+\d+){4}\s*\n", "this is an AVS UCD file: give it the extension .avs"),
+    "gmsh": (rb"\$NOD", "this is a Gmsh 1 file: let Gmsh save it again, in version 2.2 or 4.1"),
+}
 _MEDIT_TYPES = ("line", "triangle", "quad", "tetra", "wedge", "pyramid", "hexahedron")
 _LABELS = {"medit": "medit:ref"}
 # meshio writes the last Abaqus name it knows for a type: a hybrid brick, an axisymmetric pore pressure quadrilateral.
@@ -56,6 +63,9 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
         from meshio._helpers import reader_map
 
         file = SourceFile(path)
+        begins, advice = _NAMESAKES.get(name, (rb"(?!)", ""))
+        if re.match(rb"\s*" + begins, _head(path)):
+            raise ReadError(advice)
         if name == "gmsh":
             file = _gmsh_variant(path)
             if not file.version:
@@ -65,7 +75,8 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             raise ReadError("not a sound ply file (its header has no end)")
         try:
             # meshio.read() would try several parsers, print their complaints, and exit.
-            with mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data):
+            gmsh = mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data)
+            with gmsh, mock.patch.dict("meshio.exodus._exodus.exodus_to_meshio_type", exodus.NAMES):
                 if name == "abaqus":
                     mesh, deck, notes = read_deck(path)
                     return mesh, SourceFile(path, deck=deck), notes
@@ -74,9 +85,13 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             raise
         except (Exception, SystemExit) as problem:
             reason = f"{type(problem).__name__}: {problem}" if str(problem) else "malformed"
+            if name == "exodus" and isinstance(problem, KeyError):
+                reason = f"elements of type {problem} are not known"
             raise ReadError(f"not a sound {name} file ({reason})") from problem
     if not isinstance(mesh, meshio.Mesh) or len(mesh.points) == 0 or not sum(len(block.data) for block in mesh.cells):
         raise ReadError(f"the {name} file holds no mesh, or only the beginning of one")
+    if name == "exodus":
+        mesh.cells = exodus.to_vtk(mesh.cells)
     return mesh, file, [line for line in said.getvalue().splitlines() if line.strip()]
 
 
@@ -96,6 +111,8 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
     if len(out.field_data.get("med:nom", ())) != len({*out.point_data, *out.cell_data} - {"point_tags", "cell_tags"}):
         # Names of components are told by position, which holds only as long as no array is added.
         out.field_data.pop("med:nom", None)
+    if name == "exodus":
+        out.cells = exodus.from_vtk(out.cells)
     options: dict[str, Any] = {}
     form = name
     if name == "gmsh":

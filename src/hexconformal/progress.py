@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from contextlib import ExitStack
 from typing import Any
-
-from numba.core import event
 
 __all__ = ["Progress"]
 
@@ -28,14 +27,18 @@ class Progress:
     def __init__(self, quiet: bool = False) -> None:
         self._status: Any = None
         self._stack = ExitStack()
+        self._quiet = quiet
         self._wanted = not quiet and sys.stderr.isatty()
 
     def __enter__(self) -> Progress:
+        if self._quiet:
+            log = logging.getLogger("hexconformal")
+            self._stack.callback(log.setLevel, log.level)
+            log.setLevel(logging.ERROR)
         if self._wanted:
             from rich.console import Console
 
             self._status = self._stack.enter_context(Console(stderr=True).status("", spinner="line"))
-            self._stack.enter_context(event.install_listener("numba:compile", _Compiling(self)))
         return self
 
     def __exit__(self, *problem: Any) -> None:
@@ -48,16 +51,3 @@ class Progress:
             from rich.text import Text
 
             self._status.update(Text(text, no_wrap=True, overflow="ellipsis"))
-
-
-class _Compiling(event.Listener):  # type: ignore[misc]
-    """Tells of machine code that is not on disk yet, so that the wait is understood."""
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
-
-    def on_start(self, event: Any) -> None:
-        self._progress.say("compiling (first run only)")
-
-    def on_end(self, event: Any) -> None:
-        pass

@@ -77,7 +77,7 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
         are hexahedra of higher order and `linearise` is False.
     """
     blocks = [block for block in blocks if len(block.rows)]
-    hexes, others, higher, notes = [], [], [], []
+    hexes, others, higher, straight, notes = [], [], [], [], []
     for block in blocks:
         if block.name == "hexahedron":
             hexes.append((block.rows, block.nodes))
@@ -87,9 +87,11 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
         elif block.name in _HIGHER and linearise:
             hexes.append((block.rows, block.nodes[:, :8]))
             higher.append(block.nodes)
-            notes.append(f"{len(block.rows)} {block.name} cells are taken as linear, their edges straightened")
+            straight.append(block)
         elif block.dimension == 3:
             others.append(block)
+    if straight:
+        notes.append(f"cells taken as linear, their edges straightened: {_counted(straight)}")
     curved = _counted([block for block in others if block.name in _HIGHER])
     if curved:
         raise MeshError(f"cells of higher order: {curved}; linearise=True (--linearise) works with their corners")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import re
 from functools import partial
+from html import escape
 from math import isfinite
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 from xml.etree import ElementTree
-from xml.sax.saxutils import quoteattr
 
 from .errors import OptionError, WriteError
 from .files import check_writable, saving
@@ -115,6 +115,6 @@ class Series:
         return [frame for frame in frames if frame[0] <= until]
 
     def _write_list(self, target: Path) -> None:
-        rows = [f'    <DataSet timestep="{time!r}" file={quoteattr(name)}/>' for time, name in self.frames]
+        rows = [f'    <DataSet timestep="{time!r}" file="{escape(name)}"/>' for time, name in self.frames]
         head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>'
         target.write_text("\n".join([head, *rows, "  </Collection>\n</VTKFile>\n"]), encoding="utf-8")

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from hexconformal.errors import MeshError, first_ids
 
@@ -106,6 +105,8 @@ def _areas(mesh: SurfaceMesh) -> list[str]:
 
 
 def _doubts(mesh: SurfaceMesh) -> list[str]:
+    from scipy.spatial import cKDTree
+
     notes = []
     used = np.zeros(len(mesh.points), dtype=bool)
     used[mesh.cells.nodes()] = True
