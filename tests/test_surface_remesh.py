@@ -47,8 +47,29 @@ def torus(n, m, seed=0):
 def test_the_worst_can_be_emphasized_over_the_mean():
     shape = scattered_sphere(400)
     mean, worst = (surface.remesh(shape, emphasis=e, features=None).report.after for e in ("mean", "worst"))
-    assert worst.min_angle > mean.min_angle + 1.0
+    assert worst.min_angle > mean.min_angle + 0.5
     assert mean.mean_angle > worst.mean_angle > mean.mean_angle - 1.5
+
+
+def graded_disc(rings, around, shift):
+    """Triangles ever smaller towards the middle, a hundredth of those outside, which is shifted."""
+    i, j = np.meshgrid(np.arange(rings + 1), np.arange(around), indexing="ij")
+    z = 0.01 ** (i / rings) * np.exp(2j * np.pi * (j + i / 2) / around)
+    z = np.append(z, 0)
+    z = z + shift * np.maximum(1 - abs(z), 0) ** 2
+    i = np.arange((rings + 1) * around).reshape(rings + 1, around)
+    j = np.roll(i, -1, 1)
+    corners = [(i[:-1], j[:-1], i[1:]), (j[:-1], j[1:], i[1:]), (i[-1:], j[-1:], np.full((1, around), i.size))]
+    return np.stack([z.real, z.imag, 0 * z.real], axis=1), np.concatenate(
+        [np.stack(c, 2).reshape(-1, 3) for c in corners]
+    )
+
+
+def test_a_cluster_of_small_cells_goes_far_as_a_whole():
+    report = surface.remesh(graded_disc(21, 24, 0.2), fixed=range(24)).report
+    assert report.converged
+    assert report.iterations < 20
+    assert report.after.min_angle > report.before.min_angle + 3.5
 
 
 def tube(n, m, seed=0):

@@ -16,7 +16,7 @@ from .step import Linear
 __all__ = ["Iterate", "Outcome", "descend"]
 
 _LONGEST = 0.5  # step of a node, in lengths of its edges
-_FARTHEST = 8.0  # the same, where nobody is in the way
+_TOGETHER = (1.0, 0.5, 0.25)  # of their steps that all nodes try first, whatever that is in lengths of their edges
 _TRIES = 16
 _FEW = 30  # nodes
 _BLAMES = 4  # times that cells are blamed for a rise of the energy, before everybody is
@@ -53,13 +53,14 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
 
     Newton steps along the surface, put back onto it. A node goes as far as the cells around it allow: each has a
     share of its step, which shrinks where a cell would be spoiled, turn over, or leave the input, and recovers.
+    First all try to go together.
     The barrier is measured against the normals of the input, which are taken anew in every iteration; within one
     the energy falls.
     """
     energy, target = surface.energy, surface.target
     x = base = surface.start
     share = np.ones(len(x))
-    damping, cap, slow, reach = 1.0, _CAP, 0, _LONGEST
+    damping, cap, slow, together = 1.0, _CAP, 0, True
     decrease = step = 0.0
     held = 0
     while True:
@@ -68,7 +69,6 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
             energy.damping, energy.normals = damping, surface.frame_normals(x, normals)
             energy.cap = cap
             energy.settle(x)
-        grow = 2.0
         value = energy.value(x)
         yield Iterate(x, value, decrease, step, held)
         gradient, linear = _system(surface, x, normals)
@@ -76,24 +76,21 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
         if not -(gradient * v).sum() > tolerance * value:
             outcome.reason, outcome.converged = "no step lowers the energy further", True
             return
-        found = _search(surface, x, base, linear, -gradient, v, share, reach)
-        while found is None and reach > _LONGEST:
-            reach = max(reach / 2, _LONGEST)
-            found = _search(surface, x, base, linear, -gradient, v, share, reach)
-            grow = 1.0
+        tries = (*_TOGETHER, None) if together else (None,)
+        searches = (_search(surface, x, base, linear, -gradient, v, share, part) for part in tries)
+        found = next((result for result in searches if result is not None), None)
         cautious = False
         while found is None and damping < 64.0 and isinstance(energy, Barrier):
             damping = energy.damping = 8 * damping
             gradient, linear = _system(surface, x, normals)
             v = linear.solve(-gradient, surface.precision)
-            found = _search(surface, x, base, linear, -gradient, v, np.ones(len(x)), reach)
+            found = _search(surface, x, base, linear, -gradient, v, np.ones(len(x)))
             cautious = True
         if found is None:
             outcome.reason = "every step that lowers the energy spoils a cell or the shape"
             return
         x_before = x
-        x, base, places, new, s, failures, clear = found
-        reach = min(grow * reach, _FARTHEST) if clear else _LONGEST
+        x, base, places, new, s, failures, together = found
         decrease = (value - new) / value
         step = float(np.linalg.norm(x - x_before, axis=1).max())
         held = int((s[surface.moving] == 0).sum())
@@ -138,25 +135,28 @@ def _search(  # type: ignore[no-untyped-def]
     force: Floats,
     v: Floats,
     share: Floats,
-    reach: float,
+    part: float | None = None,
 ):
-    """Shorten or hold the steps of nodes whose cells are in trouble; where the energy does not fall, all of them."""
+    """Shorten or hold the steps of nodes whose cells are in trouble; where the energy does not fall, all of them.
+
+    With `part` all go that part of their step, or none does: small cells among larger ones travel as a whole.
+    """
     energy = surface.energy
     before = energy.densities(x)
     value = float(before.sum())
-    longest = reach * surface.edge_lengths(x)
+    longest = _LONGEST * surface.edge_lengths(x)
     free = share > _HELD
     failures, shortened = 0, not free.all()
     if shortened:
         v = linear.solve(force, surface.precision, free)
-    s = np.minimum(share, longest / np.maximum(np.linalg.norm(v, axis=1), 1e-300)) * free
+    within = np.minimum(share, longest / np.maximum(np.linalg.norm(v, axis=1), 1e-300))
+    s = (within if part is None else part * share) * free
     counts: list[int] = []
     for tries in range(_TRIES):
         y, moved, places = surface.retracted(base, s[:, None] * v)
         after = energy.densities(y)
         trouble = surface.in_trouble(y, before, after, s)
-        if reach > _LONGEST and (trouble.any() or not float(after.sum()) < value):
-            # Long steps are for where all can go along.
+        if part is not None and (trouble.any() or not float(after.sum()) < value):
             return None
         if trouble.any():
             counts.append(int(trouble.sum()))
