@@ -20,8 +20,8 @@ def energies(surface):
         "quaternionic": Quaternionic(cells, shapes, n),
         "metric": Quaternionic(cells, shapes, n, points),
         "barrier": Barrier(cells, shapes, n),
-        "severe": Barrier(cells, shapes, n, severity=2.0),
-        "mild": Barrier(cells, shapes, n, severity=0.0),
+        "severe": Barrier(cells, shapes, n, severity=0.5),
+        "mild": Barrier(cells, shapes, n, mildness=0.05, severity=0.1),
     }
 
 
@@ -41,7 +41,7 @@ def test_gradient_is_the_derivative(name):
 def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
     points, cells = shaken(mixed_sphere(5), 0.03)
     shapes = reference_shapes("equilateral", points, cells)
-    own, given = (Barrier(cells, shapes, len(points), 0.5) for _ in range(2))
+    own, given = (Barrier(cells, shapes, len(points), 0.1, 0.5) for _ in range(2))
     f1, f2 = (np.stack(f, axis=1) for f in own.frames.derivatives(points))
     n = np.cross(f1, f2) + 0.05 * np.random.default_rng(1).normal(size=f1.shape) * np.linalg.norm(f1, axis=1)[:, None]
     given.normals = n / np.linalg.norm(n, axis=1, keepdims=True)
@@ -71,7 +71,7 @@ def test_frozen_normals_majorize():
         assert energy.value(points + v) <= model * (1 + 1e-12)
 
 
-@pytest.mark.parametrize("name", ["quaternionic", "barrier", "severe"])
+@pytest.mark.parametrize("name", ["quaternionic", "barrier", "severe", "mild"])
 def test_second_derivatives_are_symmetric_and_semidefinite(name):
     points, cells = shaken(mixed_sphere(3), 0.1)
     hessian = energies((points, cells))[name].hessian(points).toarray()
@@ -79,13 +79,13 @@ def test_second_derivatives_are_symmetric_and_semidefinite(name):
     assert np.linalg.eigvalsh(hessian)[0] > -1e-10 * np.abs(hessian).max()
 
 
-@pytest.mark.parametrize("severity", [0.0, 1.5])
-def test_barrier_curvature_in_the_plane_is_the_positive_part(severity):
+@pytest.mark.parametrize(("mildness", "severity"), [(np.inf, 0.0), (np.inf, 1.5), (0.1, 0.0), (0.1, 1.5)])
+def test_barrier_curvature_in_the_plane_is_the_positive_part(mildness, severity):
     """Of the eigenvalues of the exact Hessian of one frame at least the positive ones are kept."""
     x = np.zeros((3, 3))
     x[:, :2] = [[0.1, 0.0], [1.3, 0.2], [0.7, 0.5]]
     cells = Cells(np.array([[0, 1, 2]]), none(4))
-    energy = Barrier(cells, reference_shapes("equilateral", x, cells), 3, severity)
+    energy = Barrier(cells, reference_shapes("equilateral", x, cells), 3, mildness, severity)
     step, exact = 1e-5, np.empty((6, 6))
     for column in range(6):
         d = np.zeros((3, 3))

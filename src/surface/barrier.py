@@ -29,8 +29,10 @@ class Barrier(Distortion):
     ----------
     cells, shapes, count
         See :class:`Distortion`.
-    severity
-        c in g + c g^2 / 2, the density of a cell of distortion g: bad cells count more than good ones.
+    mildness, severity
+        m and c in m (sqrt(1 + 2 g / m) - 1) + c g^3 / 3, the density of a cell of distortion g. Beyond m it grows as
+        the angles that are lost, so that a cell between others of other shapes does not spoil them all; the cube keeps
+        the worst cells from paying for that. By default the distortion itself.
 
     Attributes
     ----------
@@ -41,18 +43,27 @@ class Barrier(Distortion):
         frame upside down has a finite density; 0 is the barrier.
     lift
         Whether the worst frames count more, not less, than their density; see :meth:`settle`.
+    ease
+        Factor of the mildness: large at first, since a mild energy hardly sees how to unfold a cell.
     cap
         Density from which on a frame counts less; see :meth:`settle`.
     damping
         Added to the second derivative, relative to that of the frozen density.
     """
 
-    def __init__(self, cells: Cells, shapes: tuple[Floats, Floats], count: int, severity: float = 1.0) -> None:
+    def __init__(
+        self,
+        cells: Cells,
+        shapes: tuple[Floats, Floats],
+        count: int,
+        mildness: float = np.inf,
+        severity: float = 0.0,
+    ) -> None:
         super().__init__(corner_frames(cells, shapes), count)
-        self._severity = severity
+        self._mildness, self._severity = mildness, severity
         self.damping = 0.0
         self.lift = False
-        self.cap = np.inf
+        self.ease, self.cap = 1.0, np.inf
         self.normals: Floats | None = None
         self.regular = np.zeros(len(self.frames.nodes))
         self._weights = self.frames.weights
@@ -86,7 +97,7 @@ class Barrier(Distortion):
         area, _ = self._positive(np.asarray(dot(n, cross(f1, f2))))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             g = plane_density(f1, f2, n) / area
-            g = g * (1 + 0.5 * self._severity * g)
+            g = self._counted(g)[0]
         return np.asarray(self._weights * np.where(area > 0, g, np.inf))
 
     def slopes(self, points: Floats) -> tuple[Vector, Vector]:
@@ -95,7 +106,7 @@ class Barrier(Distortion):
         area, change = self._positive(np.asarray(dot(n, cross(f1, f2))))
         g1, g2 = plane_gradient(f1, f2, n)
         ratio = plane_density(f1, f2, n) / area
-        s = self._weights * (1 + self._severity * ratio) / area
+        s = self._weights * self._counted(ratio)[1] / area
         ratio = ratio * change
         return (
             scale(s, subtract(g1, scale(ratio, cross(f2, n)))),
@@ -106,6 +117,12 @@ class Barrier(Distortion):
         if self.normals is None:
             return plane_normal(f1, f2)
         return (self.normals[:, 0], self.normals[:, 1], self.normals[:, 2])
+
+    def _counted(self, g: Floats) -> tuple[Floats, Floats, Floats]:
+        """The density of cells of distortion g, with its first and second derivative."""
+        m, c = self.ease * self._mildness, self._severity
+        root = np.sqrt(1 + 2 * g / m)
+        return 2 * g / (1 + root) + c * g**3 / 3, 1 / root + c * g**2, 2 * c * g - 1 / (m * root**3)
 
     def _positive(self, area: Floats) -> tuple[Floats, Floats]:
         """The regularised area and its derivative."""
@@ -123,7 +140,8 @@ class Barrier(Distortion):
         f1, f2 = self.frames.derivatives(points)
         n = self._upward(f1, f2)
         area, change = self._positive(np.asarray(dot(n, cross(f1, f2))))
-        w = self._weights * (1 + self._severity * plane_density(f1, f2, n) / area)
+        _, slope, bend = self._counted(plane_density(f1, f2, n) / area)
+        w = self._weights * slope
         f1, f2 = (subtract(f, scale(dot(f, n), n)) for f in (f1, f2))
         turned = cross(n, f2)
         a, b = scale(0.5, subtract(f1, turned)), scale(0.5, add(f1, turned))
@@ -147,14 +165,14 @@ class Barrier(Distortion):
         # Directions d|a| = <(a, n x a), df> / 2 and the like: hence the quarters.
         result = np.einsum("f,if,jf->fij", w * 4 * largest / area**3, radial, radial)
         result += np.einsum("f,if,jf->fij", w * 4 * alpha**2 / area**2, turning, turning)
-        # The square adds the square of the gradient 16 alpha beta / area^2 (alpha d beta - beta d alpha).
+        # What bends upwards adds the square of the gradient 16 alpha beta / area^2 (alpha d beta - beta d alpha).
         gradient = np.concatenate(
             [
                 np.stack(b) * alpha - np.stack(a) * beta,
                 -np.stack(cross(n, b)) * alpha - np.stack(cross(n, a)) * beta,
             ]
         )
-        square = self._weights * self._severity * (8 * alpha * beta / area**2) ** 2
+        square = self._weights * np.maximum(bend, 0.0) * (8 * alpha * beta / area**2) ** 2
         result += np.einsum("f,if,jf->fij", square, gradient, gradient)
         # Of a regularised frame the frozen density's, and the curvature of 1 / area.
         folded = np.flatnonzero(self.regular > 0)

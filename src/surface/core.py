@@ -22,9 +22,9 @@ _FEW = 30  # nodes
 _BLAMES = 4  # times that cells are blamed for a rise of the energy, before everybody is
 _SHORTER = 0.25  # factor of the step of nodes in trouble
 _HELD = 0.1  # share of its step below which a node stays
-_CAP = 10.0  # of the density at first; it is raised whenever the decrease is below the next
+_CAP, _WIDE = 10.0, 100.0  # of the density, at first and at last: raised whenever the decrease is below _SETTLED
+_EASE = 64.0  # the energy's at first; lowered likewise, to 1
 _SETTLED = 0.05
-_WIDE = 100.0
 _STALL = 5  # iterations in a row that gain little
 _SLACK = 1e-4  # beyond that range
 
@@ -60,20 +60,23 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
     energy, target = surface.energy, surface.target
     x = base = surface.start
     share = np.ones(len(x))
-    damping, cap, slow, together = 1.0, _CAP, 0, True
+    damping, cap, ease, slow, together = 1.0, _CAP, _EASE, 0, True
     decrease = step = 0.0
     held = 0
     while True:
         normals = None if target is None else target.project(base)[2]
         if isinstance(energy, Barrier):
             energy.damping, energy.normals = damping, surface.frame_normals(x, normals)
-            energy.cap = cap
+            energy.cap, energy.ease = cap, ease
             energy.settle(x)
         value = energy.value(x)
         yield Iterate(x, value, decrease, step, held)
         gradient, linear = _system(surface, x, normals)
         v = linear.solve(-gradient, surface.precision)
         if not -(gradient * v).sum() > tolerance * value:
+            if isinstance(energy, Barrier) and ease > 1:
+                ease, decrease, step = 1.0, 0.0, 0.0
+                continue
             outcome.reason, outcome.converged = "no step lowers the energy further", True
             return
         tries = (*_TOGETHER, None) if together else (None,)
@@ -97,11 +100,11 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
         damping = min(damping * 2, 16.0) if failures else max(damping * (0.9 if cautious else 0.5), 1 / 8)
         share = np.minimum(1.0, np.maximum(s / s.max(), _HELD / 2) / _SHORTER)
         if decrease < _SETTLED:
-            cap = min(2 * cap, _WIDE)
+            cap, ease = min(2 * cap, _WIDE), max(ease / 4, 1.0)
         surface.shape.accept()
         if target is not None and places is not None:
             target.places = places
-        slow = slow + 1 if decrease < tolerance and cap == _WIDE else 0
+        slow = slow + 1 if decrease < tolerance and cap == _WIDE and ease == 1 else 0
         if slow == _STALL:
             outcome.reason, outcome.converged = "iterations hardly lower the energy any more", True
             if held:

@@ -29,7 +29,7 @@ from .report import Report
 
 __all__ = ["Remeshing", "Result", "remesh", "remeshing"]
 
-_SEVERITY = 2.0
+_COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
 _ROUNDING = 1e-9  # degrees
 _WORTH = (1.02, 0.1)  # factor of the smallest and gain of the mean angle for which nodes are moved at all
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
@@ -120,7 +120,7 @@ class Remeshing:
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
-            energy = Barrier(cells, shapes, len(x), _SEVERITY)
+            energy = Barrier(cells, shapes, len(x), *_COUNTED[options.emphasis])
             energy.lift = options.emphasis == "worst"
         else:
             energy = Quaternionic(cells, shapes, len(x))
