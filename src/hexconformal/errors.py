@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from numbers import Real
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids"]
+__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "require_numbers"]
 
 
 class MeshError(ValueError):
@@ -22,6 +25,20 @@ class ReadError(MeshError):
 
 class WriteError(OSError):
     """A result cannot be written where it was asked for."""
+
+
+def require_numbers(options: Any, *names: str) -> None:
+    """Refuse text and the like in fields of options that are numbers (or None).
+
+    >>> require_numbers(range(3), "start")
+    >>> require_numbers("text", "upper")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    hexconformal.errors.OptionError: upper is a number, not <built-in method upper of str object at 0x...>
+    """
+    for name in names:
+        value = getattr(options, name)
+        if value is not None and not isinstance(value, Real):
+            raise OptionError(f"{name} is a number, not {value!r}")
 
 
 def first_ids(ids: ArrayLike, limit: int = 5) -> str:

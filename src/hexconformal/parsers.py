@@ -87,7 +87,8 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             reason = f"{type(problem).__name__}: {problem}" if str(problem) else "malformed"
             if name == "exodus" and isinstance(problem, KeyError):
                 reason = f"elements of type {problem} are not known"
-            raise ReadError(f"not a sound {name} file ({reason})") from problem
+            known = "gmsh or ansys" if name == "ansys" else name
+            raise ReadError(f"not a sound {known} file ({reason})") from problem
     if not isinstance(mesh, meshio.Mesh) or len(mesh.points) == 0 or not sum(len(block.data) for block in mesh.cells):
         raise ReadError(f"the {name} file holds no mesh, or only the beginning of one")
     if name == "exodus":
