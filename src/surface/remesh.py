@@ -9,9 +9,10 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexconformal.checks import as_mask
-from hexconformal.errors import OptionError
+from hexconformal.errors import OptionError, first_ids
 
 from .barrier import Barrier
 from .checks import require_sound
@@ -32,6 +33,7 @@ __all__ = ["Remeshing", "Result", "remesh", "remeshing"]
 _SEVERITY = 2.0
 _ROUNDING = 1e-9  # degrees
 _WORTH = (1.02, 0.1)  # factor of the smallest and gain of the mean angle for which nodes are moved at all
+_PATIENCE = (40, 15, 15, None)  # iterations in vain before nodes are held, try by try
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
 
 
@@ -105,6 +107,7 @@ class Remeshing:
         self._start = (self.mesh.points - self.mesh.points[nodes].min(axis=0)) / self._unit
         self._points, self._best, self._last = self._start, 0, self._start
         self._diagonal = float(np.linalg.norm(np.ptp(self._start[nodes], axis=0)))
+        self._held, self._ended = np.zeros(len(self._start), dtype=bool), False
         self._closed = bool((edge_table(cells).uses == 2).all())
         self._core = self._surface()
 
@@ -116,7 +119,7 @@ class Remeshing:
         fixed = as_mask(options.fixed, len(x), "fixed")
         if fixed.ndim != 1:
             raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
-        features = detect_features(x, cells, angle, edges, fixed, options.boundary)
+        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
@@ -153,22 +156,55 @@ class Remeshing:
         What :attr:`points` and the result hold is the last surface that is no worse than the input: no smaller angles,
         neither the smallest nor in the mean, and no more cells turned over.
         """
-        self._reason = "interrupted"
+        spoiled = np.zeros(len(self.mesh.cells), dtype=bool)
+        for patience in _PATIENCE:
+            yield from self._descent(spoiled, patience)
+            triangles, quads = self.mesh.cells.triangles, self.mesh.cells.quads
+            bad = [triangles[spoiled[: len(triangles)]].ravel(), quads[spoiled[len(triangles) :]].ravel()]
+            more = np.setdiff1d(np.concatenate(bad), np.flatnonzero(self._held))
+            if not self._ended or not self._is_in_vain() or len(more) == 0:
+                break
+            # A few cells stood in the way of all others.
+            self._held[more] = True
+            self._core = self._surface()
+        if self._held.any():
+            self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(np.flatnonzero(self._held))}")
+        if not self._ended:
+            return
+        if self._is_in_vain():
+            self._points, self._best = self._start, 0
+            no_gain = "nothing better was found without spoiling a cell"
+            self._reason += f"; {no_gain if spoiled.any() else 'the input is as good already'}"
+        elif self._best < len(self.history) - 1:
+            self._reason += f"; iteration {self._best} is the last that is nowhere worse than the input"
+
+    def _is_in_vain(self) -> bool:
+        first, best = self.history[0], self.history[self._best]
+        return best.min_angle < _WORTH[0] * first.min_angle and best.mean_angle < first.mean_angle + _WORTH[1]
+
+    def _descent(self, spoiled: NDArray[np.bool_], patience: int | None = None) -> Iterator[Record]:
+        """Descend from the input; marks the cells that turn over, or get thinner than the thinnest of the input.
+
+        Ends after `patience` iterations if they were in vain for such cells.
+        """
+        self._reason, self._ended = "interrupted", False
         scale = 1.0 if self.options.energy == "barrier" else self._unit**2
         outcome = Outcome()
         for number, at in enumerate(descend(self._core, self.options.tolerance, outcome)):
+            if self.history and number == 0:
+                continue  # the input again
             self._last = at.points
             angles = smallest_angles(at.points, self.mesh.cells)
-            turned = int(self._core.shape.turned_over(at.points).sum())
+            turned = self._core.shape.turned_over(at.points)
             self.history.append(
                 Record(
-                    iteration=number,
+                    iteration=len(self.history),
                     energy=scale * self._measure.value(at.points) / len(self.mesh.cells),
                     decrease=at.decrease,
                     step=at.step,
                     min_angle=float(angles.min()),
                     mean_angle=float(angles.mean()),
-                    turned=turned,
+                    turned=int(turned.sum()),
                     held=at.held,
                     seconds=time.perf_counter() - self._began,
                 )
@@ -176,18 +212,15 @@ class Remeshing:
             first, now = self.history[0], self.history[-1]
             worse = min(now.min_angle - first.min_angle, now.mean_angle - first.mean_angle) < -_ROUNDING
             if not worse and now.turned <= first.turned:
-                self._points, self._best = at.points, number
+                self._points, self._best = at.points, now.iteration
+            spoiled |= turned | (angles < first.min_angle - _ROUNDING)
             yield now
             if number >= self.options.iterations:
                 self._reason = f"reached iterations = {self.options.iterations}"
                 return
-        self._reason, self._converged = outcome.reason, outcome.converged
-        first, best = self.history[0], self.history[self._best]
-        if best.min_angle < _WORTH[0] * first.min_angle and best.mean_angle < first.mean_angle + _WORTH[1]:
-            self._points, self._best = self._start, 0
-            self._reason += "; the input is as good already"
-        elif self._best < number:
-            self._reason += f"; iteration {self._best} is the last that is nowhere worse than the input"
+            if number == patience and spoiled.any() and self._is_in_vain():
+                break
+        self._reason, self._converged, self._ended = outcome.reason, outcome.converged, True
 
     def result(self) -> Result:
         """The surface reached, with its report."""
