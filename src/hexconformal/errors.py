@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids"]
+__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "odd_points"]
 
 
 class MeshError(ValueError):
@@ -22,6 +22,22 @@ class ReadError(MeshError):
 
 class WriteError(OSError):
     """A result cannot be written where it was asked for."""
+
+
+_LARGEST = 1e50  # a coordinate whose sixth power is a number still
+
+
+def odd_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], str]:
+    """Ids of points that cannot be worked with, and what is wrong with them, for an error message.
+
+    >>> odd_points(np.array([[0.0, 0.0, 1.0], [np.nan, 0.0, 0.0]]))[1]
+    'points with NaN or infinite coordinates: 1 (ids 1)'
+    """
+    bad = np.flatnonzero(~(np.abs(points) <= _LARGEST).all(axis=1))
+    finite = np.isfinite(points[bad]).all()
+    return bad, f"points with {f'coordinates beyond {_LARGEST:g}' if finite else 'NaN or infinite coordinates'}: " + (
+        first_ids(bad)
+    )
 
 
 def first_ids(ids: ArrayLike, limit: int = 5) -> str:
