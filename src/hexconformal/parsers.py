@@ -136,6 +136,7 @@ def read_vtk(path: Path) -> tuple[Any, SourceFile]:
     import pyvista as pv
 
     if path.suffix.lower() == ".vtk":
+        require_whole(path)
         require_survival(path)
     elif path.suffix.lower().startswith((".vt", ".pvt")):
         require_announced(path)
@@ -152,8 +153,6 @@ def read_vtk(path: Path) -> tuple[Any, SourceFile]:
     if isinstance(grid, pv.DataSet):
         if grid.n_points == 0 or grid.n_cells == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
-        if path.suffix.lower() == ".vtk":
-            require_whole(path)
         require_cells(grid)
     return grid, SourceFile(path)
 

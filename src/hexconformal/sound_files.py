@@ -77,7 +77,7 @@ def require_survival(path: Path) -> None:
 def require_whole(path: Path) -> None:
     """Raise a ReadError if the last array of a legacy text file is too short: VTK makes up what it lacks at its end."""
     data = path.read_bytes()
-    if data.split(b"\n", 3)[2].strip().upper() != b"ASCII":
+    if b"".join(data.split(b"\n", 3)[2:3]).strip().upper() != b"ASCII":
         return
     header = re.compile(
         rb"^(?:(?P<n>POINT_DATA|CELL_DATA)\s+(?P<count>\d+)|FIELD\s+\S+\s+(?P<fields>\d+)"
