@@ -218,8 +218,9 @@ def judge_surfaces(case: Case, rng: np.random.Generator) -> list[str]:
     hold("twice the same", np.array_equal(y, again.points))
     hold("finite", np.isfinite(y).all())
     hold("no cell turns over", result.report.turned == 0 or result.report.turned <= result.history[0].turned)
-    turned = (area_vectors(x, cells) * area_vectors(y, cells)).sum(axis=1) <= 0
-    hold("no normal is the opposite of what it was", not turned.any() or "sheet" not in case.traits)
+    # A sheet that hangs nowhere over must not do so afterwards.
+    up = [area_vectors(points, cells) @ area_vectors(x, cells).sum(axis=0) for points in (x, y)]
+    hold("no cell of a sheet lies upside down", "sheet" not in case.traits or up[0].min() <= 0 or up[1].min() > 0)
     angles = [smallest_angles(points, cells) for points in (x, y)]
     hold("the smallest angle is not lower", angles[1].min() >= angles[0].min() - LEVEL)
     hold("the mean angle is not lower", angles[1].mean() >= angles[0].mean() - LEVEL)
