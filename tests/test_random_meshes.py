@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 sys.path.append(str(Path(__file__).resolve().parents[1] / "benchmarks"))
 import soak
 
-SOME = settings(max_examples=25, deadline=None, derandomize=True, database=None)
+SOME = settings(max_examples=15, deadline=None, derandomize=True, database=None)
 
 
 @pytest.mark.parametrize("kind", soak.KINDS)
