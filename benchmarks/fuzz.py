@@ -205,12 +205,20 @@ def _go_on(mesh: Any) -> None:
 
 def work(listing: Path, journal: Path) -> None:
     """Probe the listed files, and write down what became of each, as it goes."""
+    import hexconformal as hc
+    import surface
+    from hexconformal.generate import box
+
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     os.environ["HDF5_USE_FILE_LOCKING"] = "FALSE"
     with tempfile.TemporaryFile() as printed, journal.open("a") as log:
         os.dup2(printed.fileno(), 1)
         os.dup2(printed.fileno(), 2)
+        _go_on(hc.HexMesh(*box((2, 2, 2))))  # compiles, and may say so
+        surface.remesh((np.eye(3), [[0, 1, 2]]))
+        os.ftruncate(1, 0)
+        os.lseek(1, 0, os.SEEK_SET)
         for name in listing.read_text().split("\n"):
             print(json.dumps(["begin", name, time.time()]), file=log, flush=True)
             verdict = probe(Path(name))

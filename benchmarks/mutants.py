@@ -83,7 +83,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("_ROUNDING = 16 *", "_ROUNDING = 0 *"),
             ("weight = 0.5 if z == 1 else 1.0", "weight = 1.0 if z == 1 else 1.0"),
             ("(0.5 if x != kx else 1.0)", "(0.5 if x == kx else 1.0)"),
-            ("if first > 0.0 or not upper > 0.0:", "if first > 0.0 or upper < 0.0:"),
+            ("elif level == 3 * depth:", "elif level == depth:"),
             ("if first > 0.0 or not upper > 0.0:", "if first > -1e-3 or not upper > 0.0:"),
             ("middle = 0.5 * (pq + qr)", "middle = 0.5 * (pq + q)"),
             ("for i in (2, 6, 8, 18, 20, 24, 26):", "for i in (2, 6, 8, 18, 20, 24):"),
