@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .errors import MeshError, ReadError, WriteError
+from .errors import MeshError, OptionError, ReadError, WriteError
 
 __all__ = ["check_writable", "reading", "saving", "write_text"]
 
@@ -40,8 +40,14 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
         raise MeshError(f"{path}: {problem}") from problem
     except ImportError as problem:
         raise ReadError(f"cannot read {path}: {_MISSING.format(extension, problem)}") from problem
+    except OptionError:
+        raise
     except (OSError, MemoryError) as problem:
         raise ReadError(f"cannot read {path}: {problem}") from problem
+    except Exception as problem:
+        # What a parser has let through is found at the latest when the mesh is put together.
+        reason = f"not a sound {extension} file ({type(problem).__name__}: {problem})"
+        raise ReadError(f"cannot read {path}: {reason}") from problem
 
 
 def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | None = None) -> None:

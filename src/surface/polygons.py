@@ -149,7 +149,8 @@ def read_stl(path: Path) -> Polygons:
     data = path.read_bytes()
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + count * _FACET.itemsize:
-        corners = np.frombuffer(data, _FACET, count, 84)["corners"].reshape(-1, 3).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a NaN is found later
+            corners = np.frombuffer(data, _FACET, count, 84)["corners"].reshape(-1, 3).astype(np.float64)
     elif data.lstrip()[:5].lower() == b"solid" and b"facet" in data:
         rows = [words for line in data.decode("ascii", "replace").splitlines() if (words := line.split())]
         if rows[-1][0].lower() != "endsolid":
