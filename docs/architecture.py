@@ -21,7 +21,7 @@ ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity",
     "meshes and files": "errors version files mesh generate selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
-    " abaqus exodus io",
+    " sound_files abaqus exodus io",
     "what is measured": "quality orient checks limits",
     "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",

@@ -1,5 +1,6 @@
 """The kernel against its closed forms, the published identities, and differences."""
 
+from decimal import Decimal, getcontext
 from functools import partial
 
 import numpy as np
@@ -20,8 +21,9 @@ from hexconformal.distortion import (
     plane_gradient,
     plane_normal,
     plane_second,
+    regularised,
 )
-from hexconformal.quaternion import imaginary_product, norm2, product
+from hexconformal.quaternion import conjugate, imaginary_product, norm2, product
 
 
 def vectors(rng, count, size=20_000):
@@ -211,3 +213,17 @@ def test_inverse_cube_root_to_rounding(rng):
     x = np.concatenate([np.linspace(1.0, 8.0, 100_001), 10.0 ** rng.uniform(-150, 300, 100_000)])
     np.testing.assert_allclose(inverse_cube_root(x) * np.cbrt(x), 1.0, rtol=0, atol=1e-15)
     assert inverse_cube_root(8.0) == pytest.approx(0.5, rel=1e-15)
+
+
+def test_a_quaternion_times_its_conjugate_is_its_squared_norm():
+    q = (1.0, -2.0, 3.0, 0.5)
+    assert product(q, conjugate(q)) == (norm2(q), 0.0, 0.0, 0.0)
+    assert norm2(q) == 1.0 + 4.0 + 9.0 + 0.25
+
+
+@pytest.mark.parametrize("eps", [1e-8, 0.1, 3.0])
+def test_the_positive_part_of_a_determinant_is_what_its_formula_says(eps):
+    d = np.array([-7.0, -1.0, -1e-3, 0.0, 1e-3, 1.0, 7.0])
+    getcontext().prec = 60
+    exact = [float((Decimal(x) + (Decimal(eps) ** 2 + Decimal(x) ** 2).sqrt()) / 2) for x in d.tolist()]
+    np.testing.assert_allclose(regularised(d, eps), exact, rtol=1e-12)

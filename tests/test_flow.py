@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from surface_shapes import icosphere, mixed_sphere, none, quad_cube, quad_sphere, scattered_sphere, shaken
 
+import surface
 from hexconformal import MeshError, OptionError, ReadError
 from surface.flow import (
     Bending,
@@ -431,3 +432,8 @@ def test_a_cube_becomes_the_discoid_of_its_reduced_volume():
     assert last.reduced_volume == pytest.approx(0.7236, abs=1e-3)
     assert last.energy / (16 * np.pi) == pytest.approx(1.63996, rel=1e-2)
     assert last.min_angle > 70
+
+
+def test_a_mesh_is_no_flow():
+    with pytest.raises(OptionError, match=r"MeanCurvature\(mesh\) or Willmore\(mesh\), not str"):
+        surface.evolve("statue.ply", steps=1)

@@ -324,6 +324,33 @@ def test_broken_decks_are_refused(old, new, text, tmp_path):
         io.read(tmp_path / "a.inp")
 
 
+def test_whatever_holds_a_mesh_can_be_written(tmp_path):
+    points, cells = block(1)
+    with_tetra = meshio.Mesh(points, [("hexahedron", cells), ("tetra", cells[:, :4])])
+    for number, mesh in enumerate([(points, cells), mixed_grid(), with_tetra]):
+        io.write(tmp_path / f"{number}.vtu", mesh)
+        back = io.read(tmp_path / f"{number}.vtu", other_cells="keep")
+        np.testing.assert_array_equal(back.points, as_hex_mesh(mesh, other_cells="keep").points)
+    with pytest.raises(OptionError, match="cannot make a mesh of int"):
+        io.write(tmp_path / "a.vtu", 3)
+
+
+def test_who_has_a_surface_or_tetrahedra_is_told(tmp_path):
+    points, cells = block(1)
+    pv.Sphere().save(tmp_path / "a.stl")
+    with pytest.raises(ReadError, match=r"surface\.remesh, and the command remesh"):
+        io.read(tmp_path / "a.stl")
+    with pytest.raises(WriteError, match=r"surface\.remesh, and the command remesh"):
+        io.write(tmp_path / "a.ply", (points, cells))
+    with pytest.raises(MeshError, match=r"no hexahedra, only: 1 quad; .* surface\.remesh"):
+        as_hex_mesh(meshio.Mesh(points, [("quad", cells[:, :4])]))
+    with pytest.raises(MeshError, match=r"no hexahedra, only: 1 tetra$"):
+        as_hex_mesh(meshio.Mesh(points, [("tetra", cells[:, :4])]))
+    (tmp_path / "a.msh").write_text("hello")
+    with pytest.raises(ReadError, match="not a sound gmsh or ansys file"):
+        io.read(tmp_path / "a.msh")
+
+
 LOOSE_DECK = """ *NODE
  1
  2, 1.

@@ -228,7 +228,7 @@ def test_remesh_does_what_the_library_does(plugin, errors):
         (
             "RegularizeHexahedra",
             lambda: plain(pv.examples.cells.Tetrahedron()),
-            "other three-dimensional cells: 1 tetra",
+            "there are no hexahedra, only: 1 tetra",
         ),
         ("HexahedraQuality", lambda: plain(pv.examples.cells.Triangle()), "there are no hexahedra, only: 1 triangle"),
         ("RemeshSurface", lambda: plain(pv.Line()), "there are no triangles or quadrilaterals"),

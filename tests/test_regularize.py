@@ -282,6 +282,16 @@ def test_components_can_be_held_one_by_one():
     assert np.abs(result.points - points).max() > 1e-3
 
 
+def test_components_are_held_in_tangled_meshes_too():
+    # Each node that is held in x or y is one that an unfolding start at the mean of its neighbours would move.
+    points, cells = generate.jittered(*generate.box((4, 4, 4)), 0.9, seed=3, valid=False)
+    assert (hc.quality((points, cells)).scaled_jacobian <= 0).any()
+    fixed = np.random.default_rng(0).random(points.shape) < 0.3
+    moved = hc.regularize((points, cells), fixed=fixed, max_iterations=5).points
+    np.testing.assert_array_equal(moved[fixed], points[fixed])
+    assert (moved[~fixed] != points[~fixed]).any()
+
+
 def test_a_point_array_names_the_fixed_nodes():
     import pyvista as pv
 

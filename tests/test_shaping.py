@@ -75,6 +75,17 @@ def test_hessian_is_symmetric_positive_semidefinite(emphasis, target):
     assert values[0] > -1e-12 * values[-1]
 
 
+@pytest.mark.parametrize("eps", [0.01, 0.1])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_hessian_is_semidefinite_where_cells_are_folded_too(eps, seed):
+    # Where eps counts, the second derivative of the barrier alone is too small for that.
+    points, cells = generate.jittered(*generate.box((2, 2, 2)), 1.5, seed=seed, valid=False, keep_boundary=False)
+    problem = Shaping(cells, CUBES, everywhere(points))
+    assert folded(problem, points).sum() > 5
+    values = np.linalg.eigvalsh(dense(problem.value_gradient_hessian(points, Emphasis(eps=eps))[2]))
+    assert values[0] > -1e-12 * values[-1]
+
+
 def numbers(frame):
     return tuple(tuple(float(x) for x in column) for column in frame)
 

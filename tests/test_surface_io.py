@@ -298,6 +298,11 @@ def test_what_is_wrong_with_a_file_is_told(name, text, said, tmp_path):
         surface.read(tmp_path / name)
 
 
+def test_an_off_file_with_a_number_on_each_line(tmp_path):
+    (tmp_path / "a.off").write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3\n0\n1\n2\n3 0\n2 3\n")
+    assert surface.read(tmp_path / "a.off").cells.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
 def test_files_that_are_not_there(tmp_path):
     with pytest.raises(ReadError, match="does not exist"):
         surface.read(tmp_path / "a.ply")

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_sphere, scattered_sphere, shaken
 
+import hexconformal as hc
 import surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
 from surface.features import CORNER, CURVE, detect_features
 from surface.geometry import Cells
+from surface.guard import Shape
 
 
 def as_input(shape):
@@ -137,6 +139,43 @@ def test_who_does_not_converge_says_so():
     assert not result.report.converged
     assert "iterations = 2" in result.report.reason
     assert result.report.iterations == 2
+
+
+def test_a_cell_that_stands_in_the_way_is_held(monkeypatch):
+    points, cells = shaken(icosphere(2), 0.04)
+    cells = cells.triangles
+    mesh = points, cells
+    home = surface.Remeshing(mesh)._start
+
+    def turned_over(shape, x):
+        turned = np.zeros(len(cells), dtype=bool)
+        turned[7] = np.abs(x[cells[7]] - home[cells[7]]).max() > 0
+        return turned
+
+    monkeypatch.setattr(Shape, "turned_over", turned_over)
+    result = surface.remesh(mesh)
+    np.testing.assert_array_equal(result.points[cells[7]], points[cells[7]])
+    assert result.report.turned == 0
+    assert result.report.after.mean_angle > result.report.before.mean_angle + 5
+    assert [record.iteration for record in result.history] == list(range(len(result.history)))
+    assert any(note.startswith("nodes held, whose cells would be spoiled: 3 ") for note in result.report.notes)
+
+    monkeypatch.setattr(Shape, "turned_over", lambda shape, x: np.full(len(cells), np.abs(x - home).max() > 0))
+    result = surface.remesh(mesh)
+    np.testing.assert_array_equal(result.points, points)
+    assert "nothing better was found without spoiling a cell" in result.report.reason
+
+
+def test_coarse_surfaces_stay_within_the_bound_too():
+    # While the run goes on, the distance is measured at fewer places than in the end: of some shapes too few.
+    notes = []
+    for seed in range(4):
+        points, cells = shaken(quad_sphere(4), 0.12, seed)
+        result = surface.remesh((points * [1.0, 0.5, 2.0], cells.quads), hausdorff=0.01, iterations=25)
+        assert result.report.hausdorff <= 0.01
+        assert result.report.after.min_angle >= result.report.before.min_angle
+        notes += result.report.notes
+    assert any("hausdorff left room" in note for note in notes)
 
 
 def test_repeating_changes_nothing():
@@ -274,6 +313,16 @@ def test_a_moebius_strip_is_refused():
     quads[-1] = [n - 1, n, 0, 2 * n - 1]
     with pytest.raises(MeshError, match="which side is out"):
         surface.remesh((points, quads))
+
+
+def test_numbers_are_no_text():
+    for make in (
+        lambda: hc.Options(hausdorff="0.1"),
+        lambda: surface.Options(eps="small"),
+        lambda: surface.Stepping(t_end="1"),
+    ):
+        with pytest.raises(OptionError, match="is a number, not '"):
+            make()
 
 
 def test_wrong_options_and_files_are_named(tmp_path):

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import MeshError, OptionError, first_ids
+from .errors import MeshError, OptionError, first_ids, odd_points
 from .mesh import HexMesh
 from .orient import best_order, center_determinants
 from .topology import components, face_table
@@ -87,9 +87,9 @@ def check(mesh: HexMesh) -> tuple[Finding, ...]:
 
 def _check_numbers(mesh: HexMesh) -> list[Finding]:
     found = []
-    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    bad, text = odd_points(mesh.points)
     if len(bad):
-        found.append(_error("not finite", bad, f"points with NaN or infinite coordinates: {first_ids(bad)}"))
+        found.append(_error("not finite", bad, text))
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
         bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
         text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
@@ -204,7 +204,7 @@ def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[n
     owner = np.concatenate([np.nonzero(edge)[0], np.arange(len(quads))])
     nodes = np.unique(quads)
     distances, nearest = cKDTree(points[nodes]).query(middles, distance_upper_bound=float(reach.max()))
-    hit = np.asarray(distances <= reach)
+    hit = np.asarray(distances <= reach) & np.isfinite(distances)
     found = nodes[np.asarray(nearest)[hit]]
     # A corner of the quad itself is no hanging node: two of them may coincide.
     return np.unique(found[(quads[owner[hit]] != found[:, None]).all(axis=1)])

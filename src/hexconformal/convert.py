@@ -93,7 +93,8 @@ def grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
             raise WriteError(f"cells of type {block.type} cannot be written in VTK's formats")
         flat.append(np.column_stack([np.full(len(block.data), block.data.shape[1]), block.data]).ravel())
         types.append(np.full(len(block.data), meshio_to_vtk_type[block.type], dtype=np.uint8))
-    grid = pv.UnstructuredGrid(np.concatenate(flat).astype(np.int64), np.concatenate(types), mesh.points)
+    points = np.pad(mesh.points, ((0, 0), (0, 3 - mesh.points.shape[1])))  # in a plane they may have two coordinates
+    grid = pv.UnstructuredGrid(np.concatenate(flat).astype(np.int64), np.concatenate(types), points)
     for name, array in mesh.point_data.items():
         grid.point_data.set_array(array, name)
     for name, parts in mesh.cell_data.items():

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike
+from numbers import Real
+from typing import Any
 
-__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids"]
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "odd_points", "require_numbers"]
+
+_LARGEST = 1e50  # a coordinate whose sixth power is a number still
 
 
 class MeshError(ValueError):
@@ -22,6 +27,33 @@ class ReadError(MeshError):
 
 class WriteError(OSError):
     """A result cannot be written where it was asked for."""
+
+
+def require_numbers(options: Any, *names: str) -> None:
+    """Refuse text and the like in fields of options that are numbers (or None).
+
+    >>> require_numbers(range(3), "start")
+    >>> require_numbers("text", "upper")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    hexconformal.errors.OptionError: upper is a number, not <built-in method upper of str object at 0x...>
+    """
+    for name in names:
+        value = getattr(options, name)
+        if value is not None and not isinstance(value, Real):
+            raise OptionError(f"{name} is a number, not {value!r}")
+
+
+def odd_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], str]:
+    """Ids of points that cannot be worked with, and what is wrong with them, for an error message.
+
+    >>> odd_points(np.array([[0.0, 0.0, 1.0], [np.nan, 0.0, 0.0]]))[1]
+    'points with NaN or infinite coordinates: 1 (ids 1)'
+    """
+    bad = np.flatnonzero(~(np.abs(points) <= _LARGEST).all(axis=1))
+    finite = np.isfinite(points[bad]).all()
+    return bad, f"points with {f'coordinates beyond {_LARGEST:g}' if finite else 'NaN or infinite coordinates'}: " + (
+        first_ids(bad)
+    )
 
 
 def first_ids(ids: ArrayLike, limit: int = 5) -> str:

@@ -9,11 +9,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .errors import MeshError, ReadError, WriteError
+from .errors import MeshError, OptionError, ReadError, WriteError
 
 __all__ = ["check_writable", "reading", "saving", "write_text"]
 
 _WITH_COMPANION = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
+_SURFACES = (".obj", ".off", ".ply", ".stl", ".vtp")
 _MISSING = "{} files need an optional package: pip install 'hexconformal[formats]' ({})"
 
 
@@ -26,7 +27,7 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
     if not path.exists():
         raise ReadError(f"{path} does not exist")
     if extension not in extensions:
-        raise ReadError(f"{path}: unknown extension {extension or '(none)'}; known are {' '.join(extensions)}")
+        raise ReadError(f"{path}: {_unknown(extension, extensions)}")
     try:
         if path.stat().st_size == 0:
             raise ReadError("the file is empty")
@@ -39,8 +40,14 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
         raise MeshError(f"{path}: {problem}") from problem
     except ImportError as problem:
         raise ReadError(f"cannot read {path}: {_MISSING.format(extension, problem)}") from problem
+    except OptionError:
+        raise
     except (OSError, MemoryError) as problem:
         raise ReadError(f"cannot read {path}: {problem}") from problem
+    except Exception as problem:
+        # What a parser has let through is found at the latest when the mesh is put together.
+        reason = f"not a sound {extension} file ({type(problem).__name__}: {problem})"
+        raise ReadError(f"cannot read {path}: {reason}") from problem
 
 
 def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | None = None) -> None:
@@ -61,8 +68,7 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | N
     """
     path = Path(path)
     if extensions is not None and path.suffix.lower() not in extensions:
-        known = " ".join(extensions)
-        raise WriteError(f"cannot write {path}: unknown extension {path.suffix or '(none)'}; known are {known}")
+        raise WriteError(f"cannot write {path}: {_unknown(path.suffix.lower(), extensions)}")
     folder = _place(path).parent
     if not folder.is_dir():
         raise WriteError(f"cannot write {path}: the folder {folder} does not exist")
@@ -73,6 +79,12 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | N
     companion = _place(path).with_suffix(".h5")
     if path.suffix.lower() in _WITH_COMPANION and companion.exists() and not path.exists():
         raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
+
+
+def _unknown(extension: str, known: tuple[str, ...]) -> str:
+    hint = " (of surfaces: for these there are surface.remesh, and the command remesh)"
+    is_surface = extension in _SURFACES and ".vtu" in known
+    return f"unknown extension {extension or '(none)'}{hint if is_surface else ''}; known are {' '.join(known)}"
 
 
 def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:

@@ -194,7 +194,7 @@ def _read_surface(path: Path, extension: str) -> Any:
     return triangles(grid_from_meshio(read_meshio(path, names[extension])[0])[0])
 
 
-def write(path: str | os.PathLike[str], mesh: HexMesh) -> list[str]:
+def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     """Write a mesh with all it came with; the extension tells the format.
 
     The file appears under its name only once it is complete; a file that was there stays until then.
@@ -205,7 +205,7 @@ def write(path: str | os.PathLike[str], mesh: HexMesh) -> list[str]:
         A file with one of `WRITE_EXTENSIONS`, in a folder that exists. Gmsh files are written in the version
         (2.2 or 4.1, text or binary) the mesh was read from, otherwise as binary 2.2; VTK files in binary.
     mesh
-        What to write.
+        Anything :func:`hexconformal.as_hex_mesh` takes.
 
     Returns
     -------
@@ -219,7 +219,8 @@ def write(path: str | os.PathLike[str], mesh: HexMesh) -> list[str]:
     """
     path = Path(path)
     check_writable(path, WRITE_EXTENSIONS)
-    return saving(path, lambda target: _writer(path.suffix.lower())(target, mesh))
+    whole = as_hex_mesh(mesh, other_cells="keep", linearise=True)
+    return saving(path, lambda target: _writer(path.suffix.lower())(target, whole))
 
 
 def _writer(extension: str) -> Callable[[Path, HexMesh], list[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,7 +132,9 @@ class Multigrid:
         state = np.random.get_state()  # pyamg estimates spectral radii from the global random state
         np.random.seed(0)
         # BLAS threads would wait for each other over its many small products, for longer than those take.
-        with threadpool_limits(1, "blas"):
+        with threadpool_limits(1, "blas"), warnings.catch_warnings():
+            # Cells of sizes that differ by a factor beyond all precision; the line search tells what it is worth.
+            warnings.simplefilter("ignore", linalg.LinAlgWarning)
             hierarchy = pyamg.smoothed_aggregation_solver(
                 sparse.csr_matrix(matrix),
                 strength=("symmetric", {"theta": 0.05}),

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass, fields
 from typing import Any
 
-from .errors import OptionError
+from .errors import OptionError, require_numbers
 
 __all__ = ["CHOICES", "Options", "Record"]
 
@@ -111,6 +111,7 @@ class Options:
             if value not in choices:
                 names = ", ".join(repr(c) for c in choices[:-1]) + f" or {choices[-1]!r}"
                 raise OptionError(f"{name} is {names}, not {value!r}")
+        require_numbers(self, "tolerance", "max_iterations", "hausdorff")
         if not 0.0 <= self.tolerance < 1.0:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
         if self.max_iterations < 0:

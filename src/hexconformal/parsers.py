@@ -19,6 +19,7 @@ from .convert import to_meshio
 from .errors import ReadError, WriteError
 from .mesh import HexMesh
 from .selection import SourceFile
+from .sound_files import require_announced, require_cells, require_survival, require_whole
 
 __all__ = ["read_meshio", "read_vtk", "write_meshio", "write_vtk"]
 
@@ -87,7 +88,8 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             reason = f"{type(problem).__name__}: {problem}" if str(problem) else "malformed"
             if name == "exodus" and isinstance(problem, KeyError):
                 reason = f"elements of type {problem} are not known"
-            raise ReadError(f"not a sound {name} file ({reason})") from problem
+            known = "gmsh or ansys" if name == "ansys" else name
+            raise ReadError(f"not a sound {known} file ({reason})") from problem
     if not isinstance(mesh, meshio.Mesh) or len(mesh.points) == 0 or not sum(len(block.data) for block in mesh.cells):
         raise ReadError(f"the {name} file holds no mesh, or only the beginning of one")
     if name == "exodus":
@@ -134,6 +136,11 @@ def read_vtk(path: Path) -> tuple[Any, SourceFile]:
     """Read a VTK file; what VTK only warns of is an error here."""
     import pyvista as pv
 
+    if path.suffix.lower() == ".vtk":
+        require_whole(path)
+        require_survival(path)
+    elif path.suffix.lower().startswith((".vt", ".pvt")):
+        require_announced(path)
     with _quiet(), _vtk_messages() as messages:
         try:
             grid = pv.read(path)
@@ -144,10 +151,10 @@ def read_vtk(path: Path) -> tuple[Any, SourceFile]:
     bad = [text for text in messages if "error" in text.lower()]
     if bad:
         raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
-    if isinstance(grid, pv.DataSet) and (grid.n_points == 0 or grid.n_cells == 0):
-        raise ReadError("the file holds no mesh, or only the beginning of one")
-    if path.suffix.lower() == ".vtk":
-        _check_legacy_counts(path)
+    if isinstance(grid, pv.DataSet):
+        if grid.n_points == 0 or grid.n_cells == 0:
+            raise ReadError("the file holds no mesh, or only the beginning of one")
+        require_cells(grid)
     return grid, SourceFile(path)
 
 
@@ -158,39 +165,6 @@ def write_vtk(target: Path, grid: Any) -> None:
     bad = [text for text in messages if "error" in text.lower()]
     if bad:
         raise WriteError(bad[0].splitlines()[0])
-
-
-def _check_legacy_counts(path: Path) -> None:
-    """Count the numbers of the last array: VTK makes up without a word what a legacy text file lacks at its end."""
-    data = path.read_bytes()
-    if data.split(b"\n", 3)[2].strip().upper() != b"ASCII":
-        return
-    header = re.compile(
-        rb"^(?:(?P<n>POINT_DATA|CELL_DATA)\s+(?P<count>\d+)|FIELD\s+\S+\s+(?P<fields>\d+)"
-        rb"|(?P<vector>VECTORS|NORMALS|TENSORS|SCALARS)\s+\S+\s+\w+(?:[ \t]+(?P<width>\d+))?"
-        rb"|(?P<points>POINTS)\s+(?P<number>\d+)\s+\w+"
-        rb"|(?P<name>\S+) (?P<rows>\d+) (?P<columns>\d+) (?P<type>[a-z]\w*))"
-        rb"[ \t]*\r?$",
-        re.MULTILINE,
-    )
-    count, fields, expected, end, text = 0, 0, 0, 0, False
-    for match in header.finditer(data):
-        end = match.end()
-        if match["n"]:
-            count, expected = int(match["count"]), 0
-        elif match["fields"]:
-            fields, expected = int(match["fields"]), 0
-        elif match["vector"]:
-            width = {b"VECTORS": 3, b"NORMALS": 3, b"TENSORS": 9}.get(match["vector"].upper(), int(match["width"] or 1))
-            expected = count * width
-        elif match["points"]:
-            expected = 3 * int(match["number"])
-        else:
-            fields, expected = fields - 1, int(match["rows"]) * int(match["columns"])
-            text = match["type"] == b"string"
-    tail = re.sub(rb"(?m)^(LOOKUP_TABLE|METADATA|INFORMATION|NAME|DATA)\b.*$", b"", data[end:])
-    if fields > 0 or (not text and len(tail.split()) < expected):
-        raise ReadError("the file is truncated: its last array is shorter than its header says")
 
 
 def _head(path: Path) -> bytes:
@@ -351,6 +325,8 @@ def _vtk_messages() -> Iterator[list[str]]:
     try:
         yield messages
     finally:
-        messages += [line for line in window.GetOutput().splitlines() if line.strip()]
+        said: str | bytes = window.GetOutput()
+        text = said if isinstance(said, str) else said.decode("utf-8", "replace")
+        messages += [line for line in text.splitlines() if line.strip()]
         vtkOutputWindow.SetInstance(before)
         vtkLogger.SetStderrVerbosity(vtkLogger.ConvertToVerbosity(verbosity))

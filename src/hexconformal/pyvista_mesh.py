@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import MeshError
+from .errors import MeshError, odd_points
 from .mesh import HexMesh
 from .selection import Selection, SourceFile, fill_cells, select, straightened
+from .sound_files import require_cells
 from .vtk_mesh import SOLIDS, blocks
 
 __all__ = ["PyvistaOrigin", "cell_offsets", "from_pyvista", "plain_pyvista", "triangles"]
@@ -115,11 +116,12 @@ def triangles(dataset: Any) -> Any:
     Raises
     ------
     MeshError
-        If there are none, or their points are not finite.
+        If there are none, their points are not finite, or their nodes are no points.
     """
     import pyvista
 
     pv: Any = pyvista
+    require_cells(dataset)
     if not isinstance(dataset, pv.PolyData):
         grid = dataset.cast_to_unstructured_grid()
         solid = np.isin(grid.celltypes, list(SOLIDS))
@@ -134,9 +136,11 @@ def triangles(dataset: Any) -> Any:
     faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
     if len(faces) == 0:
         raise MeshError("there are no faces")
-    if not np.isfinite(joined.points[faces]).all():
-        raise MeshError("NaN or infinite coordinates")
-    return pv.PolyData.from_regular_faces(np.array(joined.points, dtype=np.float64), faces)
+    points = np.array(joined.points, dtype=np.float64)
+    bad, text = odd_points(points)
+    if len(bad):
+        raise MeshError(text)
+    return pv.PolyData.from_regular_faces(points, faces)
 
 
 def _flat(array: NDArray[Any]) -> NDArray[Any]:

@@ -95,13 +95,15 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
     curved = _counted([block for block in others if block.name in _HIGHER])
     if curved:
         raise MeshError(f"cells of higher order: {curved}; linearise=True (--linearise) works with their corners")
+    if not hexes:
+        flat = blocks and all(block.name in ("triangle", "quad") for block in blocks)
+        hint = "; for surfaces there are surface.remesh, and the command remesh" if flat else ""
+        raise MeshError(f"there are no hexahedra, only: {_counted(blocks) or 'points'}{hint}")
     if others and other_cells == "refuse":
         raise MeshError(
             f"besides hexahedra there are other three-dimensional cells: {_counted(others)}; "
-            "other_cells='keep' carries them along and holds their nodes"
+            "other_cells='keep' (--other-cells keep) carries them along and holds their nodes"
         )
-    if not hexes:
-        raise MeshError(f"there are no hexahedra, only: {_counted(blocks) or 'points'}")
     held = np.zeros(point_count, dtype=bool)
     for block in others:
         nodes = block.nodes.ravel()

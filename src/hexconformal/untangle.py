@@ -64,7 +64,8 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
 
 def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
     """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
-    inner = core & problem.free
+    # Nodes held in some direction stay: a mean of neighbours would not keep to it.
+    inner = core & (problem.projectors == np.eye(3)).all(axis=(1, 2))
     inner[boundary_quads(problem.cells)[0]] = False
     rows = np.flatnonzero(inner)
     if len(rows) == 0:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hexconformal.errors import MeshError, first_ids
+from hexconformal.errors import MeshError, first_ids, odd_points
 
 from .features import edge_table
 from .geometry import Ints, cell_areas
@@ -45,9 +45,9 @@ def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
 def require_numbers(mesh: SurfaceMesh) -> None:
     """Raise a MeshError unless all points are finite and all nodes are points: without that nothing can be measured."""
     wrong = []
-    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    bad, text = odd_points(mesh.points)
     if len(bad):
-        wrong.append(f"points with NaN or infinite coordinates: {first_ids(bad)}")
+        wrong.append(text)
     bad = _where(mesh, lambda table: ((table < 0) | (table >= len(mesh.points))).any(axis=1))
     if len(bad):
         text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"

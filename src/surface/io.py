@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hexconformal.convert import to_pyvista
-from hexconformal.errors import MeshError, OptionError, ReadError
+from hexconformal.errors import OptionError
 from hexconformal.files import check_writable, reading, saving
 from hexconformal.meshio_mesh import MeshioOrigin
 from hexconformal.parsers import read_meshio, read_vtk, write_meshio, write_vtk
@@ -99,12 +99,7 @@ def read(path: str | os.PathLike[str]) -> SurfaceMesh:
         if extension == _GMSH:
             mesh, file, notes = read_meshio(path, "gmsh")
             return from_meshio(mesh, file, tuple(notes))
-        try:
-            faces = _POLYGONS[extension][0](path)
-        except (MeshError, OSError, MemoryError):
-            raise
-        except Exception as problem:
-            raise ReadError(f"not a sound {extension} file ({type(problem).__name__}: {problem})") from problem
+        faces = _POLYGONS[extension][0](path)
         return from_pyvista(faces.grid(), SourceFile(path), faces.notes)
 
 

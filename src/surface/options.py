@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from hexconformal.errors import OptionError
+from hexconformal.errors import OptionError, require_numbers
 
 from .energy import ENERGIES
 from .reference import REFERENCES
@@ -33,7 +33,7 @@ class Options:
         "mean" makes the cells good on the whole, "worst" raises the smallest angles at a small cost of the mean: for
         meshes that are good already (of the barrier only).
     iterations
-        Stop after so many.
+        Stop after so many; if all was in vain for a few cells, their nodes are held, and as many more may follow.
     tolerance
         Stop where a further iteration would lower the energy by less than this, relatively.
     eps
@@ -92,6 +92,7 @@ class Options:
         if isinstance(self.reference, str) and self.reference not in REFERENCES:
             names = ", ".join(repr(name) for name in REFERENCES)
             raise OptionError(f"reference is {names} or an array, not {self.reference!r}")
+        require_numbers(self, "iterations", "tolerance", "eps", "hausdorff")
         if not self.iterations >= 0:
             raise OptionError(f"iterations is not negative, not {self.iterations!r}")
         if not 0 <= self.tolerance < 1:

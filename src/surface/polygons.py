@@ -122,6 +122,13 @@ def read_off(path: Path) -> Polygons:
     n, m = int(counts[0]), int(counts[1])
     if len(rows) < n + m:
         raise ReadError(f"{n} points and {m} faces are announced, {len(rows)} lines are there")
+    if any(len(row) <= int(row[0]) for row in rows[n : n + m]):
+        # Faces that go over several lines have no colours.
+        words, at = [word for row in rows[n:] for word in row], 0
+        rows = rows[:n]
+        for _ in range(m):
+            rows.append(words[at : at + 1 + int(words[at])] if at < len(words) else ["1"])
+            at += len(rows[-1])
     faces = [[int(word) for word in row[1 : 1 + int(row[0])]] for row in rows[n : n + m]]
     if any(len(face) < int(row[0]) for face, row in zip(faces, rows[n:], strict=False)):
         raise ReadError("a face is shorter than it says")
@@ -142,7 +149,8 @@ def read_stl(path: Path) -> Polygons:
     data = path.read_bytes()
     count = int.from_bytes(data[80:84], "little")
     if len(data) == 84 + count * _FACET.itemsize:
-        corners = np.frombuffer(data, _FACET, count, 84)["corners"].reshape(-1, 3).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a NaN is found later
+            corners = np.frombuffer(data, _FACET, count, 84)["corners"].reshape(-1, 3).astype(np.float64)
     elif data.lstrip()[:5].lower() == b"solid" and b"facet" in data:
         rows = [words for line in data.decode("ascii", "replace").splitlines() if (words := line.split())]
         if rows[-1][0].lower() != "endsolid":

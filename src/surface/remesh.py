@@ -9,9 +9,10 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexconformal.checks import as_mask
-from hexconformal.errors import OptionError
+from hexconformal.errors import OptionError, first_ids
 
 from .barrier import Barrier
 from .checks import require_sound
@@ -32,6 +33,8 @@ __all__ = ["Remeshing", "Result", "remesh", "remeshing"]
 _COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
 _ROUNDING = 1e-9  # degrees
 _WORTH = (1.02, 0.1)  # factor of the smallest and gain of the mean angle for which nodes are moved at all
+_PATIENCE = (40, 15, 15, None)  # iterations in vain before nodes are held, try by try
+_SHARES = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the way, where the end of it is out of bounds
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
 
 
@@ -105,6 +108,7 @@ class Remeshing:
         self._start = (self.mesh.points - self.mesh.points[nodes].min(axis=0)) / self._unit
         self._points, self._best, self._last = self._start, 0, self._start
         self._diagonal = float(np.linalg.norm(np.ptp(self._start[nodes], axis=0)))
+        self._held, self._ended = np.zeros(len(self._start), dtype=bool), False
         self._closed = bool((edge_table(cells).uses == 2).all())
         self._core = self._surface()
 
@@ -116,7 +120,7 @@ class Remeshing:
         fixed = as_mask(options.fixed, len(x), "fixed")
         if fixed.ndim != 1:
             raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
-        features = detect_features(x, cells, angle, edges, fixed, options.boundary)
+        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
@@ -153,22 +157,55 @@ class Remeshing:
         What :attr:`points` and the result hold is the last surface that is no worse than the input: no smaller angles,
         neither the smallest nor in the mean, and no more cells turned over.
         """
-        self._reason = "interrupted"
+        spoiled = np.zeros(len(self.mesh.cells), dtype=bool)
+        for patience in _PATIENCE:
+            yield from self._descent(spoiled, patience)
+            triangles, quads = self.mesh.cells.triangles, self.mesh.cells.quads
+            bad = [triangles[spoiled[: len(triangles)]].ravel(), quads[spoiled[len(triangles) :]].ravel()]
+            more = np.setdiff1d(np.concatenate(bad), np.flatnonzero(self._held))
+            if not self._ended or not self._is_in_vain() or len(more) == 0:
+                break
+            # A few cells stood in the way of all others.
+            self._held[more] = True
+            self._core = self._surface()
+        if self._held.any():
+            self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(np.flatnonzero(self._held))}")
+        if not self._ended:
+            return
+        if self._is_in_vain():
+            self._points, self._best = self._start, 0
+            no_gain = "nothing better was found without spoiling a cell"
+            self._reason += f"; {no_gain if spoiled.any() else 'the input is as good already'}"
+        elif self._best < len(self.history) - 1:
+            self._reason += f"; iteration {self._best} is the last that is nowhere worse than the input"
+
+    def _is_in_vain(self) -> bool:
+        first, best = self.history[0], self.history[self._best]
+        return best.min_angle < _WORTH[0] * first.min_angle and best.mean_angle < first.mean_angle + _WORTH[1]
+
+    def _descent(self, spoiled: NDArray[np.bool_], patience: int | None = None) -> Iterator[Record]:
+        """Descend from the input; marks the cells that turn over, or get thinner than the thinnest of the input.
+
+        Ends after `patience` iterations if they were in vain for such cells.
+        """
+        self._reason, self._ended = "interrupted", False
         scale = 1.0 if self.options.energy == "barrier" else self._unit**2
         outcome = Outcome()
         for number, at in enumerate(descend(self._core, self.options.tolerance, outcome)):
+            if self.history and number == 0:
+                continue  # the input again
             self._last = at.points
             angles = smallest_angles(at.points, self.mesh.cells)
-            turned = int(self._core.shape.turned_over(at.points).sum())
+            turned = self._core.shape.turned_over(at.points)
             self.history.append(
                 Record(
-                    iteration=number,
+                    iteration=len(self.history),
                     energy=scale * self._measure.value(at.points) / len(self.mesh.cells),
                     decrease=at.decrease,
                     step=at.step,
                     min_angle=float(angles.min()),
                     mean_angle=float(angles.mean()),
-                    turned=turned,
+                    turned=int(turned.sum()),
                     held=at.held,
                     seconds=time.perf_counter() - self._began,
                 )
@@ -176,26 +213,25 @@ class Remeshing:
             first, now = self.history[0], self.history[-1]
             worse = min(now.min_angle - first.min_angle, now.mean_angle - first.mean_angle) < -_ROUNDING
             if not worse and now.turned <= first.turned:
-                self._points, self._best = at.points, number
+                self._points, self._best = at.points, now.iteration
+            spoiled |= turned | (angles < first.min_angle - _ROUNDING)
             yield now
             if number >= self.options.iterations:
                 self._reason = f"reached iterations = {self.options.iterations}"
                 return
-        self._reason, self._converged = outcome.reason, outcome.converged
-        first, best = self.history[0], self.history[self._best]
-        if best.min_angle < _WORTH[0] * first.min_angle and best.mean_angle < first.mean_angle + _WORTH[1]:
-            self._points, self._best = self._start, 0
-            self._reason += "; the input is as good already"
-        elif self._best < number:
-            self._reason += f"; iteration {self._best} is the last that is nowhere worse than the input"
+            if number == patience and spoiled.any() and self._is_in_vain():
+                break
+        self._reason, self._converged, self._ended = outcome.reason, outcome.converged, True
 
     def result(self) -> Result:
         """The surface reached, with its report."""
-        points, mesh = self.points, self.mesh
+        mesh = self.mesh
+        best, notes = self._within()
+        points = self._in_users_frame(best)
         before, after = quality(mesh), quality(mesh.replaced(points))
         shape = self._core.shape
-        areas = [float(cell_areas(x, mesh.cells).sum()) for x in (self._start, self._points)]
-        volumes = [enclosed_volume(x, mesh.cells) for x in (self._start, self._points)]
+        areas = [float(cell_areas(x, mesh.cells).sum()) for x in (self._start, best)]
+        volumes = [enclosed_volume(x, mesh.cells) for x in (self._start, best)]
         report = Report(
             before=before.summary(),
             after=after.summary(),
@@ -203,18 +239,36 @@ class Remeshing:
             energy_after=self.history[self._best].energy if self.history else float("nan"),
             area_change=areas[1] / areas[0] - 1,
             volume_change=volumes[1] / volumes[0] - 1 if self._closed and volumes[0] else None,
-            hausdorff=shape.hausdorff(self._points) / self._diagonal,
-            turned=int(shape.turned_over(self._points).sum()),
+            hausdorff=shape.hausdorff(best) / self._diagonal,
+            turned=int(shape.turned_over(best).sum()),
             largest_displacement=float(np.linalg.norm(points - mesh.points, axis=1).max()),
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=self._reason,
             converged=self._converged,
             options=self.options.described(),
-            notes=tuple(self._notes),
+            notes=(*self._notes, *notes),
         )
         data = {"min_angle": after.min_angle, "min_angle_change": after.min_angle - before.min_angle}
         return Result(mesh.replaced(points, data).restored(), points, report, tuple(self.history))
+
+    def _within(self) -> tuple[Floats, list[str]]:
+        """The best points, taken back towards the input where they are beyond the bound after all, and what to say.
+
+        While the run goes on, the distance is measured at fewer places.
+        """
+        start, change, shape = self._start, self._points - self._start, self._core.shape
+        bound = self.options.hausdorff * self._diagonal
+        if not self.options.project or not self.history or shape.hausdorff(self._points) <= bound:
+            return self._points, []
+        first = self.history[0]
+        for share in _SHARES:
+            trial = start + share * change
+            angles = smallest_angles(trial, self.mesh.cells)
+            worse = min(angles.min() - first.min_angle, angles.mean() - first.mean_angle) < -_ROUNDING
+            if not worse and shape.turned_over(trial).sum() <= first.turned and shape.hausdorff(trial) <= bound:
+                return trial, [f"hausdorff left room for {share:.0%} of the way that the nodes would have gone"]
+        return start, ["hausdorff left no room: the input comes back"]
 
 
 def remeshing(mesh: Any, options: Options | None = None) -> Remeshing:

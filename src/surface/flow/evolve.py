@@ -367,4 +367,6 @@ def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:
     unknown = sorted(set(options) - known)
     if unknown:
         raise OptionError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
+    if not isinstance(flow, Flow):
+        raise OptionError(f"a flow is for instance MeanCurvature(mesh) or Willmore(mesh), not {type(flow).__name__}")
     return iter(Evolution(flow, Stepping(**options)))

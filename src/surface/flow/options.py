@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.errors import OptionError
+from hexconformal.errors import OptionError, require_numbers
 
 __all__ = ["Record", "Stepping"]
 
@@ -66,6 +66,7 @@ class Stepping:
     remesh_options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        require_numbers(self, "t_end", "steps", "tau", "tau_max", "growth", "stall", "remesh_below")
         for name in ("t_end", "tau", "tau_max"):
             value = getattr(self, name)
             if value is not None and not value > 0:

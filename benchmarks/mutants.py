@@ -1,0 +1,178 @@
+"""Small faults put into the kernel, the certificate of validity and the line search: do the tests notice?
+
+    python benchmarks/mutants.py              # all of them, as a table; some minutes
+    python benchmarks/mutants.py --only validity
+
+Each mutant is one change of one line in a copy of the project; the tests of its module run on it until one fails. The
+exit code is 1 if a mutant survives.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+LIMIT = 300.0  # seconds; a mutant that never ends is noticed too
+
+# Module: the tests that are about it, and what is changed into what (the first place it is found).
+MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
+    "quaternion": (
+        ("test_distortion.py",),
+        [
+            ("a[1] * b[2] - a[2] * b[1], a[2] * b[0]", "a[1] * b[2] + a[2] * b[1], a[2] * b[0]"),
+            ("length == 0.0", "length < 0.0"),
+            ("return (-dot(a, b), c[0]", "return (dot(a, b), c[0]"),
+            ("- a[2] * b[2] - a[3] * b[3]", "- a[2] * b[2] + a[3] * b[3]"),
+            ("(a[0], -a[1], -a[2], -a[3])", "(a[0], -a[1], -a[2], a[3])"),
+            ("a[2] * a[2] + a[3] * a[3]", "a[2] * a[2] - a[3] * a[3]"),
+        ],
+    ),
+    "distortion": (
+        ("test_distortion.py",),
+        [
+            ("return 2.0 * norm2((-n_f1[0]", "return 1.0 * norm2((-n_f1[0]"),
+            ("norm2((-n_f1[0], f2[0] - n_f1[1]", "norm2((0.0 * n_f1[0], f2[0] - n_f1[1]"),
+            ("subtract(f1, cross(f2, n))", "subtract(f1, cross(n, f2))"),
+            ("combine(inverse, dc, -inverse * dot(n, dc), n)", "combine(inverse, dc, 0.0, n)"),
+            ("combine(1.0, h2, -4.0, cross(dn, f1))", "combine(1.0, h2, -2.0, cross(dn, f1))"),
+            ("add(a0, b0), add(a1, c1), add(b2, c2))", "add(a0, b0), add(a1, c1), add(b2, c1))"),
+            ("0.25 * eps * eps", "0.5 * eps * eps"),
+            ("positive = d > 0.0", "positive = d < 0.0"),
+            ("14.0 / 81.0", "0.0 / 81.0"),
+            ("along_da = ds * a_d, ds * g_d", "along_da = ds * a_d, 0.5 * ds * g_d"),
+        ],
+    ),
+    "kernels": (
+        ("test_assembly.py",),
+        [
+            ("forces[c, 3, k] = factor * (y0 - x1 - z2)", "forces[c, 3, k] = factor * (y0 + x1 - z2)"),
+            ("z0, z1 = _edge(field, cells, c, 0, 4)", "z0, z1 = _edge(field, cells, c, 1, 4)"),
+            ("target = c if len(inverses) > 1 else 0", "target = 0 if len(inverses) > 1 else 0"),
+            ("step = 1 if inverses.shape[1] > 1 else 0", "step = 0 if inverses.shape[1] > 1 else 0"),
+            ("factor = scales[c] if len(scales) > 1", "factor = scales[0] if len(scales) > 1"),
+            ("if eps == FROZEN:", "if eps == PLAIN:"),
+            ("plane_normal(f2, f0), plane_normal(f0, f1)", "plane_normal(f0, f2), plane_normal(f0, f1)"),
+            ("m, l, scale(-factor", "m, l, scale(factor"),
+        ],
+    ),
+    "corner_kernels": (
+        ("test_shaping.py",),
+        [
+            ("there, sign = cells[c, corners[q, i]], corners[q, 3 + i]", "there, sign = cells[c, corners[q, i]], 1"),
+            ("bend = max(bend, 2.0 * slope * slope / factor)", "bend = max(bend, 1.0 * slope * slope / factor)"),
+            ("s[_MARGIN, q] = d if eps == 0.0 else 1.0", "s[_MARGIN, q] = 1.0 if eps == 0.0 else 1.0"),
+            ("room = 1.0 - stiffness * density", "room = 1.0 + stiffness * density"),
+            ("-r[1] * dot(v[1], u[1])", "-r[1] * dot(v[1], u[0])"),
+            ("second = 2.0 * stiffness * first / room", "second = 1.0 * stiffness * first / room"),
+            ("_put(times(-1.0, m0), s, _MIXED, q)", "_put(times(1.0, m0), s, _MIXED, q)"),
+            ("local[pair, c, r] += s[row + 3 * r + c, q]", "local[pair, r, c] += s[row + 3 * r + c, q]"),
+            ("forces[cells[c, q], k] -= force", "forces[cells[c, q], k] += force"),
+            ("if cells[c, a] >= cells[c, b]:", "if cells[c, a] <= cells[c, b]:"),
+        ],
+    ),
+    "validity": (
+        ("test_validity.py",),
+        [
+            ("_ROUNDING = 16 *", "_ROUNDING = 0 *"),
+            ("weight = 0.5 if z == 1 else 1.0", "weight = 1.0 if z == 1 else 1.0"),
+            ("(0.5 if x != kx else 1.0)", "(0.5 if x == kx else 1.0)"),
+            ("elif level == 3 * depth:", "elif level == depth:"),
+            ("if first > 0.0 or not upper > 0.0:", "if first > -1e-3 or not upper > 0.0:"),
+            ("middle = 0.5 * (pq + qr)", "middle = 0.5 * (pq + q)"),
+            ("for i in (2, 6, 8, 18, 20, 24, 26):", "for i in (2, 6, 8, 18, 20, 24):"),
+            ("lower = min(lower, bound)", "lower = max(lower, bound)"),
+            ("if not lower > 0.0:\n            found[0] = True", "if lower < 0.0:\n            found[0] = True"),
+            ("(points, cells, depth)[0] > 0", "(points, cells, depth)[1] > 0"),
+            ("cells = cells[among]", "cells = cells[among[:1]]"),
+        ],
+    ),
+    "solver": (
+        ("test_solver.py",),
+        [
+            ("energy <= at.energy + _ARMIJO * step * slope", "energy <= at.energy - _ARMIJO * step * slope"),
+            ("(enough or flat) and problem.acceptable(points)", "(enough or flat)"),
+            ("if np.isfinite(energy) and np.isfinite(gradient).all():", "if not np.isnan(energy):"),
+            ("step *= 0.5\n    return Iterate(at.points", "step *= 1.0\n    return Iterate(at.points"),
+            ("curvature > 1e-10", "curvature > -1e10"),
+            ("return Iterate(at.points, at.energy", "return Iterate(points, at.energy"),
+            ("abs(inner(gradient, direction)) <= -0.9 * slope", "abs(inner(gradient, direction)) >= -0.9 * slope"),
+        ],
+    ),
+    "minimize": (
+        ("test_solver.py",),
+        [
+            ("None if self._valid.all() else np.flatnonzero(self._valid)", "np.flatnonzero(~self._valid)"),
+            ("if norm <= tolerance * first:", "if norm >= tolerance * first:"),
+            ("slow + 1 if at.energy - following.energy < _STALL", "slow + 1 if at.energy - following.energy > _STALL"),
+            ("** (-2.0 / 3.0)", "** (2.0 / 3.0)"),
+            ("scales = volumes / volumes.mean()", "scales = volumes * volumes.mean()"),
+            ("taken == _HANDOVER", "taken == 0"),
+        ],
+    ),
+}  # fmt: skip
+
+
+def survives(folder: Path, environment: dict[str, str], tests: tuple[str, ...]) -> bool:
+    """Whether the tests pass."""
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-x",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        *(f"tests/{name}" for name in tests),
+    ]
+    try:
+        code = subprocess.run(command, cwd=folder, env=environment, capture_output=True, timeout=LIMIT).returncode
+    except subprocess.TimeoutExpired:
+        return False
+    return code == 0
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="", help="one module")
+    arguments = parser.parse_args()
+    rows, survivors, began = [], [], time.perf_counter()
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made) / "project"
+        # The parent of the copy is empty: tests on the reference meshes are skipped.
+        shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns(".git", "__pycache__", "*.nb?", ".*_cache", "site"))
+        environment = {**os.environ, "PYTHONPATH": str(folder / "src"), "NUMBA_CACHE_DIR": str(Path(made) / "numba")}
+        for module, (tests, changes) in MUTANTS.items():
+            if arguments.only not in ("", module):
+                continue
+            path = folder / "src" / "hexconformal" / f"{module}.py"
+            sound = path.read_text(encoding="utf-8")
+            if not survives(folder, environment, tests):
+                raise SystemExit(f"{module}: the tests fail without a change")
+            killed = 0
+            for old, new in changes:
+                if sound.count(old) < 1:
+                    raise SystemExit(f"{module}: there is no {old!r} any more")
+                path.write_text(sound.replace(old, new, 1), encoding="utf-8")
+                if survives(folder, environment, tests):
+                    survivors.append(f"{module}: {old!r} -> {new!r}")
+                    print(survivors[-1], flush=True)
+                else:
+                    killed += 1
+            path.write_text(sound, encoding="utf-8")
+            rows.append(f"| {module} | {', '.join(tests)} | {len(changes)} | {killed} |")
+            print(rows[-1], flush=True)
+    print("\n| module | tests | mutants | killed |\n|---|---|--:|--:|")
+    print("\n".join(rows))
+    print(f"\n{time.perf_counter() - began:.0f} s; survivors: {len(survivors)}")
+    return int(bool(survivors))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""Compiled loops do what they say: the same runs with the loops left to the interpreter come to the same points."""
+
+import sys
+from contextlib import ExitStack, contextmanager
+from unittest import mock
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+from surface_shapes import icosphere, quad_cube, shaken
+
+import hexconformal as hc
+import surface
+from hexconformal.generate import ball, box, jittered
+from hexconformal.validity import minimum_jacobian
+
+
+@contextmanager
+def interpreted():
+    """Inside, every compiled loop of this project is the Python it was compiled from."""
+    replaced = 0
+    with ExitStack() as stack:
+        for name, module in list(sys.modules.items()):
+            if name.partition(".")[0] in ("hexconformal", "surface"):
+                for key, value in list(vars(module).items()):
+                    if isinstance(value, Dispatcher):
+                        stack.enter_context(mock.patch.object(module, key, value.py_func))
+                        replaced += 1
+        assert replaced > 40
+        yield
+
+
+def quadratic(points):
+    return points + 0.1 * points[:, [1, 2, 0]] ** 2
+
+
+def moved():
+    points, cells = jittered(*box((2, 2, 2)), 0.2)
+    top = np.flatnonzero(points[:, 2] == 1.0)
+    for operator in ("harmonic", "elastic", "conformal"):
+        motion = hc.MeshMotion((points, cells), moving=top, operator=operator)
+        yield motion.step(np.tile([0.05, 0.0, 0.1], (len(top), 1))).points
+
+
+def volumes(points_and_cells, **options):
+    return hc.regularize(points_and_cells, **options).points
+
+
+SKEW = jittered(*box((2, 2, 3)), 0.35, keep_boundary=False)
+ROUND = jittered(*ball(2, 1), 0.3)
+TANGLED = jittered(*box((3, 2, 2)), 0.9, seed=5, valid=False)
+RUNS = {
+    "corners": lambda: volumes(SKEW, boundary="free", target="1:2:3", max_iterations=4),
+    "volumes": lambda: volumes(SKEW, boundary="free", sizes=np.full(12, 0.1), max_iterations=3),
+    "a reference mesh": lambda: volumes(
+        SKEW, boundary="free", target=quadratic(box((2, 2, 3))[0]), lift=False, max_iterations=4
+    ),
+    "gauss": lambda: volumes(SKEW, boundary="fixed", energy="quaternionic", method="newton", max_iterations=3),
+    "frozen": lambda: volumes(
+        SKEW, boundary="fixed", energy="quaternionic", method="majorize", target="input", max_iterations=2
+    ),
+    "a curved boundary": lambda: volumes(ROUND, hausdorff=0.02, max_iterations=6),
+    "tangled": lambda: volumes(TANGLED, max_iterations=4),
+    "motion": lambda: np.concatenate(list(moved())),
+    "triangles": lambda: (
+        surface.remesh((shaken(icosphere(1), 0.08)[0], icosphere(1)[1].triangles), iterations=2).points
+    ),
+    "quadrilaterals": lambda: (
+        surface.remesh((quadratic(quad_cube(2)[0]), quad_cube(2)[1].quads), features=None, iterations=1).points
+    ),
+    "quality": lambda: np.concatenate([v.ravel() for v in hc.Quality.arrays(hc.quality(TANGLED)).values()]),
+    "bounds": lambda: np.concatenate(minimum_jacobian(*TANGLED)),
+}
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+def test_compiled_loops_are_the_python_they_come_from(run):
+    compiled = run()
+    with interpreted():
+        plain = run()
+    np.testing.assert_allclose(compiled, plain, rtol=1e-6, atol=1e-8)
