@@ -365,3 +365,14 @@ def test_shared_surfaces(shared, name, least, mean):
     assert report.hausdorff <= 0.01
     assert report.after.min_angle >= least
     assert report.after.mean_angle >= mean
+
+
+@pytest.mark.parametrize("side", [(0, 1), (1, 0)])
+def test_a_cell_over_a_ridge_is_turned_over_if_either_side_says_so(side):
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 0.3, -1], [0.5, -0.3, -1]])
+    shape = Shape(points, Cells(np.array([[0, 1, 2], [1, 0, 3]]), none(4)))
+    assert not shape.turned_over(points).any()
+    # Upright in the plane of the ridge, so that one of the two facets below is behind it, whichever way it looks.
+    moved = np.array([[0.1, 0, 0.2], [0.9, 0, 0.2], [0.5, 0, 1.0], [0.5, -0.3, -1]])
+    moved[:2] = moved[list(side)]
+    assert shape.turned_over(moved)[0]

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal import closest
+from hexconformal.sparsity import corner_incidences
 
-from .geometry import Cells, Floats, Ints, area_vectors, slivers, unit_vectors
+from .geometry import Cells, Floats, Ints, area_vectors, unit_vectors
 
 __all__ = ["Shape", "corner_normals", "fanned", "two_sided_distance"]
 
 _MARGIN = 0.08  # of the bound
-_UPRIGHT = 0.3  # cosine to the normals around from which on that of a face is believed
+_EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
 
 
 class Shape:
@@ -29,9 +30,7 @@ class Shape:
         vertices, self._faces, self._owners = fanned(points, cells)
         self._surface = closest.Surface(vertices, self._faces)
         self._vectors = area_vectors(vertices, Cells(self._faces, _NO_QUADS))
-        smoothed = corner_normals(vertices, self._faces, np.zeros(len(self._faces), dtype=np.int64)).sum(axis=1)
-        upright = (unit_vectors(self._vectors) * unit_vectors(smoothed)).sum(axis=1) > _UPRIGHT
-        self._believed = upright & ~slivers(vertices, self._faces)
+        self._corners = corner_incidences(self._faces, len(vertices))
         self._samples = samples(points, cells)
         # Where things were found last is where to look next.
         self._below = np.arange(len(cells))
@@ -42,7 +41,7 @@ class Shape:
         _, edge = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
         self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
         self._back = np.concatenate([place[node], place[edge]])
-        self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)), np.zeros(len(cells), dtype=bool))
+        self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)))
 
     def distances(self, points: Floats) -> tuple[Floats, Floats]:
         """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
@@ -76,8 +75,7 @@ class Shape:
         far = np.flatnonzero(behind > bound)
         exact = moved.closest(self._places[far], back.faces[far])
         behind[far] = exact.distances
-        over = self._turned(points, found) & self._believed[found.faces]
-        self._seen = (ahead, behind, over)
+        self._seen = (ahead, behind)
         # What is out of bounds may stay there, but not go farther; what moves with the rest has a margin.
         limit = bound * (1 + _MARGIN * still)
         bad = ahead > np.maximum(limit, self._last[0])
@@ -91,11 +89,22 @@ class Shape:
         self._last = self._seen
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
-        """(m,) cells whose normal points against the input's below their centre."""
-        return self._turned(points, self._below_centres(points))
-
-    def _turned(self, points: Floats, below: closest.Closest) -> NDArray[np.bool_]:
-        return np.asarray((area_vectors(points, self._cells) * self._vectors[below.faces]).sum(axis=1) <= 0)
+        """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
+        below = self._below_centres(points)
+        own = area_vectors(points, self._cells)
+        turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
+        # All facets that share the corners between which a place on an edge or at a node lies.
+        offsets, incidences = self._corners
+        cells = np.flatnonzero(below.weights.min(axis=1) < _EDGE)
+        nodes, near = self._faces[below.faces[cells]], below.weights[cells] >= _EDGE
+        first = nodes[np.arange(len(cells)), below.weights[cells].argmax(axis=1)]
+        count = offsets[first + 1] - offsets[first]
+        each = np.repeat(np.arange(len(cells)), count)
+        facets = incidences[np.arange(count.sum()) + np.repeat(offsets[first] - count.cumsum() + count, count)] // 3
+        shared = (self._faces[facets][:, :, None] == nodes[each][:, None, :]).any(axis=1) | ~near[each]
+        against = shared.all(axis=1) & ((own[cells[each]] * self._vectors[facets]).sum(axis=1) <= 0)
+        turned[cells[each[against]]] = True
+        return np.asarray(turned)
 
     def _below_centres(self, points: Floats) -> closest.Closest:
         centres = np.concatenate([points[table].mean(axis=1) for table in self._cells.groups()])
