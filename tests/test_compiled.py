@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 from surface_shapes import icosphere, quad_cube, shaken
+from test_validity import HIDDEN
 
 import hexconformal as hc
 import surface
+from hexconformal.assembly import Distortion
+from hexconformal.closest import Polyline
+from hexconformal.elements import CORNERS
 from hexconformal.generate import ball, box, jittered
+from hexconformal.multigrid import Multigrid
+from hexconformal.shaping import Emphasis, Shaping
 from hexconformal.validity import minimum_jacobian
 
 
@@ -46,6 +52,41 @@ def volumes(points_and_cells, **options):
     return hc.regularize(points_and_cells, **options).points
 
 
+def products():
+    """All second derivatives, with targets and without."""
+    points, cells = SKEW
+    field = np.random.default_rng(0).normal(size=points.shape)
+    frames = np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(1).normal(size=(len(cells), 1, 3, 3)))
+    for eps, inverses in ((None, None), (None, frames), (0.1, frames)):
+        energy = Distortion(cells, len(points), None, inverses, eps, "gauss")
+        yield energy.second_product(points, field)
+        if eps is None:
+            yield energy.frozen_product(points, field)
+            yield energy.frozen_hessian(points) @ field
+
+
+def shaped():
+    """Gradient and convex Hessian of the corner energy, with targets."""
+    points, cells = SKEW
+    frames = np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(1).normal(size=(1, 1, 3, 3)))
+    problem = Shaping(cells, frames, np.tile(np.eye(3), (len(points), 1, 1)))
+    _, gradient, matrix = problem.value_gradient_hessian(points, Emphasis(angle=1.0, stiffness=0.01, eps=0.1))
+    return np.concatenate([gradient.ravel(), matrix.data.ravel()])
+
+
+def cycle():
+    """One multigrid cycle of two levels."""
+    points, cells = box((7, 7, 7))
+    matrix = Distortion(cells, len(points)).laplacian()
+    return Multigrid(matrix, points[:, 0] > 0)(quadratic(points))
+
+
+def curve():
+    line = Polyline(quadratic(np.linspace(0, 1, 30).reshape(10, 3)), [[k, k + 1] for k in range(9)], np.arange(9) // 5)
+    return line.closest(np.random.default_rng(0).random((20, 3)), np.arange(20) % 2).positions
+
+
+ONE = np.arange(8)[None]
 SKEW = jittered(*box((2, 2, 3)), 0.35, keep_boundary=False)
 ROUND = jittered(*ball(2, 1), 0.3)
 TANGLED = jittered(*box((3, 2, 2)), 0.9, seed=5, valid=False)
@@ -61,6 +102,11 @@ RUNS = {
     ),
     "a curved boundary": lambda: volumes(ROUND, hausdorff=0.02, max_iterations=6),
     "tangled": lambda: volumes(TANGLED, max_iterations=4),
+    "tangled boxes": lambda: volumes(TANGLED, target="1:1:2", max_iterations=2),
+    "second derivatives": lambda: np.concatenate(list(products())),
+    "corners with targets": shaped,
+    "multigrid": cycle,
+    "a curve": curve,
     "motion": lambda: np.concatenate(list(moved())),
     "triangles": lambda: (
         surface.remesh((shaken(icosphere(1), 0.08)[0], icosphere(1)[1].triangles), iterations=2).points
@@ -69,7 +115,11 @@ RUNS = {
         surface.remesh((quadratic(quad_cube(2)[0]), quad_cube(2)[1].quads), features=None, iterations=1).points
     ),
     "quality": lambda: np.concatenate([v.ravel() for v in hc.Quality.arrays(hc.quality(TANGLED)).values()]),
-    "bounds": lambda: np.concatenate(minimum_jacobian(*TANGLED)),
+    "bounds": lambda: np.concatenate(
+        # The first two take bisections.
+        [bound for x in (HIDDEN, 0.95 * HIDDEN + 0.05 * CORNERS) for bound in minimum_jacobian(x, ONE)]
+        + [*minimum_jacobian(*TANGLED)]
+    ),
 }
 
 

@@ -134,6 +134,12 @@ def test_newton_takes_over_from_lbfgs():
     assert phases[-1] == "newton"
 
 
+def test_newton_takes_over_after_so_many_iterations_at_the_latest(monkeypatch):
+    monkeypatch.setattr("hexconformal.minimize._HANDOVER", 3)
+    run, _ = minimization(*sheared_cube(6), boundary="fixed", lift=False, tolerance=1e-10)
+    assert [step.phase for step, _ in zip(run, range(4), strict=False)] == ["lbfgs"] * 3 + ["newton"]
+
+
 def test_large_cells_count_more_by_their_volume():
     points, cells = boundary_layer((3, 3, 4), 4.0)
     points, cells = jittered(points, cells, 0.2)
