@@ -1,9 +1,9 @@
 """Draw docs/images/architecture.svg from the imports in src/: python docs/architecture.py [--check].
 
 Modules live in rooms; which room a module is in is said here, everything else is read from the source. An arrow leads
-from a room to another that it imports from. Ends with an error where a module has no room, where rooms import each
-other in a circle, where hexconformal imports surface other than for its commands and filters, or, with --check, where
-the picture is not up to date.
+from a room to another that it imports from. Ends with an error where a module has no room, where modules or rooms
+import each other in a circle, where hexconformal imports surface other than for its commands and filters, or, with
+--check, where the picture is not up to date.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import ast
 import sys
 from collections import defaultdict
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -20,9 +21,9 @@ SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
 ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity",
-    "meshes and files": "errors version files mesh generate selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
+    "meshes and files": "errors version files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
     " sound_files abaqus exodus io",
-    "what is measured": "quality orient checks limits",
+    "what is measured": "generate.bricks generate.o_grids generate.jitter quality orient checks limits",
     "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",
@@ -43,7 +44,7 @@ ROOMS: dict[str, str] = {
 }
 KNOWING = ("commands", "filters")  # rooms of hexconformal that may know surfaces
 # The packages themselves hand out what is inside: no room.
-FACADES = ("hexconformal", "hexconformal.commands", "surface", "surface.commands")
+FACADES = ("hexconformal", "hexconformal.commands", "hexconformal.generate", "surface", "surface.commands")
 
 _WIDTH, _LINE, _PAD, _ACROSS, _DOWN, _COLUMN = 232, 15, 10, 44, 54, 34
 
@@ -83,6 +84,10 @@ def rooms() -> tuple[dict[str, list[str]], dict[str, set[str]]]:
     homeless = sorted(set(known) - set(room_of) - set(FACADES))
     if homeless:
         raise SystemExit(f"give these modules a room in docs/architecture.py: {', '.join(homeless)}")
+    try:
+        TopologicalSorter({name: imports(name, path, known) for name, path in known.items()}).prepare()
+    except CycleError as problem:
+        raise SystemExit(f"these modules import each other in a circle: {' <- '.join(problem.args[1])}") from problem
     uses: dict[str, set[str]] = {room: set() for room in ROOMS}
     for name, room in room_of.items():
         if name.startswith("hexconformal") and room not in KNOWING:
