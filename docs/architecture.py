@@ -28,13 +28,13 @@ ROOMS: dict[str, str] = {
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",
     "what is asked and told": "options report",
-    "regularize": "regularize stages step minimize untangle lift volume",
+    "regularize": "regularize outcome stages step minimize untangle lift volume",
     "move": "motion extension motion_table motion_run",
     "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",
     "surface: energies": ".energy .barrier .reference .step",
     "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .remesh",
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"
-    " .flow.evolve .flow.checkpoint .flow",
+    " .flow.moment .flow.evolve .flow.checkpoint .flow",
     "runs in folders": "interrupt history checkpoint series run_folder",
     "pictures": "canvas plots .plots .flow.plots",
     "commands": "__main__ cli commands.arguments commands.kind commands.outputs commands.work commands.regularize"

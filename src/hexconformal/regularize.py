@@ -12,29 +12,22 @@ from numpy.typing import NDArray
 
 from .boundary import boundary_of
 from .checks import require_sound
-from .closest import Surface
 from .errors import OptionError
 from .frame import Frame
-from .hausdorff import distance_between, hausdorff
 from .io import as_hex_mesh
 from .limits import held_bound
 from .options import Options, Record
+from .outcome import chosen_target, distance, no_worse, of_same_volume, size_ratios
 from .quality import corner_scaled_jacobian, quality
 from .report import Report
 from .stages import Stages
 from .step import Step
-from .target import STRETCHED, aspects
-from .volume import enclosed_volume, restored
 
 __all__ = ["Regularization", "Result", "regularize"]
 
 Field = NDArray[np.float64]
 
 _WORTH_TELLING = 0.95  # bounds of the smallest scaled Jacobian above this say little
-_MANY = 0.05  # share of stretched cells from which on it is told that they count as distorted
-_ROUNDING = 1e-12  # of a scaled Jacobian
-_LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
-_SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
 
 
 @dataclass(frozen=True)
@@ -162,7 +155,7 @@ class Regularization:
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
-            size_ratios=self._size_ratios(after.volume),
+            size_ratios=size_ratios(after.volume, self._stages.wanted),
         )
         better = self.mesh.replaced(
             points=points,
@@ -179,7 +172,7 @@ class Regularization:
         first = self.history[0]
         if self.options.surface is not None or self.options.resizes:
             return record.inverted <= first.inverted
-        return not self.options.lifts or _no_worse(record, first)
+        return not self.options.lifts or no_worse(record, first)
 
     def _outcome(self) -> _Outcome:
         """What the run comes to; the input where no better mesh keeps what is promised."""
@@ -187,54 +180,21 @@ class Regularization:
         points, reason = self._points, self._stages.reason
         notes: list[str] = []
         if points is not frame.start and self.options.conserve_volume:
-            points, notes = self._of_same_volume(points)
+            points, notes = of_same_volume(points, frame, self._stages.problem)
             if not self._acceptable(self._record(Step("volume", points, np.nan))):
                 points, notes = frame.start, []
         if points is frame.start and len(self.history) > 1:
             reason += "; nothing better than the input was found"
-        distance = self._distance(points)
-        if band is not None and distance > bound:
+        moved = distance(points, frame, band, self.options.boundary)
+        if band is not None and moved > bound:
             if band.reference is None:
-                reason = f"the surface would move by {distance:.4g}: the input is returned"
+                reason = f"the surface would move by {moved:.4g}: the input is returned"
                 return _Outcome(np.array(self.mesh.points), reason, 0.0)
             notes.append(
                 f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
-                f"{distance:.4g}: allow more than that, or take smaller cells where it bends"
+                f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
             )
-        return _Outcome(frame.to_user(points), reason, distance, tuple(notes))
-
-    def _distance(self, points: Field) -> float:
-        """How far the boundary is from where it was, or from the surface to slide on, in diagonals."""
-        frame, band = self._frame, self._stages.boundary.band
-        if band is not None and band.reference is not None:
-            return distance_between(Surface(points, frame.quads), band.reference) / frame.diagonal
-        # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
-        exact = points is frame.start or (band is None and self.options.boundary != "free")
-        return 0.0 if exact else hausdorff(points, frame.start, frame.quads) / frame.diagonal
-
-    def _of_same_volume(self, points: Field) -> tuple[Field, list[str]]:
-        """The points changed to enclose what the input does, as nearly as can be, and what that took."""
-        frame, problem = self._frame, self._stages.problem
-        volume, changed = (enclosed_volume(x, frame.quads) for x in (frame.start, points))
-        if problem is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
-            why, same = "the run was left before the cells were unfolded", points
-        else:
-            why, same = "hausdorff and the cells leave no room for more", restored(problem, points, frame.quads, volume)
-        left = enclosed_volume(same, frame.quads) / volume - 1.0
-        notes = []
-        if same is not points:
-            moved = np.linalg.norm(same - points, axis=1).max() / frame.diagonal
-            before = f"a change of {changed / volume - 1.0:+.1e}"
-            notes.append(f"volume: {before} was made up for by moving nodes, at most by {moved:.1e} diagonals")
-        if abs(left) > _SAME_VOLUME:
-            notes.append(f"the volume is not that of the input, but differs by {left:+.1e}: {why}")
-        return same, notes
-
-    def _size_ratios(self, volumes: Field) -> tuple[float, float] | None:
-        """Smallest and largest ratio of a cell's volume to the wanted one, None where none is wanted."""
-        wanted = self._stages.wanted
-        ratios = volumes[: len(wanted)][wanted > 0.0] / wanted[wanted > 0.0]
-        return (float(ratios.min()), float(ratios.max())) if len(ratios) else None
+        return _Outcome(frame.to_user(points), reason, moved, tuple(notes))
 
     def _last_energy(self) -> float:
         """The energy at the end; NaN where another one was minimized by then."""
@@ -245,24 +205,12 @@ class Regularization:
     def _all_notes(self) -> tuple[str, ...]:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
-            notes += self._chosen_target()
+            notes += chosen_target(self._frame)
         held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
         bound, cell = held_bound(self._frame.start, self._frame.cells, held)
         if bound < _WORTH_TELLING:
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {cell} is held")
         return tuple(notes)
-
-    def _chosen_target(self) -> list[str]:
-        """What target="auto" came to, if there was something to decide."""
-        boxes = self._frame.stretched
-        if boxes is not None:
-            keeping = int((boxes != 1.0).any(axis=1).sum())
-            return [f"target auto: {keeping} cells are stretched in the input and keep their proportions"]
-        stretched = aspects(self._frame.start, self._frame.cells) > STRETCHED[0]
-        if stretched.mean() < _MANY or not self._frame.valid.all():
-            return []
-        why = f"the {stretched.sum()} cells of aspect {STRETCHED[0]:g} or more are skewed, not bricks"
-        return [f"target auto: cubes, as {why}; target='input' would keep their shapes"]
 
     def _record(self, step: Step) -> Record:
         scaled_jacobian = corner_scaled_jacobian(step.points, self._frame.cells)
@@ -277,17 +225,6 @@ class Regularization:
             inverted=int((scaled_jacobian <= 0).sum()),
             seconds=time.perf_counter() - self._began,
         )
-
-
-def _no_worse(record: Record, first: Record) -> bool:
-    """Whether fewer cells are inverted than in the input, or as many and neither minimum (to six digits) nor mean is
-    lower."""
-    if record.inverted != first.inverted:
-        return record.inverted < first.inverted
-    return (
-        record.min_scaled_jacobian >= first.min_scaled_jacobian - _LEVEL
-        and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING
-    )
 
 
 def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:

@@ -10,8 +10,9 @@ One loop::
 """
 
 from .checkpoint import load, save
-from .evolve import Evolution, Moment, evolve
+from .evolve import Evolution, evolve
 from .flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
+from .moment import Moment
 from .options import Record as FlowRecord
 from .options import Stepping
 from .terms import Bending, Membrane, Tension, Term

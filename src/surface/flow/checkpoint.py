@@ -13,7 +13,8 @@ from hexconformal.run_folder import Stage
 
 from ..convert import as_pyvista
 from ..io import write
-from .evolve import Evolution, Moment
+from .evolve import Evolution
+from .moment import Moment
 from .options import Record
 
 __all__ = ["FlowRun", "load", "save"]

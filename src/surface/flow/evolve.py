@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -13,18 +13,18 @@ from hexconformal.errors import OptionError
 
 from ..checks import require_sound
 from ..features import edge_table
-from ..geometry import Floats, area_vectors, enclosed_volume, mean_edge_length, nodal_vectors, unit_vectors
+from ..geometry import Floats, area_vectors, enclosed_volume, mean_edge_length
 from ..io import as_surface_mesh
-from ..mesh import SurfaceMesh
 from ..quality import smallest_angles
 from .discrete import Elements, State
 from .energy import energy, energy_gradient
 from .flows import Flow
+from .moment import Moment
 from .options import Record, Stepping, reduced_volume
 from .remeshing import Remesher
 from .step import Conserved, implicit_step, restored
 
-__all__ = ["Evolution", "Moment", "evolve"]
+__all__ = ["Evolution", "evolve"]
 
 _FIRST = 0.1  # of the mean edge length, what a first step may move a node
 _LONGEST = 0.5  # of the mean edge length, what any step may
@@ -36,43 +36,6 @@ _GIVEN_BACK = 0.95  # of the energy lost since the last remeshing, at most, by t
 _ADVANCE = 0.05  # of the energy, that the remeshing before the first step may raise it by
 _SHARES = (1.0, 0.5, 0.25, 0.125)  # of a remeshing, the first that gives back no more
 _WORN = 0.5  # degrees of the mean angle over a window of remeshings in part
-
-
-@dataclass(frozen=True)
-class Moment:
-    """A surface along a flow.
-
-    Attributes
-    ----------
-    record
-        What is said of it.
-    points
-        (n, 3) positions.
-    """
-
-    record: Record
-    points: Floats
-    _run: Evolution
-
-    @property
-    def mesh(self) -> Any:
-        """The mesh in the type that came in, with arrays: normal, mean_curvature, curvature (|Y|), min_angle."""
-        return self.surface_mesh.restored()
-
-    @property
-    def surface_mesh(self) -> SurfaceMesh:
-        """The same as a :class:`surface.SurfaceMesh`."""
-        run = self._run
-        normals = unit_vectors(nodal_vectors(self.points, run.mesh.cells))
-        y = State(run.elements, self.points - run.origin).lumped_curvature
-        arrays = {
-            "normal": normals,
-            "mean_curvature": -(y * normals).sum(axis=1) / 2,
-            "curvature": np.linalg.norm(y, axis=1),
-        }
-        angles = smallest_angles(self.points, run.mesh.cells)
-        moved = run.mesh.replaced(self.points, {"min_angle": angles})
-        return replace(moved, point_data={**moved.point_data, **arrays})
 
 
 class Evolution:
@@ -329,7 +292,7 @@ class Evolution:
         )
         self.history.append(record)
         # What did not move is bit-identical to the input.
-        return Moment(record, self.mesh.points + (state.points - self._start), self)
+        return Moment(record, self.mesh.points + (state.points - self._start), self.mesh, self.elements, self.origin)
 
 
 def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:

@@ -1,0 +1,55 @@
+"""A surface along a flow, and what is said of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..geometry import Floats, nodal_vectors, unit_vectors
+from ..mesh import SurfaceMesh
+from ..quality import smallest_angles
+from .discrete import Elements, State
+from .options import Record
+
+__all__ = ["Moment"]
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A surface along a flow.
+
+    Attributes
+    ----------
+    record
+        What is said of it.
+    points
+        (n, 3) positions.
+    """
+
+    record: Record
+    points: Floats
+    _start: SurfaceMesh
+    _elements: Elements
+    _origin: Floats
+
+    @property
+    def mesh(self) -> Any:
+        """The mesh in the type that came in, with arrays: normal, mean_curvature, curvature (|Y|), min_angle."""
+        return self.surface_mesh.restored()
+
+    @property
+    def surface_mesh(self) -> SurfaceMesh:
+        """The same as a :class:`surface.SurfaceMesh`."""
+        cells = self._start.cells
+        normals = unit_vectors(nodal_vectors(self.points, cells))
+        y = State(self._elements, self.points - self._origin).lumped_curvature
+        arrays = {
+            "normal": normals,
+            "mean_curvature": -(y * normals).sum(axis=1) / 2,
+            "curvature": np.linalg.norm(y, axis=1),
+        }
+        angles = smallest_angles(self.points, cells)
+        moved = self._start.replaced(self.points, {"min_angle": angles})
+        return replace(moved, point_data={**moved.point_data, **arrays})
