@@ -27,7 +27,7 @@ ROOMS: dict[str, str] = {
     "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",
-    "what is asked and told": "options report",
+    "what is asked and told": "asked options report",
     "regularize": "regularize outcome stages step minimize untangle lift volume",
     "move": "motion extension motion_table motion_run",
     "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",

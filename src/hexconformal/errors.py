@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from numbers import Real
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "odd_points", "require_numbers"]
+__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "odd_points"]
 
 _LARGEST = 1e50  # a coordinate whose sixth power is a number still
 
@@ -27,20 +24,6 @@ class ReadError(MeshError):
 
 class WriteError(OSError):
     """A result cannot be written where it was asked for."""
-
-
-def require_numbers(options: Any, *names: str) -> None:
-    """Refuse text and the like in fields of options that are numbers (or None).
-
-    >>> require_numbers(range(3), "start")
-    >>> require_numbers("text", "upper")  # doctest: +ELLIPSIS
-    Traceback (most recent call last):
-    hexconformal.errors.OptionError: upper is a number, not <built-in method upper of str object at 0x...>
-    """
-    for name in names:
-        value = getattr(options, name)
-        if value is not None and not isinstance(value, Real):
-            raise OptionError(f"{name} is a number, not {value!r}")
 
 
 def odd_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], str]:

@@ -6,7 +6,8 @@ import os
 from dataclasses import dataclass, fields
 from typing import Any
 
-from .errors import OptionError, require_numbers
+from .asked import require_choices, require_numbers
+from .errors import OptionError
 
 __all__ = ["CHOICES", "Options", "Record"]
 
@@ -106,11 +107,7 @@ class Options:
     max_iterations: int = 200
 
     def __post_init__(self) -> None:
-        for name, choices in CHOICES.items():
-            value = getattr(self, name)
-            if value not in choices:
-                names = ", ".join(repr(c) for c in choices[:-1]) + f" or {choices[-1]!r}"
-                raise OptionError(f"{name} is {names}, not {value!r}")
+        require_choices(self, CHOICES)
         require_numbers(self, "tolerance", "max_iterations", "hausdorff")
         if not 0.0 <= self.tolerance < 1.0:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .asked import made_of
 from .boundary import boundary_of
 from .checks import require_sound
 from .errors import OptionError
@@ -284,11 +285,7 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     ['boundary', 'conserve_volume', 'energy', 'features', 'fixed', 'hausdorff', 'lift', 'max_iterations', 'method',
      'quadrature', 'sizes', 'surface', 'target', 'tolerance', 'weight']
     """
-    known = {field.name for field in fields(Options)}
-    unknown = sorted(set(options) - known)
-    if unknown:
-        raise OptionError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
-    run = Regularization(mesh, Options(**options))
+    run = Regularization(mesh, made_of(Options, options))
     for record in run:
         if callback is not None:
             callback(record)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from hexconformal.errors import OptionError, require_numbers
+from hexconformal.asked import require_choices, require_numbers
+from hexconformal.errors import OptionError
 
 from .energy import ENERGIES
 from .reference import REFERENCES
@@ -14,6 +15,7 @@ from .step import NORMALS
 __all__ = ["EMPHASES", "Options", "Record"]
 
 EMPHASES = ("mean", "worst")
+CHOICES = {"energy": ENERGIES, "emphasis": EMPHASES, "normal": NORMALS, "boundary": ("slide", "fixed")}
 
 
 @dataclass(frozen=True)
@@ -82,13 +84,7 @@ class Options:
     fixed: Any = None
 
     def __post_init__(self) -> None:
-        for name, choices in (
-            ("energy", ENERGIES), ("emphasis", EMPHASES), ("normal", NORMALS), ("boundary", ("slide", "fixed"))
-        ):  # fmt: skip
-            value = getattr(self, name)
-            if value not in choices:
-                names = ", ".join(repr(c) for c in choices[:-1]) + f" or {choices[-1]!r}"
-                raise OptionError(f"{name} is {names}, not {value!r}")
+        require_choices(self, CHOICES)
         if isinstance(self.reference, str) and self.reference not in REFERENCES:
             names = ", ".join(repr(name) for name in REFERENCES)
             raise OptionError(f"reference is {names} or an array, not {self.reference!r}")

@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.asked import made_of
 from hexconformal.checks import as_mask
 from hexconformal.errors import OptionError, first_ids
 
@@ -316,11 +317,7 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
     >>> bool(result.report.after.min_angle > 44)
     True
     """
-    known = {field.name for field in fields(Options)}
-    unknown = sorted(set(options) - known)
-    if unknown:
-        raise OptionError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
-    run = Remeshing(mesh, Options(**options))
+    run = Remeshing(mesh, made_of(Options, options))
     for record in run:
         if callback is not None:
             callback(record)

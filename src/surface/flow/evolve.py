@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from hexconformal.asked import made_of
 from hexconformal.checks import as_mask
 from hexconformal.errors import OptionError
 
@@ -326,10 +326,6 @@ def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:
     >>> len(areas), areas == sorted(areas, reverse=True)
     (4, True)
     """
-    known = {field.name for field in fields(Stepping)}
-    unknown = sorted(set(options) - known)
-    if unknown:
-        raise OptionError(f"unknown option {unknown[0]!r}; there are: {', '.join(sorted(known))}")
     if not isinstance(flow, Flow):
         raise OptionError(f"a flow is for instance MeanCurvature(mesh) or Willmore(mesh), not {type(flow).__name__}")
-    return iter(Evolution(flow, Stepping(**options)))
+    return iter(Evolution(flow, made_of(Stepping, options)))

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.errors import OptionError, require_numbers
+from hexconformal.asked import require_numbers
+from hexconformal.errors import OptionError
 
 __all__ = ["Record", "Stepping"]
 
