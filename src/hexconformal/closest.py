@@ -135,17 +135,33 @@ class Surface:
             low, high = np.minimum(low, corner), np.maximum(high, corner)
         return np.stack([low, high], axis=1)
 
-    @cached_property
-    def _tree(self) -> tuple[Ints, Floats]:
-        """Faces in the order of a space-filling curve, and the boxes of a binary tree over that order."""
-        centers = self.boxes.mean(axis=1)
-        low = centers.min(axis=0)
-        cells = ((centers - low) / max(float((centers - low).max()), 1e-300) * 1023).astype(np.int64)
-        code = np.zeros(len(centers), dtype=np.int64)
+    def _codes(self, places: Floats) -> Ints:
+        """Where places lie along the space-filling curve (Morton's) through the box of the centres of the faces."""
+        low, size = self._extent
+        cells = np.clip((places - low) / size * 1023, 0, 1023).astype(np.int64)
+        code = np.zeros(len(places), dtype=np.int64)
         for bit in range(10):
             for axis in range(3):
                 code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
+        return code
+
+    @cached_property
+    def _extent(self) -> tuple[Floats, float]:
+        centers = self.boxes.mean(axis=1)
+        low = centers.min(axis=0)
+        return low, max(float((centers - low).max()), 1e-300)
+
+    @cached_property
+    def _sorted(self) -> tuple[Ints, Ints]:
+        """Faces in the order of the curve, and their places on it."""
+        code = self._codes(self.boxes.mean(axis=1))
         order = np.argsort(code, kind="stable")
+        return order, code[order]
+
+    @cached_property
+    def _tree(self) -> tuple[Ints, Floats]:
+        """Faces in the order of a space-filling curve, and the boxes of a binary tree over that order."""
+        order, _ = self._sorted
         leaves = 1 << (len(order) - 1).bit_length()
         # Node i has the children 2 i and 2 i + 1; the faces are the last level.
         tree = np.empty((2 * leaves, 2, 3))
@@ -169,8 +185,10 @@ class Surface:
             (k,) faces that are probably close: with them it goes faster.
         """
         places = np.ascontiguousarray(places, dtype=np.float64)
-        start = np.full(len(places), self._tree[0][0]) if near is None else np.ascontiguousarray(near)
-        return self._asked(closest_range, places, start, *self._tree)
+        if near is None:
+            order, codes = self._sorted
+            near = order[np.minimum(np.searchsorted(codes, self._codes(places)), len(order) - 1)]
+        return self._asked(closest_range, places, np.ascontiguousarray(near), *self._tree)
 
     def walked(self, places: ArrayLike, start: Ints) -> Closest:
         """The closest point that is found from a face by going to neighbours as long as that helps.

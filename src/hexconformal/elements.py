@@ -1,4 +1,4 @@
-"""The trilinear hexahedron in VTK node order: corners, edges, faces, shape functions, quadrature."""
+"""The trilinear hexahedron in VTK node order: corners, edges, faces, gradients of the shape functions, quadrature."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["CORNERS", "CORNER_EDGES", "EDGES", "FACES", "corner_rule", "edge_weights", "gauss_rule"]
-__all__ += ["shape_functions", "shape_gradients"]
+__all__ += ["shape_gradients"]
 
 # Reference coordinates in the unit cube of the eight nodes.
 CORNERS = np.array(
@@ -25,22 +25,6 @@ EDGES = np.array(
 
 # Counter-clockwise seen from outside.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int64)
-
-
-def shape_functions(xi: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values of the eight trilinear shape functions.
-
-    Parameters
-    ----------
-    xi
-        (q, 3) points in the unit cube.
-
-    Returns
-    -------
-    (q, 8) values; every row sums to one.
-    """
-    factors = np.where(CORNERS == 1, xi[:, None, :], 1 - xi[:, None, :])
-    return factors.prod(axis=2)
 
 
 def shape_gradients(xi: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,10 +14,10 @@ from scipy.sparse.csgraph import connected_components
 
 from hexconformal.errors import OptionError, first_ids
 
-from .geometry import Cells, Floats, Ints, area_vectors, nodal_vectors, slivers, unit_vectors
+from .geometry import Cells, Floats, Ints, area_vectors, slivers, unit_vectors
 
 __all__ = ["CORNER", "CURVE", "SMOOTH", "EdgeTable", "Features", "curve_tangents", "detect_features"]
-__all__ += ["edge_table", "held_directions", "holding"]
+__all__ += ["edge_table", "holding"]
 
 SMOOTH, CURVE, CORNER = 0, 1, 2
 
@@ -219,17 +219,12 @@ def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
 
 
-def held_directions(points: Floats, cells: Cells, features: Features) -> Floats:
-    """(n, 3, 3) orthogonal projector onto the directions each node may not move in.
+def holding(vectors: Floats, points: Floats, features: Features) -> Floats:
+    """(n, 3, 3) orthogonal projector onto the directions each node may not move in, from (n, 3) nodal area vectors.
 
     A smooth node is held along its normal (one multiplier), one on a curve across its tangent (two), a corner
     altogether (three).
     """
-    return holding(nodal_vectors(points, cells), points, features)
-
-
-def holding(vectors: Floats, points: Floats, features: Features) -> Floats:
-    """The same, with given nodal area vectors instead of those of the surface."""
     n = unit_vectors(vectors)
     result = n[:, :, None] * n[:, None, :]
     result[features.kind == CORNER] = np.eye(3)

@@ -62,7 +62,9 @@ class Cells:
     def edges(self) -> Ints:
         """(e, 2) every edge once, the lower id first."""
         sides = [np.stack([table, np.roll(table, -1, axis=1)], axis=2).reshape(-1, 2) for table in self.groups()]
-        return np.unique(np.sort(np.concatenate(sides), axis=1), axis=0)
+        a, b = np.sort(np.concatenate(sides), axis=1).T
+        count = int(b.max(initial=0)) + 1
+        return np.stack(np.divmod(np.unique(a * count + b), count), axis=1)
 
 
 def unit_vectors(vectors: Floats) -> Floats:

@@ -227,7 +227,7 @@ class Remeshing:
     def result(self) -> Result:
         """The surface reached, with its report."""
         mesh = self.mesh
-        best, notes = self._within()
+        best, distance, notes = self._within()
         points = self._in_users_frame(best)
         before, after = quality(mesh), quality(mesh.replaced(points))
         shape = self._core.shape
@@ -240,7 +240,7 @@ class Remeshing:
             energy_after=self.history[self._best].energy if self.history else float("nan"),
             area_change=areas[1] / areas[0] - 1,
             volume_change=volumes[1] / volumes[0] - 1 if self._closed and volumes[0] else None,
-            hausdorff=shape.hausdorff(best) / self._diagonal,
+            hausdorff=distance / self._diagonal,
             turned=int(shape.turned_over(best).sum()),
             largest_displacement=float(np.linalg.norm(points - mesh.points, axis=1).max()),
             iterations=max(len(self.history) - 1, 0),
@@ -253,23 +253,30 @@ class Remeshing:
         data = {"min_angle": after.min_angle, "min_angle_change": after.min_angle - before.min_angle}
         return Result(mesh.replaced(points, data).restored(), points, report, tuple(self.history))
 
-    def _within(self) -> tuple[Floats, list[str]]:
-        """The best points, taken back towards the input where they are beyond the bound after all, and what to say.
+    def _within(self) -> tuple[Floats, float, list[str]]:
+        """The best points, their distance, and what to say.
 
-        While the run goes on, the distance is measured at fewer places.
+        They are taken back towards the input where they are beyond the bound after all: while the run goes on, the
+        distance is measured at fewer places.
         """
         start, change, shape = self._start, self._points - self._start, self._core.shape
-        bound = self.options.hausdorff * self._diagonal
-        if not self.options.project or not self.history or shape.hausdorff(self._points) <= bound:
-            return self._points, []
+        bound, distance = self.options.hausdorff * self._diagonal, shape.hausdorff(self._points)
+        if not self.options.project or not self.history or distance <= bound:
+            return self._points, distance, []
         first = self.history[0]
         for share in _SHARES:
             trial = start + share * change
             angles = smallest_angles(trial, self.mesh.cells)
             worse = min(angles.min() - first.min_angle, angles.mean() - first.mean_angle) < -_ROUNDING
-            if not worse and shape.turned_over(trial).sum() <= first.turned and shape.hausdorff(trial) <= bound:
-                return trial, [f"hausdorff left room for {share:.0%} of the way that the nodes would have gone"]
-        return start, ["hausdorff left no room: the input comes back"]
+            if not worse and shape.turned_over(trial).sum() <= first.turned:
+                distance = shape.hausdorff(trial)
+                if distance <= bound:
+                    return (
+                        trial,
+                        distance,
+                        [f"hausdorff left room for {share:.0%} of the way nodes would have gone"],
+                    )
+        return start, 0.0, ["hausdorff left no room: the input comes back"]
 
 
 def remeshing(mesh: Any, options: Options | None = None) -> Remeshing:
