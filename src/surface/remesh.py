@@ -221,6 +221,7 @@ class Remeshing:
                 self._reason = f"reached iterations = {self.options.iterations}"
                 return
             if number == patience and spoiled.any() and self._is_in_vain():
+                outcome.reason = "cells that would be spoiled stand in the way"
                 break
         self._reason, self._converged, self._ended = outcome.reason, outcome.converged, True
 
