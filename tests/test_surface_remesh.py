@@ -7,6 +7,7 @@ from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_
 import hexconformal as hc
 import surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
+from surface.core import Iterate, _turned_back
 from surface.features import CORNER, CURVE, detect_features
 from surface.geometry import Cells
 from surface.guard import Shape
@@ -376,3 +377,16 @@ def test_a_cell_over_a_ridge_is_turned_over_if_either_side_says_so(side):
     moved = np.array([[0.1, 0, 0.2], [0.9, 0, 0.2], [0.5, 0, 1.0], [0.5, -0.3, -1]])
     moved[:2] = moved[list(side)]
     assert shape.turned_over(moved)[0]
+
+
+def test_a_cell_turned_over_by_a_hair_is_turned_back():
+    points, cells = icosphere(2)
+    core = surface.Remeshing((points, cells.triangles))._core
+    x = core.start.copy()
+    a, b, c = cells.triangles[40]
+    x[a] = 0.5 * (x[b] + x[c]) + 0.05 * (0.5 * (x[b] + x[c]) - x[a])
+    base, core.target.places, _ = core.target.project(x)
+    assert core.shape.turned_over(base).tolist() == [k == 40 for k in range(len(cells))]
+    (mended,) = _turned_back(core, Iterate(base, base, 0.0, 0.0, 0.0, 0))
+    assert not core.shape.turned_over(mended.points).any()
+    assert np.flatnonzero(np.linalg.norm(mended.base - base, axis=1) > 1e-6).size == 1

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from .barrier import Barrier
 from .features import holding
-from .geometry import Floats, nodal_areas, nodal_vectors, transport_vectors
+from .geometry import Floats, nodal_areas, nodal_vectors, transport_vectors, unit_vectors
 from .problem import Surface
 from .step import Linear
 
@@ -27,13 +28,17 @@ _EASE = 64.0  # the energy's at first; lowered likewise, to 1
 _SETTLED = 0.05
 _STALL = 5  # iterations in a row that gain little
 _SLACK = 1e-4  # beyond that range
+_TURNS = 5  # cells turned over at the end, at the most, for which that is mended
+_PARTS = (0.05, 0.1, 0.2, 0.4)  # of the edges at a node, by which it moves for that,
+_ROUND = np.arange(8) * np.pi / 4  # and in which directions
 
 
 @dataclass(frozen=True)
 class Iterate:
-    """One accepted surface."""
+    """One accepted surface, and the points of the input it stands on."""
 
     points: Floats
+    base: Floats
     energy: float
     decrease: float
     step: float
@@ -49,7 +54,24 @@ class Outcome:
 
 
 def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[Iterate]:
-    """Lower the energy until a step would gain less than `tolerance` of it; yields every accepted surface.
+    """Lower the energy as far as it goes, then turn back the few cells that may have turned over on the way.
+
+    Yields every accepted surface; see :func:`_descend`.
+    """
+    at = Iterate(surface.start, surface.start, 0.0, 0.0, 0.0, 0)
+    for _ in range(_TURNS):
+        for at in _descend(surface, tolerance, outcome, at):
+            yield at
+        mended = [] if surface.target is None else list(_turned_back(surface, at))
+        yield from mended
+        if not mended or outcome.converged:
+            return
+        # What stood in the way may have been those.
+        at = mended[-1]
+
+
+def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) -> Iterator[Iterate]:
+    """Lower the energy from a surface until a step would gain less than `tolerance` of it; yields what is accepted.
 
     Newton steps along the surface, put back onto it. A node goes as far as the cells around it allow: each has a
     share of its step, which shrinks where a cell would be spoiled, turn over, or leave the input, and recovers.
@@ -58,7 +80,7 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
     the energy falls.
     """
     energy, target = surface.energy, surface.target
-    x = base = surface.start
+    x, base = at.points, at.base
     share = np.ones(len(x))
     damping, cap, ease, slow, together = 1.0, _CAP, _EASE, 0, True
     decrease = step = 0.0
@@ -70,7 +92,7 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
             energy.cap, energy.ease = cap, ease
             energy.settle(x)
         value = energy.value(x)
-        yield Iterate(x, value, decrease, step, held)
+        yield Iterate(x, base, value, decrease, step, held)
         gradient, linear = _system(surface, x, normals)
         v = linear.solve(-gradient, surface.precision)
         if not -(gradient * v).sum() > tolerance * value:
@@ -91,6 +113,8 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
             cautious = True
         if found is None:
             outcome.reason = "every step that lowers the energy spoils a cell or the shape"
+            # Where the last steps hardly gained, nothing is lost.
+            outcome.converged = slow > 0
             return
         x_before = x
         x, base, places, new, s, failures, together = found
@@ -110,6 +134,41 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
             if held:
                 outcome.reason += f"; {held} nodes are held at the limits of the shape"
             return
+
+
+def _turned_back(surface: Surface, at: Iterate) -> Iterator[Iterate]:
+    """Move single nodes of cells that are turned over, a little along the surface, where that turns them back."""
+    energy, target, shape = surface.energy, surface.target, surface.shape
+    assert target is not None
+    assert surface.bound is not None
+    turned = shape.turned_over(at.points)
+    nobody = np.zeros(len(surface.cells), dtype=bool)
+    worst = energy.densities(at.points).max()
+    for _ in range(_TURNS):
+        if not 0 < turned.sum() <= _TURNS:
+            return
+        normals = unit_vectors(target.project(at.base)[2])
+        lengths = surface.edge_lengths(at.points)
+        for part, turn, node in product(_PARTS, _ROUND, np.unique(surface.cells.corners_of(turned))):
+            if not surface.moving[node]:
+                continue
+            step = np.zeros_like(at.points)
+            across = np.cross(normals[node], np.eye(3)[np.abs(normals[node]).argmin()])
+            across /= max(float(np.linalg.norm(across)), 1e-300)
+            step[node] = part * lengths[node] * (np.cos(turn) * across + np.sin(turn) * np.cross(normals[node], across))
+            y, moved, places = surface.retracted(at.base, step)
+            fewer = shape.turned_over(y)
+            better = fewer.sum() < turned.sum() and energy.densities(y).max() <= worst
+            if better and not shape.strays(y, surface.bound, nobody).any():
+                break
+        else:
+            return
+        shape.accept()
+        if places is not None:
+            target.places = places
+        turned = fewer
+        at = Iterate(y, moved, energy.value(y), 0.0, float(part * lengths[node]), at.held)
+        yield at
 
 
 def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats, Linear]:

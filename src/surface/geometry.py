@@ -59,6 +59,11 @@ class Cells:
         """Ids of the nodes that belong to a cell, ascending."""
         return np.unique(np.concatenate([self.triangles.ravel(), self.quads.ravel()]))
 
+    def corners_of(self, cells: NDArray[np.bool_]) -> Ints:
+        """Node ids at the corners of some cells, (m,) booleans, one by one."""
+        t = len(self.triangles)
+        return np.concatenate([self.triangles[cells[:t]].ravel(), self.quads[cells[t:]].ravel()])
+
     def edges(self) -> Ints:
         """(e, 2) every edge once, the lower id first."""
         sides = [np.stack([table, np.roll(table, -1, axis=1)], axis=2).reshape(-1, 2) for table in self.groups()]

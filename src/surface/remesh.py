@@ -161,9 +161,7 @@ class Remeshing:
         spoiled = np.zeros(len(self.mesh.cells), dtype=bool)
         for patience in _PATIENCE:
             yield from self._descent(spoiled, patience)
-            triangles, quads = self.mesh.cells.triangles, self.mesh.cells.quads
-            bad = [triangles[spoiled[: len(triangles)]].ravel(), quads[spoiled[len(triangles) :]].ravel()]
-            more = np.setdiff1d(np.concatenate(bad), np.flatnonzero(self._held))
+            more = np.setdiff1d(self.mesh.cells.corners_of(spoiled), np.flatnonzero(self._held))
             if not self._ended or not self._is_in_vain() or len(more) == 0:
                 break
             # A few cells stood in the way of all others.
