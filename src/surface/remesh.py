@@ -215,7 +215,7 @@ class Remeshing:
                 self._points, self._best = at.points, now.iteration
             spoiled |= turned | (angles < first.min_angle - _ROUNDING)
             yield now
-            if number >= self.options.iterations:
+            if now.iteration >= self.options.iterations:
                 self._reason = f"reached iterations = {self.options.iterations}"
                 return
             if number == patience and spoiled.any() and self._is_in_vain():
@@ -267,14 +267,11 @@ class Remeshing:
             trial = start + share * change
             angles = smallest_angles(trial, self.mesh.cells)
             worse = min(angles.min() - first.min_angle, angles.mean() - first.mean_angle) < -_ROUNDING
-            if not worse and shape.turned_over(trial).sum() <= first.turned:
-                distance = shape.hausdorff(trial)
-                if distance <= bound:
-                    return (
-                        trial,
-                        distance,
-                        [f"hausdorff left room for {share:.0%} of the way nodes would have gone"],
-                    )
+            if worse or shape.turned_over(trial).sum() > first.turned:
+                continue
+            distance = shape.hausdorff(trial)
+            if distance <= bound:
+                return trial, distance, [f"hausdorff left room for {share:.0%} of the way nodes would have gone"]
         return start, 0.0, ["hausdorff left no room: the input comes back"]
 
 
