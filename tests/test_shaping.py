@@ -9,12 +9,14 @@ from hexconformal.assembly import Distortion
 from hexconformal.block_matrix import BlockMatrix, cell_places
 from hexconformal.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
 from hexconformal.elements import CORNER_EDGES, CORNERS
+from hexconformal.inside import unfold_inside
 from hexconformal.lift import lift, lift_patches
 from hexconformal.quality import corner_scaled_jacobian
 from hexconformal.shaping import Emphasis, Shaping, projected_newton, rings
 from hexconformal.sizes import cell_volumes
 from hexconformal.topology import boundary_quads
 from hexconformal.untangle import folded, harmonic, untangle
+from hexconformal.validity import is_valid
 
 CUBES = np.empty((0, 1, 3, 3))
 EMPHASES = [Emphasis(), Emphasis(eps=0.1), Emphasis(0.05, 1.0), Emphasis(0.05, 1.0, 0.05)]
@@ -301,6 +303,19 @@ def test_untangling_unfolds_every_cell():
     assert folded(problem, points).sum() > 50
     *_, (_, best, _) = untangle(problem, points)
     assert not folded(problem, best).any()
+
+
+def test_a_cell_folded_inside_with_sound_corners_is_unfolded():
+    points, cells = generate.box((3, 3, 3))
+    points = 3 * points + np.random.default_rng(4936).uniform(-0.45, 0.45, points.shape)
+    problem = Shaping(cells, CUBES, held_boundary(points, cells))
+    assert not folded(problem, points).any()
+    assert not is_valid(points, cells).all()
+    better = unfold_inside(problem, points)
+    assert is_valid(better, cells).all()
+    surface = np.unique(boundary_quads(cells)[0])
+    assert np.array_equal(better[surface], points[surface])
+    assert unfold_inside(problem, better) is better
 
 
 def test_the_harmonic_start_puts_inner_nodes_between_their_neighbours():

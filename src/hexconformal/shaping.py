@@ -19,6 +19,7 @@ from .corner_kernels import corner_densities, corner_sums
 from .elements import CORNERS
 from .size_kernel import size_sums
 from .threads import parallel_ranges
+from .topology import boundary_quads
 from .validity import is_valid
 
 __all__ = ["SIZE", "Emphasis", "Measures", "Shaping", "Surface", "newton_step", "next_shift", "projected_newton"]
@@ -158,6 +159,13 @@ class Shaping:
     def free(self) -> Mask:
         """(n,) nodes that can move at all."""
         return np.asarray(self.projectors.any(axis=(1, 2)))
+
+    @cached_property
+    def inner(self) -> Mask:
+        """(n,) nodes inside the mesh that can move in all directions."""
+        inner = (self.projectors == np.eye(3)).all(axis=(1, 2))
+        inner[boundary_quads(self.cells)[0]] = False
+        return np.asarray(inner)
 
     def restricted(self, moving: Mask, points: Field) -> tuple[Shaping, Ints]:
         """The same energy with only some nodes moving: the patch's own problem, and its nodes' ids here."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .boundary import Boundary, boundary_of
 from .errors import first_ids
 from .frame import Frame
+from .inside import unfold_inside
 from .lift import lift, lift_patches
 from .minimize import Minimization
 from .options import Options
@@ -21,6 +22,7 @@ from .shaping import SIZE, Emphasis, Shaping, projected_newton
 from .step import Step
 from .target import inverse_targets, wanted_volumes
 from .untangle import folded, untangle
+from .winding import inside_out
 
 __all__ = ["Stages"]
 
@@ -83,7 +85,7 @@ class Stages:
         if not self._frame.valid.all():
             shaping, points, bad = yield from self._untangle(shaping)
         if bad.any():
-            shaping = self._without(shaping, bad)
+            shaping = self._without(shaping, points, bad)
         self.problem = shaping
         if bad.any() or self.boundary.band is not None or self._options.resizes:
             for points, energy in self._shape(shaping, points):
@@ -119,6 +121,8 @@ class Stages:
                 points, bad = trial, folded(shaping, trial)
                 self.boundary, shaping = other, self._shaping(other)
                 self.notes.append(f"features={features!r} instead, which left fewer cells folded")
+        points = unfold_inside(shaping, points)
+        yield Step("unfold inside", points, float("nan"))
         return shaping, points, bad
 
     def _return(self, shaping: Shaping, points: Field) -> Iterator[Step]:
@@ -166,12 +170,17 @@ class Stages:
             _FIRM if self._options.resizes else 1.0,
         )
 
-    def _without(self, shaping: Shaping, bad: NDArray[np.bool_]) -> Shaping:
+    def _without(self, shaping: Shaping, points: Field, bad: NDArray[np.bool_]) -> Shaping:
         """The rest of the mesh, where folded cells cannot be unfolded: their nodes are held."""
         cells = np.flatnonzero(bad)
         held = ~shaping.free[shaping.cells[cells]]
         why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
         self.notes.append(f"cells that stay inverted: {first_ids(cells)}; {why}")
+        quads = self._frame.quads
+        found = inside_out(points, quads, np.flatnonzero(np.isin(quads, shaping.cells[cells]).any(axis=1)))
+        if len(found):
+            nodes = np.unique(quads[found])
+            self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
         projectors = shaping.projectors.copy()
         projectors[shaping.cells[cells]] = 0.0
         inverses = shaping.inverses[~bad] if len(shaping.inverses) > 1 else shaping.inverses

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .elements import FACES
 
-__all__ = ["FaceTable", "boundary_quads", "components", "face_table"]
+__all__ = ["FaceTable", "boundary_quads", "components", "face_table", "islands"]
 
 
 @dataclass(frozen=True)
@@ -127,6 +127,40 @@ def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     rank = np.empty(len(names), dtype=np.int64)
     rank[np.argsort(index)] = np.arange(len(names))
     return len(names), rank[inverse]
+
+
+def islands(cells: NDArray[np.int64], core: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
+    """The connected parts of a region of nodes; two nodes of one cell are connected.
+
+    Parameters
+    ----------
+    cells
+        (m, 8) hexahedra.
+    core
+        (n,) nodes of the region.
+
+    Examples
+    --------
+    >>> two = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
+    >>> core = np.zeros(12, dtype=bool)
+    >>> core[[0, 11]] = True
+    >>> [np.flatnonzero(island) for island in islands(two, core)]
+    [array([0]), array([11])]
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    around = np.flatnonzero(core[cells].any(axis=1))
+    corners = cells[around]
+    inside = core[corners.ravel()]
+    rows = np.repeat(np.arange(len(around)), 8)[inside]
+    shape = len(around), len(core)
+    touch = coo_array((np.ones(len(rows)), (rows, corners.ravel()[inside])), shape=shape).tocsr()
+    count, labels = connected_components(touch @ touch.T, directed=False)
+    found = np.zeros((count, len(core)), dtype=bool)
+    for label in range(count):
+        found[label, corners[labels == label]] = True
+    return list(found & core)
 
 
 def _quads(cells: NDArray[np.int64], faces: NDArray[np.int64]) -> NDArray[np.int64]:

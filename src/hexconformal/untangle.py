@@ -19,7 +19,7 @@ from scipy.sparse.linalg import cg
 
 from .elements import EDGES
 from .shaping import Emphasis, Shaping, newton_step, next_shift, rings
-from .topology import boundary_quads
+from .topology import islands
 
 __all__ = ["folded", "untangle"]
 
@@ -56,7 +56,7 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
         before = _amount(problem, points)
         if before[0] == 0 or stalled == patience:
             return
-        for core in _islands(problem, rings(problem.cells, len(points), folded(problem, points), width)):
+        for core in islands(problem.cells, rings(problem.cells, len(points), folded(problem, points), width)):
             points = _unfold_patch(problem, points, first, core)
         yield "untangle patches", points, float("nan")
         stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
@@ -64,9 +64,7 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
 
 def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
     """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
-    # Nodes held in some direction stay: a mean of neighbours would not keep to it.
-    inner = core & (problem.projectors == np.eye(3)).all(axis=(1, 2))
-    inner[boundary_quads(problem.cells)[0]] = False
+    inner = core & problem.inner
     rows = np.flatnonzero(inner)
     if len(rows) == 0:
         return points
@@ -150,21 +148,3 @@ def _amount(problem: Shaping, points: Field) -> tuple[int, float]:
     """How tangled: number of folded cells, then how far their determinants are below zero."""
     smallest = problem.measures(points).determinant
     return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())
-
-
-def _islands(problem: Shaping, core: Mask) -> list[Mask]:
-    """Node masks of the connected parts of a region."""
-    around = np.flatnonzero(core[problem.cells].any(axis=1))
-    corners = problem.cells[around]
-    inside = core[corners.ravel()]
-    rows = np.repeat(np.arange(len(around)), 8)[inside]
-    touch = sparse.coo_array(
-        (np.ones(len(rows)), (rows, corners.ravel()[inside])), shape=(len(around), len(core))
-    ).tocsr()
-    count, labels = csgraph.connected_components(touch @ touch.T, directed=False)
-    islands = []
-    for label in range(count):
-        island = np.zeros(len(core), dtype=bool)
-        island[corners[labels == label]] = True
-        islands.append(island & core)
-    return islands
