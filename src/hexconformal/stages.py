@@ -21,7 +21,7 @@ from .quality import corner_scaled_jacobian
 from .shaping import SIZE, Emphasis, Shaping, projected_newton
 from .step import Step
 from .target import inverse_targets, wanted_volumes
-from .untangle import folded, untangle
+from .untangle import brought_back, folded, untangle
 from .winding import inside_out
 
 __all__ = ["Stages"]
@@ -101,7 +101,11 @@ class Stages:
             for phase, points, energy in (lift if len(good) <= _WHOLE else lift_patches)(shaping, points):
                 yield Step(phase, points, energy)
             self.reason, self.converged = "the worst cell stalls", True
-        yield from self._return(shaping, points)
+        for step in self._return(shaping, points):
+            points = step.points
+            yield step
+        if bad.any():
+            yield self._bring_back(points)
 
     def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
@@ -134,6 +138,17 @@ class Stages:
             band.steepness *= 4.0
             for points, energy in islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _RETURN_STEPS):
                 yield Step("return to the surface", points, energy)
+
+    def _bring_back(self, points: Field) -> Step:
+        """Where cells stay folded: the worst no worse than in the input."""
+
+        def near(trial: Field) -> bool:
+            return self.boundary.band is None or self.boundary.band.excess(trial) <= _WITHIN
+
+        back = brought_back(points, self._frame.start, self._frame.cells, near)
+        if back is not points:
+            self.notes.append("around them others stay inverted, so that the worst is no worse than in the input")
+        return Step("bring back", back, float("nan"))
 
     def _energy_of_input(self) -> float:
         """Energy of what came in; NaN where it is infinite."""
@@ -175,7 +190,7 @@ class Stages:
         cells = np.flatnonzero(bad)
         held = ~shaping.free[shaping.cells[cells]]
         why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
-        self.notes.append(f"cells that stay inverted: {first_ids(cells)}; {why}")
+        self.notes.append(f"cells that cannot be unfolded: {first_ids(cells)}; {why}")
         quads = self._frame.quads
         found = inside_out(points, quads, np.flatnonzero(np.isin(quads, shaping.cells[cells]).any(axis=1)))
         if len(found):

@@ -8,7 +8,7 @@ folded; what remains is unfolded patch by patch, from several starts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,14 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
 from .elements import EDGES
+from .quality import corner_scaled_jacobian
 from .shaping import Emphasis, Shaping, newton_step, next_shift, rings
 from .topology import islands
 
-__all__ = ["folded", "untangle"]
+__all__ = ["brought_back", "folded", "untangle"]
 
 Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Step = tuple[str, Field, float]
 
@@ -32,6 +34,7 @@ _WHOLE_STEPS, _PATCH_STEPS = 15, 120
 _ROUNDS = 6  # of patches, each a ring of cells larger than before
 _FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
 _STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
+_WAYS_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell has become worse
 _EASIER = 0.1  # largest part of the way to zero that eps goes when nothing improves
 
 
@@ -60,6 +63,27 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
             points = _unfold_patch(problem, points, first, core)
         yield "untangle patches", points, float("nan")
         stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
+
+
+def brought_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
+    """Points at which the worst cell is no worse than it was at the start, the unchanged ones where that fails.
+
+    Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
+    of their way back, with the fewest inverted cells (never more than at the start) near enough to the surface.
+    """
+    first = corner_scaled_jacobian(start, cells)
+    now = corner_scaled_jacobian(points, cells)
+    best, fewest = points, int((first <= 0.0).sum()) + 1
+    for width in range(_ROUNDS):
+        nodes = rings(cells, len(points), now < first.min(), width)
+        for way in _WAYS_BACK:
+            trial = np.where(nodes[:, None], points + way * (start - points), points)
+            quality = corner_scaled_jacobian(trial, cells)
+            inverted = int((quality <= 0.0).sum())
+            as_good = quality.min() >= first.min() and quality.mean() >= first.mean()
+            if as_good and inverted < fewest and near(trial):
+                best, fewest = trial, inverted
+    return best
 
 
 def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
