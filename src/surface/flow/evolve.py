@@ -33,7 +33,7 @@ _HALVINGS = 40
 _COLLAPSED = 1e-5  # of the longest time step so far, where a run comes to nothing
 _WINDOW = 10  # steps over which a stall is seen
 _GIVEN_BACK = 0.95  # of the energy lost since the last remeshing, at most, by the next one
-_ADVANCE = 0.05  # of the energy, that the remeshing before the first step may raise it by
+_EARLY, _ADVANCE = 10, 0.05  # the first remeshings, and how much of the energy they may raise it by in advance
 _SHARES = (1.0, 0.5, 0.25, 0.125)  # of a remeshing, the first that gives back no more
 _WORN = 0.5  # degrees of the mean angle over a window of remeshings in part
 
@@ -199,14 +199,14 @@ class Evolution:
             due = bool(smallest_angles(self._state.points, self.mesh.cells).min() < options.remesh_below)
         if not due:
             return float("nan")
-        first = self._step == 0
-        moved = self._remesher(self._state.points, first=first)
+        early = self._step < _EARLY * max(int(options.remesh), 1)
+        moved = self._remesher(self._state.points, early)
         if moved is None:
             return float("nan")
         old = self._state.points
-        # What remeshing gives back is less than what the flow has taken: over a run the energy falls. The first one
-        # is paid for in advance, to be good from the start, and nothing is given back until the flow has earned it.
-        most = _ADVANCE * abs(self._energy) if first else max(_GIVEN_BACK * self._credit, 0.0)
+        # What remeshing gives back is less than what the flow has taken: over a run the energy falls. The first ones
+        # are paid for in advance, to be good early, and nothing is given back until the flow has earned it.
+        most = max(_GIVEN_BACK * self._credit + early * _ADVANCE * abs(self._energy), 0.0)
         for share in _SHARES:
             new = restored(State(self.elements, old + share * (moved - old)), self._conserved, self._fixed)
             if new is None:

@@ -19,7 +19,7 @@ from ..remesh import Remeshing
 __all__ = ["Remesher"]
 
 # A surface that flows is smooth or becomes so: no features; and it is remeshed again before long.
-_FIRST = 30  # iterations that make the mesh good to begin with
+_EARLY = 3  # iterations while the mesh that came in is made good
 _DEFAULTS: dict[str, Any] = {"iterations": 1, "features": None, "emphasis": "worst"}
 
 
@@ -39,12 +39,13 @@ class Remesher:
     def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
         self._mesh = mesh
         self._options = Options(**{**_DEFAULTS, "fixed": fixed, **options})
-        self._first = replace(self._options, iterations=max(self._options.iterations, _FIRST), emphasis="mean")
+        self._gentle = replace(self._options, emphasis="mean")
+        self._early = replace(self._gentle, iterations=max(self._options.iterations, _EARLY))
 
-    def __call__(self, points: Floats, first: bool = False) -> Floats | None:
-        """Positions (n, 3) after remeshing, thorough for a mesh that comes in; None where nothing could be done."""
+    def __call__(self, points: Floats, early: bool) -> Floats | None:
+        """Positions (n, 3) after remeshing, more thorough at the beginning; None where nothing could be done."""
         mesh = self._mesh.replaced(points)
-        for options in (self._first,) if first else (self._options, replace(self._options, emphasis="mean")):
+        for options in (self._early,) if early else (self._options, self._gentle):
             try:
                 run = Remeshing(mesh, options)
             except MeshError:
