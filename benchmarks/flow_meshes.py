@@ -4,8 +4,8 @@
     python benchmarks/flow_meshes.py --flow mean-curvature --conserve volume --steps 110 head.ply --both
 
 Appends a table to benchmarks/flow_meshes.md. "Rises" counts the steps that raised the energy (there must be none),
-"turned" cells whose normal points against those around, the most at any step; "remeshing" is the sum of its jumps of
-the energy.
+"turned" cells whose normal points against those around, in the input and the most at any step; "remeshing" is the sum
+of its jumps of the energy.
 """
 
 from __future__ import annotations
@@ -85,10 +85,11 @@ def followed(name: str, flow: Flow, stepping: Stepping) -> str:
     angles = [f"{r.min_angle:.1f} / {r.mean_angle:.1f}" for r in (first, records[1], records[min(10, last.step)], last)]
     jumps = np.nansum([record.remesh_jump for record in records])
     kept = f"{max(record.conserved_error for record in records):.0e}" if flow.conserve else ""
+    over = upside_down(run.mesh.points, run.mesh.cells)
     ended = "" if run.reason.startswith("reached") else f"step {last.step}: {run.reason}"
     return (
         f"| {name} | {len(run.mesh.cells)} | {first.energy:.5g} to {last.energy:.5g} | {jumps:+.2g} | {rises} | "
-        f"{turned} | {' | '.join(angles)} | {kept} | {costs[1]:.1f} | {np.mean(costs[2:]):.2f} | "
+        f"{over}, {turned} | {' | '.join(angles)} | {kept} | {costs[1]:.1f} | {np.mean(costs[2:]):.2f} | "
         f"{max(costs[2:]):.2f} | {ended} |"
     )
 

@@ -1,0 +1,70 @@
+"""Whether a remeshed surface is no worse than the input, and so much better that nodes are moved for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Cells, Floats
+from .options import Options, Record
+
+__all__ = ["Worth"]
+
+_ROUNDING = 1e-9  # degrees, or of the energy
+_VAIN = (1.02, 0.1)  # factor of the smallest and gain of the mean angle from which on anything was gained at all
+_TENTH = 0.1  # of the energy; and of the smallest angle, or of what the mean one misses: that nodes are moved for
+_ENERGY = 0.02  # relative decrease, where the cells shall have other shapes than regular ones
+
+
+@dataclass(frozen=True)
+class Worth:
+    """Compares surfaces with the input: by their angles, or by the energy where regular cells are not what is wanted.
+
+    Attributes
+    ----------
+    options
+        What was asked.
+    cells
+        Of the surface.
+    first
+        Record of the input.
+    """
+
+    options: Options
+    cells: Cells
+    first: Record
+
+    @property
+    def _by_energy(self) -> bool:
+        return not isinstance(self.options.reference, str) or self.options.reference == "input"
+
+    def no_worse(self, now: Record) -> bool:
+        """Whether no more cells are turned over, and neither the smallest nor the mean angle is smaller."""
+        if self._by_energy:
+            better = now.energy <= self.first.energy * (1 + _ROUNDING)
+        else:
+            better = min(now.min_angle - self.first.min_angle, now.mean_angle - self.first.mean_angle) >= -_ROUNDING
+        return better and now.turned <= self.first.turned
+
+    def thinner(self, angles: Floats) -> NDArray[np.bool_]:
+        """(m,) cells, of whose smallest angles are given, that are thinner than any of the input."""
+        return np.asarray(angles < self.first.min_angle - _ROUNDING)
+
+    def in_vain(self, best: Record) -> bool:
+        """Whether hardly anything was gained."""
+        if self._by_energy:
+            return best.energy > (1 - _ENERGY) * self.first.energy
+        gained = best.mean_angle - self.first.mean_angle
+        return best.min_angle < _VAIN[0] * self.first.min_angle and gained < _VAIN[1]
+
+    def worthwhile(self, best: Record) -> bool:
+        """Whether so much was gained that nodes are moved for it; what is as good as it gets stays where it is."""
+        if self._by_energy or self.options.emphasis == "worst" or best.turned < self.first.turned:
+            return not self.in_vain(best)
+        t, q = len(self.cells.triangles), len(self.cells.quads)
+        missing = (60.0 * t + 90.0 * q) / (t + q) - self.first.mean_angle
+        gained = best.mean_angle - self.first.mean_angle
+        angles = best.min_angle >= (1 + _TENTH) * self.first.min_angle or gained >= _TENTH * missing
+        return angles and best.energy <= (1 - _TENTH) * self.first.energy

@@ -1,0 +1,73 @@
+"""Surfaces are left alone unless enough is gained, and compared by what is asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from surface_shapes import grid, none, scattered_sphere
+
+import surface
+from surface.geometry import Cells
+from surface.options import Options, Record
+from surface.worth import Worth
+
+INPUT = Record(0, 1.0, 0.0, 0.0, 20.0, 50.0, 0, 0, 0.0)
+TRIANGLES = Cells(np.array([[0, 1, 2]]), none(4))
+QUADS = Cells(none(3), np.array([[0, 1, 2, 3]]))
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"energy": 0.89, "min_angle": 22.1}, True),
+        ({"energy": 0.91, "min_angle": 22.1}, False),
+        ({"energy": 0.89, "min_angle": 21.9}, False),
+        ({"energy": 0.89, "mean_angle": 51.1}, True),
+        ({"energy": 0.89, "mean_angle": 50.9}, False),
+    ],
+)
+def test_nodes_are_moved_for_a_tenth(change, expected):
+    assert Worth(Options(), TRIANGLES, INPUT).worthwhile(replace(INPUT, **change)) is expected
+
+
+def test_right_angles_are_what_quadrilaterals_miss():
+    best = replace(INPUT, energy=0.5, mean_angle=53.9)
+    assert not Worth(Options(), QUADS, INPUT).worthwhile(best)
+    assert Worth(Options(), QUADS, INPUT).worthwhile(replace(best, mean_angle=54.1))
+
+
+def test_less_is_enough_for_the_worst_or_to_turn_cells_back():
+    best = replace(INPUT, energy=0.99, min_angle=20.5)
+    assert not Worth(Options(), TRIANGLES, INPUT).worthwhile(best)
+    assert Worth(Options(emphasis="worst"), TRIANGLES, INPUT).worthwhile(best)
+    assert Worth(Options(), TRIANGLES, replace(INPUT, turned=1)).worthwhile(best)
+
+
+def test_no_angle_may_get_worse_and_no_cell_turn_over():
+    worth = Worth(Options(), TRIANGLES, INPUT)
+    assert worth.no_worse(INPUT)
+    for change in ({"min_angle": 19.9}, {"mean_angle": 49.9}, {"turned": 1}):
+        assert not worth.no_worse(replace(INPUT, energy=0.1, **change))
+
+
+def test_cells_that_shall_not_be_regular_are_compared_by_their_energy():
+    # Equal cells of a square are to become graded ones: their angles get worse, as was asked for.
+    points, cells, _ = grid(12)
+    graded = points.copy()
+    graded[:, 0] = 0.5 * (points[:, 0] + points[:, 0] ** 2)
+    result = surface.remesh((points, cells.triangles), reference=graded)
+    assert np.abs(result.points - graded).max() < 2e-3
+    assert result.report.after.mean_angle < result.report.before.mean_angle - 1.0
+    assert result.report.energy_after < 1e-3 * result.report.energy_before
+
+
+def test_a_result_is_left_alone():
+    # Bounds on area and distance count from the surface that comes in: there always is a little to gain again.
+    points, triangles = scattered_sphere(700, seed=3)
+    a, b, c = points.T
+    lumps = 1 + 0.075 * np.sin(3 * a + 1) * np.cos(3 * b) + 0.06 * np.sin(4 * c + a)
+    first = surface.remesh((points * lumps[:, None] * [1.0, 1.2, 1.6], triangles))
+    assert first.report.after.mean_angle > first.report.before.mean_angle + 5
+    again = surface.remesh((first.points, triangles))
+    assert np.array_equal(again.points, first.points)
+    assert "the input is about as good already" in again.report.reason
