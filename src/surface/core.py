@@ -28,7 +28,8 @@ _EASE = 64.0  # the energy's at first; lowered likewise, to 1
 _SETTLED = 0.05
 _STALL = 5  # iterations in a row that gain little
 _SLACK = 1e-4  # beyond that range
-_TURNS = 5  # cells turned over at the end, at the most, for which that is mended
+_AGAIN = 5  # descents at the most, each after cells turned over at the end of the last have been turned back
+_FEW_TURNED = 5  # cells for which that is tried
 _PARTS = (0.05, 0.1, 0.2, 0.4)  # of the edges at a node, by which it moves for that,
 _ROUND = np.arange(8) * np.pi / 4  # and in which directions
 
@@ -59,7 +60,7 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
     Yields every accepted surface; see :func:`_descend`.
     """
     at = Iterate(surface.start, surface.start, 0.0, 0.0, 0.0, 0)
-    for _ in range(_TURNS):
+    for _ in range(_AGAIN):
         for at in _descend(surface, tolerance, outcome, at):
             yield at
         mended = [] if surface.target is None else list(_turned_back(surface, at))
@@ -144,9 +145,7 @@ def _turned_back(surface: Surface, at: Iterate) -> Iterator[Iterate]:
     turned = shape.turned_over(at.points)
     nobody = np.zeros(len(surface.cells), dtype=bool)
     worst = energy.densities(at.points).max()
-    for _ in range(_TURNS):
-        if not 0 < turned.sum() <= _TURNS:
-            return
+    while 0 < turned.sum() <= _FEW_TURNED:
         normals = unit_vectors(target.project(at.base)[2])
         lengths = surface.edge_lengths(at.points)
         for part, turn, node in product(_PARTS, _ROUND, np.unique(surface.cells.corners_of(turned))):
