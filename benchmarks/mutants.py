@@ -58,8 +58,6 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("step = 1 if inverses.shape[1] > 1 else 0", "step = 0 if inverses.shape[1] > 1 else 0"),
             ("factor = scales[c] if len(scales) > 1", "factor = scales[0] if len(scales) > 1"),
             ("if eps == FROZEN:", "if eps == PLAIN:"),
-            ("plane_normal(f2, f0), plane_normal(f0, f1)", "plane_normal(f0, f2), plane_normal(f0, f1)"),
-            ("m, l, scale(-factor", "m, l, scale(factor"),
         ],
     ),
     "corner_kernels": (

@@ -15,16 +15,13 @@ from .distortion import (
     Frame,
     barrier_gradient,
     barrier_second,
-    cofactor,
     frame_frozen_second,
     frame_gradient,
     frame_second,
-    plane_normal,
 )
 from .quaternion import Vector, add, combine, scale, subtract
-from .sparsity import find
 
-__all__ = ["FROZEN", "PLAIN", "energy_gradient", "frozen_rows", "gather", "second_product"]
+__all__ = ["FROZEN", "PLAIN", "energy_gradient", "gather", "second_product"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -184,18 +181,6 @@ def _seconds(s: Field, eps: float) -> None:
             _put(barrier_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q), eps), s, _STRESS, q)
 
 
-@algebra
-def _normals(s: Field, inverses: Field) -> None:
-    """Normals of the planes (e2, e3), (e3, e1), (e1, e2), times cof(W^-1)."""
-    for q in range(8):
-        f0, f1, f2 = _frame(s, _FRAME, q)
-        _put((plane_normal(f1, f2), plane_normal(f2, f0), plane_normal(f0, f1)), s, _STRESS, q)
-    if len(inverses) > 0:
-        for q in range(8):
-            u, v, w = cofactor(_frame(s, _INVERSE, q))
-            _put(_times(_frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
-
-
 @loop
 def energy_gradient(first, last, points, cells, table, weights, scales, inverses, eps, energies, forces):  # type: ignore[no-untyped-def]
     """Energy (m,) of each cell and its derivative (m, 8, 3) with respect to the cell's own nodes."""
@@ -235,49 +220,3 @@ def gather(first, last, offsets, incidences, corner_values, out):  # type: ignor
             s1 += corner_values[i, 1]
             s2 += corner_values[i, 2]
         out[node, 0], out[node, 1], out[node, 2] = s0, s1, s2
-
-
-@algebra
-def _add_at(skew: Field, indptr: Ints, indices: Ints, row: int, column: int, v: Vector) -> None:
-    slot = find(indices, indptr[row], indptr[row + 1], column)  # type: ignore[no-untyped-call]
-    skew[slot, 0] += v[0]
-    skew[slot, 1] += v[1]
-    skew[slot, 2] += v[2]
-
-
-@loop
-def frozen_rows(  # type: ignore[no-untyped-def]
-    first, last, points, cells, table, weights, scales, inverses, wedges, indptr, indices, skew
-):
-    """Rows of the antisymmetric part of the frozen Hessian: one vector per nonzero of the scalar pattern.
-
-    skew[l, m] = sum over planes (i, j) and quadrature points of w (B_jl B_im - B_il B_jm) N_ij, with the
-    physical shape gradients B = G W^-1. The minors of a product are the product of the minors, so cof(W^-1)
-    acts on the normals and the wedges (8, 8, 3, q) of the reference gradients G are the same for all cells.
-    """
-    s = _scratch(table, weights)
-    for k in range(indptr[first], indptr[last]):
-        skew[k, 0] = skew[k, 1] = skew[k, 2] = 0.0
-    for c in range(len(cells)):
-        touched = False
-        for a in range(8):
-            touched |= first <= cells[c, a] < last
-        if not touched:
-            continue
-        _targets(inverses, c, s)
-        _load(points, cells, c, inverses, s, _FRAME)
-        _normals(s, inverses)
-        factor = scales[c] if len(scales) > 1 else scales[0]
-        for a in range(8):
-            for b in range(a):
-                v0 = v1 = v2 = 0.0
-                for q in range(len(weights)):
-                    g0, g1, g2 = wedges[a, b, 0, q], wedges[a, b, 1, q], wedges[a, b, 2, q]
-                    v0 += g0 * s[_STRESS, q] + g1 * s[_STRESS + 3, q] + g2 * s[_STRESS + 6, q]
-                    v1 += g0 * s[_STRESS + 1, q] + g1 * s[_STRESS + 4, q] + g2 * s[_STRESS + 7, q]
-                    v2 += g0 * s[_STRESS + 2, q] + g1 * s[_STRESS + 5, q] + g2 * s[_STRESS + 8, q]
-                l, m = cells[c, a], cells[c, b]
-                if first <= l < last:
-                    _add_at(skew, indptr, indices, l, m, scale(factor, (v0, v1, v2)))
-                if first <= m < last:
-                    _add_at(skew, indptr, indices, m, l, scale(-factor, (v0, v1, v2)))
