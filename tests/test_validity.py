@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from hexconformal.cell_measures import corner_scaled_jacobian
 from hexconformal.elements import CORNERS, gauss_rule, shape_gradients
 from hexconformal.generate import box
-from hexconformal.quality import corner_scaled_jacobian
 from hexconformal.validity import all_valid, bernstein_coefficients, is_valid, minimum_jacobian
 
 ONE = np.arange(8)[None]

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .assembly import Distortion
+from .cell_measures import corner_scaled_jacobian
 from .checks import as_mask, require_sound
 from .constraint import Constraint, fixed_components, planar_normals
 from .errors import MeshError, OptionError, first_ids
 from .extension import EXTENSIONS
 from .frame import Frame
 from .io import as_hex_mesh
-from .quality import corner_scaled_jacobian
 from .solver import Iterate, Problem, lbfgs, start
 from .target import inverse_targets
 from .validity import all_valid, is_valid

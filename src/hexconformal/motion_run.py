@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .cell_measures import corner_scaled_jacobian
 from .checkpoint import problem_of
 from .io import write
 from .mesh import HexMesh
 from .motion import MeshMotion
 from .motion_table import Boundary
-from .quality import corner_scaled_jacobian
 from .run_folder import Stage
 
 __all__ = ["MotionRecord", "MotionRun"]

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .cell_measures import corner_scaled_jacobian
 from .elements import corner_rule, gauss_rule, shape_gradients
 from .errors import MeshError, OptionError, first_ids
 from .mesh import HexMesh
-from .quality import corner_scaled_jacobian
 from .sizes import cell_volumes, edge_lengths
 
 __all__ = ["STRETCHED", "aspects", "cell_frames", "inverse_targets", "stretched_boxes", "wanted_volumes"]
