@@ -18,11 +18,11 @@ from numba import njit
 
 import hexconformal as hc
 from hexconformal import compiled, generate
+from hexconformal.canvas import require_rendering
 from hexconformal.cli import main
 from hexconformal.commands.kind import VOLUMES
 from hexconformal.commands.regularize import Volume
 from hexconformal.options import CHOICES, Record
-from hexconformal.plots import require_rendering
 from hexconformal.progress import Progress
 from hexconformal.topology import boundary_quads
 from hexconformal.validity import is_valid
