@@ -22,10 +22,10 @@ ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity cell_measures",
     "meshes and files": "errors version plain files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
-    " sound_files abaqus exodus io",
+    " format_limits sound_files abaqus exodus io",
     "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
     " winding",
-    "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
+    "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",
     "what is asked and told": "asked options report",

@@ -1,9 +1,4 @@
-"""Compiled loops over the eight quadrature points of hexahedra; each range writes only what it owns.
-
-One scratch array holds the quadrature points of a cell: a column per point, a row per component. A loop
-over its columns works on several points at once, because everything in the loop is inlined and free of
-branches, and because rows of one array of constant shape are known not to overlap.
-"""
+"""Compiled loops over the eight quadrature points of hexahedra; each range writes only what it owns."""
 
 from __future__ import annotations
 
@@ -20,6 +15,7 @@ from .distortion import (
     frame_second,
 )
 from .quaternion import Vector, add, combine, scale, subtract
+from .scratch import frame, put, put_inverses
 
 __all__ = ["FROZEN", "PLAIN", "energy_gradient", "gather", "second_product"]
 
@@ -46,23 +42,6 @@ def _scratch(table: Field, weights: Field) -> Field:
 
 
 @algebra
-def _vector(s: Field, row: int, q: int) -> Vector:
-    return s[row, q], s[row + 1, q], s[row + 2, q]
-
-
-@algebra
-def _frame(s: Field, row: int, q: int) -> Frame:
-    return _vector(s, row, q), _vector(s, row + 3, q), _vector(s, row + 6, q)
-
-
-@algebra
-def _put(f: Frame, s: Field, row: int, q: int) -> None:
-    s[row, q], s[row + 1, q], s[row + 2, q] = f[0]
-    s[row + 3, q], s[row + 4, q], s[row + 5, q] = f[1]
-    s[row + 6, q], s[row + 7, q], s[row + 8, q] = f[2]
-
-
-@algebra
 def _times(f: Frame, a: Vector, b: Vector, c: Vector) -> Frame:
     """Columns f times the matrix with the columns a, b, c."""
     return (
@@ -70,18 +49,6 @@ def _times(f: Frame, a: Vector, b: Vector, c: Vector) -> Frame:
         add(combine(b[0], f[0], b[1], f[1]), scale(b[2], f[2])),
         add(combine(c[0], f[0], c[1], f[1]), scale(c[2], f[2])),
     )
-
-
-@algebra
-def _targets(inverses: Field, c: int, s: Field) -> None:
-    """Rows of W^-1 at the quadrature points of a cell; nothing where all targets are the unit cube."""
-    if len(inverses) > 0:
-        target = c if len(inverses) > 1 else 0
-        step = 1 if inverses.shape[1] > 1 else 0
-        for q in range(8):
-            for i in range(3):
-                for j in range(3):
-                    s[_INVERSE + 3 * i + j, q] = inverses[target, q * step, i, j]
 
 
 @algebra
@@ -112,12 +79,12 @@ def _load(field: Field, cells: Ints, c: int, inverses: Field, s: Field, row: int
         f0 = _mean(x0, x1, x2, x3, s, _TABLE, q)
         f1 = _mean(y0, y1, y2, y3, s, _TABLE + 4, q)
         f2 = _mean(z0, z1, z2, z3, s, _TABLE + 8, q)
-        _put((f0, f1, f2), s, row, q)
+        put((f0, f1, f2), s, row, q)
     if len(inverses) > 0:
         for q in range(8):
-            u, v, w = _frame(s, _INVERSE, q)
-            f = _frame(s, row, q)
-            _put(_times(f, (u[0], v[0], w[0]), (u[1], v[1], w[1]), (u[2], v[2], w[2])), s, row, q)
+            u, v, w = frame(s, _INVERSE, q)
+            f = frame(s, row, q)
+            put(_times(f, (u[0], v[0], w[0]), (u[1], v[1], w[1]), (u[2], v[2], w[2])), s, row, q)
 
 
 @algebra
@@ -125,8 +92,8 @@ def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field,
     """Transpose of :func:`_load`: forces of the eight corners from the stresses at the quadrature points."""
     if len(inverses) > 0:
         for q in range(8):
-            u, v, w = _frame(s, _INVERSE, q)
-            _put(_times(_frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
+            u, v, w = frame(s, _INVERSE, q)
+            put(_times(frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
     for k in range(3):
         x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = 0.0
         # Eight as a number known in advance would be unrolled, not vectorised.
@@ -160,25 +127,25 @@ def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field,
 def _gradients(s: Field, eps: float) -> None:
     if eps < 0.0:
         for q in range(8):
-            s[_ENERGY, q], stress = frame_gradient(_frame(s, _FRAME, q))
-            _put(stress, s, _STRESS, q)
+            s[_ENERGY, q], stress = frame_gradient(frame(s, _FRAME, q))
+            put(stress, s, _STRESS, q)
     else:
         for q in range(8):
-            s[_ENERGY, q], stress = barrier_gradient(_frame(s, _FRAME, q), eps)
-            _put(stress, s, _STRESS, q)
+            s[_ENERGY, q], stress = barrier_gradient(frame(s, _FRAME, q), eps)
+            put(stress, s, _STRESS, q)
 
 
 @algebra
 def _seconds(s: Field, eps: float) -> None:
     if eps == FROZEN:
         for q in range(8):
-            _put(frame_frozen_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+            put(frame_frozen_second(frame(s, _FRAME, q), frame(s, _VARIATION, q)), s, _STRESS, q)
     elif eps < 0.0:
         for q in range(8):
-            _put(frame_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+            put(frame_second(frame(s, _FRAME, q), frame(s, _VARIATION, q)), s, _STRESS, q)
     else:
         for q in range(8):
-            _put(barrier_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q), eps), s, _STRESS, q)
+            put(barrier_second(frame(s, _FRAME, q), frame(s, _VARIATION, q), eps), s, _STRESS, q)
 
 
 @loop
@@ -186,7 +153,7 @@ def energy_gradient(first, last, points, cells, table, weights, scales, inverses
     """Energy (m,) of each cell and its derivative (m, 8, 3) with respect to the cell's own nodes."""
     s = _scratch(table, weights)
     for c in range(first, last):
-        _targets(inverses, c, s)
+        put_inverses(inverses, c, s, _INVERSE)
         _load(points, cells, c, inverses, s, _FRAME)
         _gradients(s, eps)
         factor = scales[c] if len(scales) > 1 else scales[0]
@@ -202,7 +169,7 @@ def second_product(first, last, points, variation, cells, table, weights, scales
     """Second derivative of each cell's energy, applied to a variation of the points."""
     s = _scratch(table, weights)
     for c in range(first, last):
-        _targets(inverses, c, s)
+        put_inverses(inverses, c, s, _INVERSE)
         _load(points, cells, c, inverses, s, _FRAME)
         _load(variation, cells, c, inverses, s, _VARIATION)
         _seconds(s, eps)
