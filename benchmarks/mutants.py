@@ -1,4 +1,4 @@
-"""Small faults put into the kernel, the certificate of validity and the line search: do the tests notice?
+"""Small faults in the kernel, the certificate of validity, multigrid and the line search: do the tests notice?
 
     python benchmarks/mutants.py              # all of them, as a table; some minutes
     python benchmarks/mutants.py --only validity
@@ -98,7 +98,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("for i in (2, 6, 8, 18, 20, 24, 26):", "for i in (2, 6, 8, 18, 20, 24):"),
             ("lower = min(lower, bound)", "lower = max(lower, bound)"),
             ("if not lower > 0.0:\n            found[0] = True", "if lower < 0.0:\n            found[0] = True"),
-            ("(points, cells, depth)[0] > 0", "(points, cells, depth)[1] > 0"),
+            ("(points, cells)[0] > 0", "(points, cells)[1] > 0"),
             ("cells = cells[among]", "cells = cells[among[:1]]"),
         ],
     ),

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from hexconformal import threads
 from hexconformal.assembly import Distortion
 from hexconformal.distortion import barrier_density, frame_density
-from hexconformal.elements import corner_rule, gauss_rule, shape_gradients
+from hexconformal.elements import RULES, shape_gradients
 from hexconformal.errors import OptionError
 from hexconformal.generate import box
 
@@ -47,7 +47,7 @@ def orders(value, derivative, steps=(2e-3, 1e-3)):
 def test_energies_against_numpy(mesh, rng, kind, eps, quadrature):
     points, cells = mesh
     scales, inverses = rng.uniform(0.5, 2, len(cells)), targets(kind, len(cells), rng)
-    xi, weights = gauss_rule() if quadrature == "gauss" else corner_rule()
+    xi, weights = RULES[quadrature]()
     j = np.einsum("qai,mak->mqki", shape_gradients(xi), points[cells])
     if inverses is not None:
         j = j @ inverses

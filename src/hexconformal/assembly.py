@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from . import kernels
-from .elements import corner_rule, edge_weights, gauss_rule, shape_gradients
+from .elements import RULES, edge_weights, shape_gradients
 from .errors import OptionError
 from .sparsity import corner_incidences, node_pattern, scalar_matrix
 from .threads import parallel_ranges
@@ -59,12 +59,12 @@ class Distortion:
     quadrature: str = "gauss"
 
     def __post_init__(self) -> None:
-        if self.quadrature not in ("gauss", "corners"):
+        if self.quadrature not in RULES:
             raise OptionError(f"quadrature is 'gauss' or 'corners', not {self.quadrature!r}")
 
     @cached_property
     def _rule(self) -> tuple[Field, Field, Field, Field]:
-        points, weights = gauss_rule() if self.quadrature == "gauss" else corner_rule()
+        points, weights = RULES[self.quadrature]()
         scales = np.ones(1) if self.scales is None else self.scales
         inverses = np.empty((0, 1, 3, 3)) if self.inverses is None else np.ascontiguousarray(self.inverses)
         return edge_weights(points), weights, scales, inverses
@@ -129,7 +129,7 @@ class Distortion:
         scales
             (m,) extra factor of each cell.
         """
-        points, weights = gauss_rule() if self.quadrature == "gauss" else corner_rule()
+        points, weights = RULES[self.quadrature]()
         inverses = np.eye(3)[None, None] if self.inverses is None else self.inverses
         matrices = np.zeros((len(inverses), 8, 8))
         for q, gradients in enumerate(shape_gradients(points)):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .compiled import strict_loop
 from .threads import parallel_ranges
-from .validity import bracket, contiguous, edge_vectors, expand
+from .validity import DEPTH, bracket, contiguous, edge_vectors, expand
 
 __all__ = ["MEASURES", "cell_measures", "corner_scaled_jacobian"]
 
@@ -15,7 +15,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MEASURES = ("scaled_jacobian", "minimum_jacobian", "shape", "conformal_distortion", "edge_ratio", "volume")
-_DEPTH = 8
 
 
 def cell_measures(points: Floats, cells: Ints) -> Floats:
@@ -107,7 +106,7 @@ def _parallelogram(edges, i, j):  # type: ignore[no-untyped-def]
 def _measure(first, last, points, cells, columns):  # type: ignore[no-untyped-def]
     """Fill the columns in the order of MEASURES."""
     edges, lengths, areas = np.empty((12, 3)), np.empty(12), np.empty((2, 2, 3, 3))
-    stack, levels = np.empty((3 * _DEPTH + 1, 27)), np.empty(3 * _DEPTH + 1, np.int64)
+    stack, levels = np.empty((3 * DEPTH + 1, 27)), np.empty(3 * DEPTH + 1, np.int64)
     for cell in range(first, last):
         edge_vectors(points, cells, cell, edges)
         _edge_lengths(edges, lengths)
@@ -133,7 +132,7 @@ def _measure(first, last, points, cells, columns):  # type: ignore[no-untyped-de
         for k in range(27):
             volume += stack[0, k] / 27.0
             largest = max(largest, abs(stack[0, k]))
-        lower, _ = bracket(stack, levels, rounding, _DEPTH)
+        lower, _ = bracket(stack, levels, rounding, DEPTH)
 
         columns[0, cell] = scaled
         columns[1, cell] = max(-1.0, lower / largest) if largest > 0.0 else 0.0

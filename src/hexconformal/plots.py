@@ -128,7 +128,7 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
 
 
 def _worst(mesh: Quality, count: int) -> canvas.View:
-    worst = np.argsort(mesh.scaled_jacobian, kind="stable")[:count]
+    worst = mesh.worst(count)
     shown = np.zeros(len(mesh.cells), dtype=bool)
     shown[worst] = True
 

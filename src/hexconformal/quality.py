@@ -118,7 +118,7 @@ class Quality:
         >>> summary.count, summary.invalid, summary.shape.min
         (8, 0, 1.0)
         """
-        order = np.argsort(self.scaled_jacobian, kind="stable")[: max(worst, 0)]
+        order = self.worst(worst)
         centres = self.points[self.cells[order]].mean(axis=1)
         return Summary(
             count=len(self.cells),
@@ -131,6 +131,10 @@ class Quality:
                 for i, (x, y, z) in zip(order, centres, strict=True)
             ),
         )
+
+    def worst(self, count: int) -> Ints:
+        """Ids (count,) of the cells of smallest scaled Jacobian, worst first."""
+        return np.argsort(self.scaled_jacobian, kind="stable")[: max(count, 0)]
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All measures by name, and `valid` as zeros and ones, to put them on a mesh."""

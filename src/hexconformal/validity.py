@@ -17,12 +17,13 @@ from .compiled import strict_loop
 from .elements import EDGES
 from .threads import parallel_ranges
 
-__all__ = ["all_valid", "bernstein_coefficients", "is_valid", "minimum_jacobian"]
+__all__ = ["DEPTH", "all_valid", "bernstein_coefficients", "contiguous", "is_valid", "minimum_jacobian"]
+__all__ += ["bracket", "edge_vectors", "expand"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_DEPTH = 8
+DEPTH = 8  # how often a cell may be halved in each direction
 # Bisections of one cell before it counts as undecided: only a det that touches zero comes near.
 _BUDGET = 4096
 # Rounding of a coefficient, relative to the product of the lengths along e1, e2, e3.
@@ -58,7 +59,7 @@ def bernstein_coefficients(x: Floats) -> Floats:
     return coefficients.reshape(*x.shape[:-2], 27)
 
 
-def minimum_jacobian(points: Floats, cells: Ints, depth: int = _DEPTH) -> tuple[Floats, Floats]:
+def minimum_jacobian(points: Floats, cells: Ints, depth: int = DEPTH) -> tuple[Floats, Floats]:
     """Bracket the minimum of det J over every cell.
 
     The bounds are as tight as the sign needs: cells are subdivided only while it is undecided.
@@ -89,7 +90,7 @@ def minimum_jacobian(points: Floats, cells: Ints, depth: int = _DEPTH) -> tuple[
     return lower, upper
 
 
-def is_valid(points: Floats, cells: Ints, depth: int = _DEPTH) -> NDArray[np.bool_]:
+def is_valid(points: Floats, cells: Ints) -> NDArray[np.bool_]:
     """Tell for every cell whether det J > 0 everywhere in it, certified.
 
     Cells that stay undecided (det J touches zero within rounding, or NaN) are not valid.
@@ -100,8 +101,6 @@ def is_valid(points: Floats, cells: Ints, depth: int = _DEPTH) -> NDArray[np.boo
         (n, 3) coordinates.
     cells
         (m, 8) nodes in VTK order.
-    depth
-        How often a cell may be halved in each direction.
 
     Returns
     -------
@@ -115,7 +114,7 @@ def is_valid(points: Floats, cells: Ints, depth: int = _DEPTH) -> NDArray[np.boo
     >>> is_valid(points, cells), is_valid(-points, cells)
     (array([ True]), array([False]))
     """
-    return minimum_jacobian(points, cells, depth)[0] > 0
+    return minimum_jacobian(points, cells)[0] > 0
 
 
 def all_valid(points: Floats, cells: Ints, among: Ints | None = None) -> bool:
@@ -139,7 +138,7 @@ def all_valid(points: Floats, cells: Ints, among: Ints | None = None) -> bool:
     if among is not None:
         cells = cells[among]
     found = np.zeros(1, dtype=np.bool_)
-    parallel_ranges(_find_invalid, len(cells), *contiguous(points, cells), _DEPTH, found)
+    parallel_ranges(_find_invalid, len(cells), *contiguous(points, cells), DEPTH, found)
     return not found[0]
 
 
