@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from .compiled import algebra, loop
 from .distortion import (
-    Frame,
     barrier_gradient,
     barrier_second,
     frame_frozen_second,
     frame_gradient,
     frame_second,
 )
-from .quaternion import Vector, add, combine, scale, subtract
+from .quaternion import Vector, add, combine, subtract
 from .scratch import frame, put, put_inverses
+from .small_matrices import product, transposed
 
 __all__ = ["FROZEN", "PLAIN", "energy_gradient", "gather", "second_product"]
 
@@ -39,16 +39,6 @@ def _scratch(table: Field, weights: Field) -> Field:
             s[_TABLE + e, q] = table[q, e]
             s[_WEIGHTED + e, q] = weights[q] * table[q, e]
     return s
-
-
-@algebra
-def _times(f: Frame, a: Vector, b: Vector, c: Vector) -> Frame:
-    """Columns f times the matrix with the columns a, b, c."""
-    return (
-        add(combine(a[0], f[0], a[1], f[1]), scale(a[2], f[2])),
-        add(combine(b[0], f[0], b[1], f[1]), scale(b[2], f[2])),
-        add(combine(c[0], f[0], c[1], f[1]), scale(c[2], f[2])),
-    )
 
 
 @algebra
@@ -82,9 +72,7 @@ def _load(field: Field, cells: Ints, c: int, inverses: Field, s: Field, row: int
         put((f0, f1, f2), s, row, q)
     if len(inverses) > 0:
         for q in range(8):
-            u, v, w = frame(s, _INVERSE, q)
-            f = frame(s, row, q)
-            put(_times(f, (u[0], v[0], w[0]), (u[1], v[1], w[1]), (u[2], v[2], w[2])), s, row, q)
+            put(product(transposed(frame(s, _INVERSE, q)), frame(s, row, q)), s, row, q)
 
 
 @algebra
@@ -92,8 +80,7 @@ def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field,
     """Transpose of :func:`_load`: forces of the eight corners from the stresses at the quadrature points."""
     if len(inverses) > 0:
         for q in range(8):
-            u, v, w = frame(s, _INVERSE, q)
-            put(_times(frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
+            put(product(frame(s, _INVERSE, q), frame(s, _STRESS, q)), s, _STRESS, q)
     for k in range(3):
         x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = 0.0
         # Eight as a number known in advance would be unrolled, not vectorised.
