@@ -21,7 +21,8 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "con
 def algebra(function: Function) -> Function:
     """Mark a function for use inside compiled loops; called from Python it stays as it is written.
 
-    Inlined always: a loop with a call left in it is not vectorised.
+    Inlined always: a loop with a call left in it is not vectorised. Numba compiles a loop anew when its own file
+    changes, not when such a function in another file does: then remove ``*.nb?`` from ``__pycache__``.
     """
     return register_jitable(forceinline=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
 
