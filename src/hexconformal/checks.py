@@ -164,7 +164,7 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         text = f"faces shared by more than two cells: {len(crowded)} (nodes {names}), of cells {first_ids(cells)}"
         found.append(_error("crowded faces", cells, text))
     sample = mesh.cells[:: max(len(mesh.cells) // _SAMPLE, 1)]
-    order, _ = best_order(mesh.points, sample)
+    order = best_order(mesh.points, sample)
     odd = faces.cells[(faces.turn != 1) & (faces.uses == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"

@@ -10,7 +10,7 @@ from numba import njit
 from numba.core import event
 from numba.extending import register_jitable
 
-__all__ = ["algebra", "loop"]
+__all__ = ["algebra", "loop", "strict_loop"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -21,14 +21,24 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "con
 def algebra(function: Function) -> Function:
     """Mark a function for use inside compiled loops; called from Python it stays as it is written.
 
-    Inlined always: a loop with a call left in it is not vectorised.
+    Inlined always: a loop with a call left in it is not vectorised. Numba compiles a loop anew when its own file
+    changes, not when such a function in another file does: then remove ``*.nb?`` from ``__pycache__``.
     """
     return register_jitable(forceinline=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
 
 
 def loop(function: Function) -> Function:
     """Compile a loop over a range, without the interpreter's lock and kept on disk for the next process."""
-    compiled = njit(nogil=True, cache=True, **_OPTIONS)(function)
+    return _compiled(function, **_OPTIONS)
+
+
+def strict_loop(function: Function) -> Function:
+    """The same, with every sum in the order in which it is written: what is proved of its rounding holds."""
+    return _compiled(function)
+
+
+def _compiled(function: Function, **options: Any) -> Function:
+    compiled: Any = njit(nogil=True, cache=True, **options)(function)
     _ANNOUNCEMENT.loops.add(compiled)
     return compiled  # type: ignore[no-any-return]
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
 
-from .quality import Summary, json_safe
+from .plain import Plain, json_safe
+from .quality import Summary
 
 __all__ = ["Report"]
 
 
 @dataclass(frozen=True)
-class Report:
+class Report(Plain):
     """What a run did: the mesh before and after, what moved, and why it stopped.
 
     Attributes
@@ -134,11 +134,7 @@ class Report:
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""
         derived = ("volume_change", "relative_displacement", "hausdorff_bound")
-        return {**json_safe(self), **json_safe({name: getattr(self, name) for name in derived})}
-
-    def to_json(self) -> str:
-        """The dictionary as indented JSON."""
-        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+        return {**super().to_dict(), **json_safe({name: getattr(self, name) for name in derived})}
 
 
 def _number(value: float) -> str:

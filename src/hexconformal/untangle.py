@@ -17,8 +17,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
+from .cell_measures import corner_scaled_jacobian
 from .elements import EDGES
-from .quality import corner_scaled_jacobian
 from .shaping import Emphasis, Shaping, newton_step, next_shift, rings
 from .topology import islands
 
