@@ -204,7 +204,8 @@ def test_a_boundary_layer_of_aspect_1000_keeps_its_sizes_unless_cubes_are_asked_
     result = hc.regularize(mesh, target=target)
     sizes = cell_volumes(result.points, cells) / cell_volumes(mesh[0], cells)
     assert result.report.after.invalid == 0
-    assert result.report.after.scaled_jacobian.min >= result.report.before.scaled_jacobian.min
+    # With the input's own targets nothing moves, to rounding.
+    assert result.report.after.scaled_jacobian.min >= result.report.before.scaled_jacobian.min - 1e-12
     assert (max(sizes.max(), 1.0 / sizes.min()) < 3.0) == kept
     told = "360 cells are stretched in the input and keep their proportions"
     assert any(told in note for note in result.report.notes) == (target == "auto")

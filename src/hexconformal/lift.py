@@ -1,7 +1,7 @@
 """Raise the worst cells: angles first, then a stiffening barrier that follows the worst corner.
 
 The scaled Jacobian of a corner depends on its angles alone, so the distortion of the unit columns is what
-counts, with a little of the whole distortion to keep edge lengths in order. phi(e) = e / (1 - t e) with t just
+counts, with a part of the whole distortion to keep edge lengths in order. phi(e) = e / (1 - t e) with t just
 below one over the worst density forbids any corner to get worse and pushes hardest where it is needed
 (quasi-isometric stiffening, Garanzha et al. 2021). Equation (12) of docs/mathematics.md.
 """
@@ -23,7 +23,7 @@ __all__ = ["lift", "lift_patches"]
 Field = NDArray[np.float64]
 Step = tuple[str, Field, float]
 
-_SHAPE = 0.05  # share of the whole distortion beside the angles
+_SHAPE = 0.2  # share of the whole distortion beside the angles: less makes thin cells for little better angles
 _STIFF = 0.95  # stiffness times the worst density
 _ANGLE_STEPS, _STIFF_STEPS = 10, 3  # more of them cost more and win nothing that the patches do not
 _PATCH_STEPS, _PATCH_PASSES, _PATCH_ROUNDS = 4, 3, 40

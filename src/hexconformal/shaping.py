@@ -29,7 +29,7 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-SIZE = 4.0  # weight of the sizes of cells beside their angles, or their whole distortion
+SIZE = 6.0  # weight of the sizes of cells beside their angles, or their whole distortion
 _ARMIJO = 1e-4
 _HALVINGS = 25
 _SOLVE, _SOLVE_ITERATIONS = 0.1, 50  # tolerance and limit of the truncated solves
