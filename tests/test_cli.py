@@ -1,6 +1,7 @@
 """The command line, as a user meets it: what it writes, what it says, and how it ends."""
 
 import csv
+import errno
 import io
 import json
 import os
@@ -436,6 +437,23 @@ def test_compiling_is_announced_once(monkeypatch, tmp_path, caplog, quiet):
             compiled.loop(slowly_compiled)(3)
             compiled.loop(slowly_compiled)(3.0)
     assert [record.name for record in caplog.records] == ["hexconformal"] * (not quiet)
+
+
+def test_without_a_folder_to_keep_it_in_the_code_is_compiled_at_every_run(monkeypatch, caplog):
+    monkeypatch.setattr(compiled.FunctionCache._impl_class, "_locator_classes", [])
+    monkeypatch.setattr(compiled._ANNOUNCEMENT, "_said", False)
+    monkeypatch.setattr(compiled._ANNOUNCEMENT, "kept", True)
+    assert compiled.loop(slowly_compiled)(3) == compiled.exact_loop(slowly_compiled)(3) == 3.0
+    assert ["NUMBA_CACHE_DIR" in record.message for record in caplog.records] == [True]
+
+
+def test_a_full_disk_does_not_stop_what_is_compiled(monkeypatch, tmp_path):
+    def full(*words):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
+    assert compiled.loop(slowly_compiled)(4) == 6.0
 
 
 def slowly_compiled(count):

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, TypeVar
 
 from numba import njit
 from numba.core import event
+from numba.core.caching import FunctionCache
 from numba.extending import register_jitable
 
-__all__ = ["algebra", "loop"]
+__all__ = ["algebra", "exact_loop", "loop"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -28,9 +30,29 @@ def algebra(function: Function) -> Function:
 
 def loop(function: Function) -> Function:
     """Compile a loop over a range, without the interpreter's lock and kept on disk for the next process."""
-    compiled = njit(nogil=True, cache=True, **_OPTIONS)(function)
+    return _kept(njit(nogil=True, **_OPTIONS)(function))
+
+
+def exact_loop(function: Function) -> Function:
+    """The same with every sum in the order in which it is written, as proofs need it."""
+    return _kept(njit(nogil=True)(function))
+
+
+def _kept(compiled: Any) -> Any:
+    try:
+        compiled._cache = _Cache(compiled.py_func)
+    except RuntimeError:  # neither the package's folder nor the user's can be written to
+        _ANNOUNCEMENT.kept = False
     _ANNOUNCEMENT.loops.add(compiled)
-    return compiled  # type: ignore[no-any-return]
+    return compiled
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Numba's, but that a full disk costs the next process its time, and not this one its run."""
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(OSError):
+            super().save_overload(sig, data)
 
 
 class _Announcement(event.Listener):  # type: ignore[misc]
@@ -38,6 +60,7 @@ class _Announcement(event.Listener):  # type: ignore[misc]
 
     def __init__(self) -> None:
         self.loops: set[Any] = set()
+        self.kept = True
         self._said = False
 
     def on_start(self, event: Any) -> None:
@@ -46,6 +69,9 @@ class _Announcement(event.Listener):  # type: ignore[misc]
             self._said = True
             logging.getLogger("hexconformal").warning(
                 "hexconformal: compiling, at the first run only; this takes some twenty seconds"
+                if self.kept
+                else "hexconformal: compiling, which takes some twenty seconds at every run, as there is no folder to "
+                "keep the result in: set NUMBA_CACHE_DIR to one that can be written to"
             )
 
     def on_end(self, event: Any) -> None:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from .compiled import exact_loop
 from .io import as_hex_mesh
 from .threads import parallel_ranges
 from .validity import bracket, edge_vectors, expand
@@ -267,18 +267,18 @@ def statistics(values: Floats) -> Statistics:
     )
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _edge_lengths(edges, lengths):  # type: ignore[no-untyped-def]
     for k in range(12):
         lengths[k] = np.sqrt(edges[k, 0] ** 2 + edges[k, 1] ** 2 + edges[k, 2] ** 2)
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _scaled(det, product):  # type: ignore[no-untyped-def]
     return max(-1.0, min(1.0, det / product)) if product > 0.0 else 0.0
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _corner_range(first, last, points, cells, smallest):  # type: ignore[no-untyped-def]
     edges, lengths = np.empty((12, 3)), np.empty(12)
     for cell in range(first, last):
@@ -298,7 +298,7 @@ def _corner_range(first, last, points, cells, smallest):  # type: ignore[no-unty
         smallest[cell] = worst
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _parallelogram(edges, i, j):  # type: ignore[no-untyped-def]
     x = edges[i, 1] * edges[j, 2] - edges[i, 2] * edges[j, 1]
     y = edges[i, 2] * edges[j, 0] - edges[i, 0] * edges[j, 2]
@@ -306,7 +306,7 @@ def _parallelogram(edges, i, j):  # type: ignore[no-untyped-def]
     return np.sqrt(x * x + y * y + z * z)
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _measure(first, last, points, cells, columns):  # type: ignore[no-untyped-def]
     """Fill the columns in the order of MEASURES."""
     edges, lengths, areas = np.empty((12, 3)), np.empty(12), np.empty((2, 2, 3, 3))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from .compiled import algebra, exact_loop
 from .elements import FACES
 
 __all__ = ["FaceTable", "boundary_quads", "components", "face_table", "islands"]
@@ -170,7 +170,7 @@ def _quads(cells: NDArray[np.int64], faces: NDArray[np.int64]) -> NDArray[np.int
     return np.take(cells.reshape(-1), places)
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _first_equal(cells, faces, heads, following, first):  # type: ignore[no-untyped-def]
     # heads and following chain, for every node, the different faces of which it is the smallest.
     for face in range(len(first)):
@@ -186,7 +186,7 @@ def _first_equal(cells, faces, heads, following, first):  # type: ignore[no-unty
             heads[a] = face
 
 
-@njit(nogil=True, cache=True, inline="always")
+@algebra
 def _sorted_nodes(cells, faces, face):  # type: ignore[no-untyped-def]
     cell, local = divmod(face, 6)
     a, b = cells[cell, faces[local, 0]], cells[cell, faces[local, 1]]

@@ -11,9 +11,9 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from .compiled import exact_loop
 from .elements import EDGES
 from .threads import parallel_ranges
 
@@ -148,7 +148,7 @@ def _plain(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
     return np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(cells, dtype=np.int64)
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def edge_vectors(points, cells, c, edges):  # type: ignore[no-untyped-def]
     """Edges of cell c: along e1 at [y + 2 z], along e2 at [4 + x + 2 z], along e3 at [8 + x + 2 y]."""
     for k in range(12):
@@ -158,7 +158,7 @@ def edge_vectors(points, cells, c, edges):  # type: ignore[no-untyped-def]
             edges[k, i] = points[b, i] - points[a, i]
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def expand(edges, areas, coefficients):  # type: ignore[no-untyped-def]
     """Fill the 27 coefficients from the edges, and return how far rounding may have moved them."""
     scale = 1.0
@@ -196,7 +196,7 @@ def expand(edges, areas, coefficients):  # type: ignore[no-untyped-def]
     return _ROUNDING * scale
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _bisect(parent, left, right, stride):  # type: ignore[no-untyped-def]
     """Halve a block of coefficients along one axis (stride 1, 3 or 9); left may be the parent."""
     for i in range(27):
@@ -208,7 +208,7 @@ def _bisect(parent, left, right, stride):  # type: ignore[no-untyped-def]
             right[i], right[i + stride], right[i + 2 * stride] = middle, qr, r
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _bounds(block):  # type: ignore[no-untyped-def]
     """Smallest coefficient, and smallest of the eight at the corners, which are values of det J."""
     lower, upper = block[0], block[0]
@@ -219,7 +219,7 @@ def _bounds(block):  # type: ignore[no-untyped-def]
     return lower, upper
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def bracket(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
     """(lower, upper) of the polynomial whose coefficients are stack[0]; bisects while undecided."""
     first, upper = _bounds(stack[0])
@@ -251,7 +251,7 @@ def bracket(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
     return first, upper
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ignore[no-untyped-def]
     edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
@@ -261,7 +261,7 @@ def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ig
         lower[c], upper[c] = bracket(stack, levels, rounding, depth)
 
 
-@njit(nogil=True, cache=True)
+@exact_loop
 def _find_invalid(first, last, points, cells, depth, found):  # type: ignore[no-untyped-def]
     edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
