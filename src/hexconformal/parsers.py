@@ -1,13 +1,10 @@
-"""The readers and writers of meshio and VTK, kept from printing, exiting, guessing and losing quietly."""
+"""The readers and writers of meshio, kept from printing, exiting, guessing and losing quietly."""
 
 from __future__ import annotations
 
-import contextlib
 import importlib
-import io
 import re
-import warnings
-from collections.abc import Iterator
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +16,9 @@ from .convert import to_meshio
 from .errors import ReadError, WriteError
 from .mesh import HexMesh
 from .selection import SourceFile
-from .sound_files import require_announced, require_cells, require_survival, require_whole
+from .silence import quiet
 
-__all__ = ["read_meshio", "read_vtk", "write_meshio", "write_vtk"]
+__all__ = ["read_meshio", "write_meshio"]
 
 # What each of meshio's formats keeps: number of point arrays and cell arrays, field data, point sets, cell sets.
 _KEEPS = {
@@ -49,6 +46,7 @@ _NAMESAKES = {
     "abaqus": (rb"(#.*\s+)*\d+([ \t]+\d+){4}\s*\n", "this is an AVS UCD file: give it the extension .avs"),
     "gmsh": (rb"\$NOD", "this is a Gmsh 1 file: let Gmsh save it again, in version 2.2 or 4.1"),
 }
+_IN_HDF5, _HDF5_HEAD = ("exodus", "med", "xdmf"), 100_000
 _MEDIT_TYPES = ("line", "triangle", "quad", "tetra", "wedge", "pyramid", "hexahedron")
 _LABELS = {"medit": "medit:ref"}
 # meshio writes the last Abaqus name it knows for a type: a hybrid brick, an axisymmetric pore pressure quadrilateral.
@@ -57,7 +55,7 @@ _ABAQUS = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10M
 
 def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
     """Read a file with meshio's parser of that name: the meshio.Mesh, its file, and the parser's warnings."""
-    with _quiet() as said:
+    with quiet() as said:
         from unittest import mock
 
         import meshio
@@ -115,12 +113,14 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
         out.field_data.pop("med:nom", None)
     if name == "exodus":
         out.cells = exodus.from_vtk(out.cells)
+    if name in _IN_HDF5:
+        _require_room(target, out)
     options: dict[str, Any] = {}
     form = name
     if name == "gmsh":
         form, options, more = _gmsh_options(out, file)
         lost += more
-    with _quiet():
+    with quiet():
         import meshio
 
         meshio.write(target, out, file_format=form, **options)
@@ -132,39 +132,14 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
     return lost
 
 
-def read_vtk(path: Path) -> tuple[Any, SourceFile]:
-    """Read a VTK file; what VTK only warns of is an error here."""
-    import pyvista as pv
-
-    if path.suffix.lower() == ".vtk":
-        require_whole(path)
-        require_survival(path)
-    elif path.suffix.lower().startswith((".vt", ".pvt")):
-        require_announced(path)
-    with _quiet(), _vtk_messages() as messages:
-        try:
-            grid = pv.read(path)
-        except (ImportError, MemoryError):
-            raise
-        except (Exception, SystemExit) as problem:
-            raise ReadError(f"not a sound VTK file ({problem})") from problem
-    bad = [text for text in messages if "error" in text.lower()]
-    if bad:
-        raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
-    if isinstance(grid, pv.DataSet):
-        if grid.n_points == 0 or grid.n_cells == 0:
-            raise ReadError("the file holds no mesh, or only the beginning of one")
-        require_cells(grid)
-    return grid, SourceFile(path)
-
-
-def write_vtk(target: Path, grid: Any) -> None:
-    """Write a pyvista dataset in the format of the target's extension."""
-    with _quiet(), _vtk_messages() as messages:
-        grid.save(target)
-    bad = [text for text in messages if "error" in text.lower()]
-    if bad:
-        raise WriteError(bad[0].splitlines()[0])
+def _require_room(target: Path, out: Any) -> None:
+    # HDF5 may crash where a disk is full, or lose what it has not written yet.
+    arrays = [out.points, *(block.data for block in out.cells), *out.point_data.values()]
+    arrays += [part for parts in out.cell_data.values() for part in parts]
+    needed = sum(np.asarray(array).nbytes for array in arrays) + _HDF5_HEAD
+    free = shutil.disk_usage(target.parent).free
+    if free < needed:
+        raise WriteError(f"the disk is full: some {needed / 1e6:.1f} MB are needed, {free / 1e6:.1f} MB are free")
 
 
 def _head(path: Path) -> bytes:
@@ -301,32 +276,3 @@ def _plain(array: Any, name: str) -> Any:
     if array.dtype.kind not in "iuf":
         return None
     return None if name == "gmsh" and array.ndim == 2 and array.shape[1] not in (1, 3, 9) else array
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[io.StringIO]:
-    """Keep parsers from printing, and return what they say."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield said
-
-
-@contextlib.contextmanager
-def _vtk_messages() -> Iterator[list[str]]:
-    """Collect what VTK would print."""
-    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-
-    messages: list[str] = []
-    window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    vtkOutputWindow.SetInstance(window)
-    try:
-        yield messages
-    finally:
-        said: str | bytes = window.GetOutput()
-        text = said if isinstance(said, str) else said.decode("utf-8", "replace")
-        messages += [line for line in text.splitlines() if line.strip()]
-        vtkOutputWindow.SetInstance(before)
-        vtkLogger.SetStderrVerbosity(vtkLogger.ConvertToVerbosity(verbosity))
