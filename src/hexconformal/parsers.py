@@ -15,6 +15,7 @@ from .abaqus import read_deck, replaced_nodes
 from .convert import to_meshio
 from .errors import ReadError, WriteError
 from .mesh import HexMesh
+from .nastran import in_a_field, read_bulk
 from .selection import SourceFile
 from .silence import quiet
 
@@ -79,7 +80,7 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
                 if name == "abaqus":
                     mesh, deck, notes = read_deck(path)
                     return mesh, SourceFile(path, deck=deck), notes
-                mesh = reader_map[name](str(path))
+                mesh = read_bulk(path) if name == "nastran" else reader_map[name](str(path))
         except (ImportError, MemoryError, ReadError):
             raise
         except (Exception, SystemExit) as problem:
@@ -121,9 +122,12 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
         form, options, more = _gmsh_options(out, file)
         lost += more
     with quiet():
+        from unittest import mock
+
         import meshio
 
-        meshio.write(target, out, file_format=form, **options)
+        with mock.patch("meshio.nastran._nastran._float_to_nastran_string", in_a_field):
+            meshio.write(target, out, file_format=form, **options)
     if name == "abaqus":
         text = target.read_text()
         target.write_text(re.sub(r"(?<=TYPE=)\w+", lambda match: _ABAQUS.get(match[0], match[0]), text))
