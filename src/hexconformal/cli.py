@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     []
     >>> main(["check", "box.vtu"])
     box.vtu: 8 hexahedra, 27 points, 0 inverted, 0 invalid
-    sound
+    can be worked on
     0
     """
     try:
