@@ -359,6 +359,8 @@ def test_check_reports_points_that_are_not_finite(here, capsys):
     hc.write("nan.vtu", mesh.replaced(points=points))
     assert run("check nan.vtu") == 1
     assert "NaN or infinite coordinates: 1 (ids 7)" in capsys.readouterr().out
+    assert run("quality nan.vtu") == 1
+    assert "nan.vtu: points with NaN or infinite coordinates: 1 (ids 7)" in capsys.readouterr().err
 
 
 def test_demo_leaves_all_it_speaks_of(here, capsys):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -54,7 +54,7 @@ class WorstCell:
     centre: tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """The quality of a mesh in a few numbers.
 
@@ -97,13 +97,15 @@ class Summary:
             lines.append(f"{name.replace('_', ' '):22s}" + "".join(f"{value:11.4g}" for value in row))
         return "\n".join(lines)
 
+    __repr__ = __str__
+
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""
         plain: dict[str, Any] = json_safe(self)
         return plain
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Quality:
     """Measures of every cell, each an (m,) array.
 
@@ -137,8 +139,12 @@ class Quality:
     edge_ratio: Floats
     volume: Floats
     valid: NDArray[np.bool_]
-    points: Floats = field(repr=False)
-    cells: Ints = field(repr=False)
+    points: Floats
+    cells: Ints
+
+    def __repr__(self) -> str:
+        inverted, invalid = int((self.scaled_jacobian <= 0).sum()), int((~self.valid).sum())
+        return f"Quality({len(self.valid)} cells, {inverted} inverted, {invalid} invalid)"
 
     def summary(self, worst: int = 5) -> Summary:
         """Reduce to a few numbers.

@@ -12,7 +12,7 @@ from .quality import Summary, json_safe
 __all__ = ["Report"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """What a run did: the mesh before and after, what moved, and why it stopped.
 
@@ -130,6 +130,8 @@ class Report:
             low, high = self.size_ratios
             lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")
         return lines
+
+    __repr__ = __str__
 
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""

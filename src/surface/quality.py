@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ class WorstCell:
     centre: tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """The quality of a surface in a few numbers.
 
@@ -86,13 +86,15 @@ class Summary:
             lines.append(f"{name.replace('_', ' '):22s}" + "".join(f"{value:11.4g}" for value in row))
         return "\n".join(lines)
 
+    __repr__ = __str__
+
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""
         plain: dict[str, Any] = json_safe(self)
         return plain
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Quality:
     """Measures of every cell, each an (m,) array: triangles first, then quadrilaterals.
 
@@ -127,7 +129,10 @@ class Quality:
     dilatation: Floats
     conformal_distortion: Floats
     area: Floats
-    mesh: SurfaceMesh = field(repr=False)
+    mesh: SurfaceMesh
+
+    def __repr__(self) -> str:
+        return f"Quality({len(self.area)} cells, smallest angle {self.min_angle.min():.4g})"
 
     def summary(self, worst: int = 0) -> Summary:
         """Reduce to a few numbers.

@@ -13,7 +13,7 @@ from .quality import Summary
 __all__ = ["Report"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """The surface before and after, how well its shape was kept, and why the run stopped.
 
@@ -73,6 +73,8 @@ class Report:
             f"{self.turned} cells turned over"
         )
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    __repr__ = __str__
 
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""

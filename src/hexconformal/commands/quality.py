@@ -9,7 +9,7 @@ from typing import Any
 import surface
 from surface.commands.kind import SURFACES
 
-from ..errors import MeshError, OptionError, ReadError
+from ..errors import MeshError, OptionError, ReadError, odd_points
 from ..files import check_writable, write_text
 from ..io import READ_EXTENSIONS
 from ..progress import Progress
@@ -54,6 +54,9 @@ def _quality(arguments: Namespace) -> int:
     with Progress() as progress:
         progress.say(f"measuring {arguments.input}")
         kind, mesh = _any_mesh(arguments)
+        odd, text = odd_points(mesh.points)
+        if len(odd):
+            raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:
             check_writable(arguments.output, kind.extensions)
         measured = kind.measure(mesh)
