@@ -18,6 +18,7 @@ import pyvista as pv
 from numba import njit
 
 import hexconformal as hc
+import surface
 from hexconformal import compiled, generate
 from hexconformal.cli import main
 from hexconformal.commands.kind import VOLUMES
@@ -350,6 +351,26 @@ def test_orient_turns_mirrored_cells_round(here, capsys):
     assert run("orient sound.vtu again.vtu") == 0
     assert "nothing to do" in capsys.readouterr().out
     assert run("check again.vtu") == 0
+
+
+def test_check_tells_of_surfaces_too(here, capsys):
+    points, faces = pv.Icosphere(nsub=1).points, pv.Icosphere(nsub=1).regular_faces
+    surface.write("sound.ply", (points, faces))
+    surface.write("spare.ply", (np.vstack([points, [[3.0, 0, 0]]]), faces))
+    surface.write("twice.ply", (points, np.vstack([faces, faces[:1]])))
+    surface.write("sound.vtu", (points, faces))
+    assert [run(f"check {name}") for name in ("sound.ply", "spare.ply", "twice.ply", "sound.vtu")] == [0, 0, 1, 0]
+    told = capsys.readouterr().out.splitlines()
+    assert told[:2] == ["sound.ply: 80 triangles, 0 quadrilaterals, 42 points", "can be worked on"]
+    assert told[3:5] == ["warning: points in no cell (kept): 1 (ids 42)", "can be worked on"]
+    assert told[6].startswith("error: cells with the same nodes as an earlier one: 1 (ids 80)")
+    assert told[8] == "can be worked on"
+
+
+def test_a_file_in_the_place_of_a_folder(here, capsys):
+    surface.write("ball.ply", pv.Icosphere(nsub=1))
+    assert run("flow ball.ply part.vtu --steps 1") == 1
+    assert capsys.readouterr().err == "error: cannot make the folder part.vtu: it is a file\n"
 
 
 def test_check_reports_points_that_are_not_finite(here, capsys):
