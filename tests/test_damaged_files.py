@@ -163,3 +163,11 @@ def test_what_vtk_says_in_another_encoding_is_read(grid, tmp_path):
     damage(path, rb"CELL_TYPES 2", b"CELL_T\xff\xfeES 2")
     with pytest.raises(hc.MeshError, match=r"a\.vtk"):
         hc.read(path)
+
+
+@pytest.mark.parametrize("text", ["$ only\n$ comments\n", "BEGIN BULK\n", "BEGIN BULK\n$\n", "\n"])
+def test_nastran_without_bulk_data_is_refused(text, tmp_path):
+    """meshio's reader looked for its beginning for ever."""
+    (tmp_path / "a.nas").write_text(text)
+    with pytest.raises(hc.ReadError, match="no bulk data"):
+        hc.read(tmp_path / "a.nas")

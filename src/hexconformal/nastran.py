@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from .errors import ReadError
+
 __all__ = ["in_a_field", "read_bulk"]
 
 
@@ -17,7 +19,9 @@ def read_bulk(path: Path) -> Any:
     from meshio.nastran._nastran import read_buffer
 
     *_, bulk = re.split(r"(?im)^\s*BEGIN +BULK\b.*$", path.read_text(encoding="utf-8", errors="replace"), maxsplit=1)
-    return read_buffer(io.StringIO(f"BEGIN BULK\n{bulk}"))
+    if not re.search(r"(?m)^(?!\$|//|#).{3}", bulk):
+        raise ReadError("there is no bulk data in it")  # which meshio would look for for ever
+    return read_buffer(io.StringIO(f"BEGIN BULK\n{bulk}\n"))
 
 
 def in_a_field(value: float) -> str:
