@@ -22,7 +22,7 @@ ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity",
     "meshes and files": "errors version files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
-    " silence vtk_files sound_files abaqus exodus nastran io",
+    " silence vtk_files sound_files abaqus conventions nastran io",
     "what is measured": "generate.bricks generate.o_grids generate.jitter quality orient checks limits winding",
     "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",

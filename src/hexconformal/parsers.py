@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from . import exodus
 from .abaqus import read_deck, replaced_nodes
+from .conventions import EXODUS_NAMES, from_vtk, med_families, to_vtk, write_med_families
 from .convert import to_meshio
 from .errors import ReadError, WriteError
 from .mesh import HexMesh
@@ -75,8 +75,11 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             raise ReadError("not a sound ply file (its header has no end)")
         try:
             # meshio.read() would try several parsers, print their complaints, and exit.
-            gmsh = mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data)
-            with gmsh, mock.patch.dict("meshio.exodus._exodus.exodus_to_meshio_type", exodus.NAMES):
+            with (
+                mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data),
+                mock.patch.dict("meshio.exodus._exodus.exodus_to_meshio_type", EXODUS_NAMES),
+                mock.patch("meshio.med._med._read_families", med_families),
+            ):
                 if name == "abaqus":
                     mesh, deck, notes = read_deck(path)
                     return mesh, SourceFile(path, deck=deck), notes
@@ -91,8 +94,7 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             raise ReadError(f"not a sound {known} file ({reason})") from problem
     if not isinstance(mesh, meshio.Mesh) or len(mesh.points) == 0 or not sum(len(block.data) for block in mesh.cells):
         raise ReadError(f"the {name} file holds no mesh, or only the beginning of one")
-    if name == "exodus":
-        mesh.cells = exodus.to_vtk(mesh.cells)
+    mesh.cells = to_vtk(mesh.cells, name)
     return mesh, file, [line for line in said.getvalue().splitlines() if line.strip()]
 
 
@@ -112,8 +114,7 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
     if len(out.field_data.get("med:nom", ())) != len({*out.point_data, *out.cell_data} - {"point_tags", "cell_tags"}):
         # Names of components are told by position, which holds only as long as no array is added.
         out.field_data.pop("med:nom", None)
-    if name == "exodus":
-        out.cells = exodus.from_vtk(out.cells)
+    out.cells = from_vtk(out.cells, name)
     if name in _IN_HDF5:
         _require_room(target, out)
     options: dict[str, Any] = {}
@@ -126,7 +127,10 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
 
         import meshio
 
-        with mock.patch("meshio.nastran._nastran._float_to_nastran_string", in_a_field):
+        with (
+            mock.patch("meshio.nastran._nastran._float_to_nastran_string", in_a_field),
+            mock.patch("meshio.med._med._write_families", write_med_families),
+        ):
             meshio.write(target, out, file_format=form, **options)
     if name == "abaqus":
         text = target.read_text()
