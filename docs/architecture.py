@@ -20,11 +20,12 @@ SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
 # Title, and modules. Names within hexconformal; those of surface begin with a dot.
 ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
-    "cells": "elements topology sizes size_kernel threads sparsity validity",
-    "meshes and files": "errors version files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
-    " silence vtk_files sound_files abaqus conventions nastran io",
-    "what is measured": "generate.bricks generate.o_grids generate.jitter quality orient checks limits winding",
-    "the energies of hexahedra": "kernels corner_kernels assembly block_matrix shaping target",
+    "cells": "elements topology sizes size_kernel threads sparsity validity cell_measures",
+    "meshes and files": "errors version plain files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
+    " format_limits silence vtk_files sound_files abaqus conventions nastran io",
+    "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
+    " winding",
+    "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",
     "what is asked and told": "asked options report",

@@ -16,15 +16,16 @@ import numpy as np
 import pytest
 import pyvista as pv
 from numba import njit
+from program import error_line, interrupted, run
 
 import hexconformal as hc
 import surface
 from hexconformal import compiled, generate
+from hexconformal.canvas import require_rendering
 from hexconformal.cli import main
 from hexconformal.commands.kind import VOLUMES
 from hexconformal.commands.regularize import Volume
 from hexconformal.options import CHOICES, Record
-from hexconformal.plots import require_rendering
 from hexconformal.progress import Progress
 from hexconformal.topology import boundary_quads
 from hexconformal.validity import is_valid
@@ -40,21 +41,10 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(words):
-    return main(words.split())
-
-
 def run_program(*words, **options):
     return subprocess.run(
         [sys.executable, "-m", "hexconformal", *words], capture_output=True, text=True, timeout=120, **options
     )
-
-
-def error_line(capsys):
-    said = capsys.readouterr()
-    assert said.err.count("\n") == 1
-    assert "Traceback" not in said.err
-    return said.err
 
 
 def test_regularize_writes_everything_that_is_asked_for(here, capsys):
@@ -412,23 +402,8 @@ def test_version_and_module_entry():
 def test_interruption_leaves_the_last_valid_mesh(tmp_path, number):
     points, cells = generate.twisted_cube(24, degrees=150)
     hc.write(tmp_path / "part.vtu", hc.HexMesh(points, cells))
-    words = "-m hexconformal regularize part.vtu better.vtu --boundary fixed --tolerance 0 --max-iterations 100000"
-    words += " --energy quaternionic --method majorize --history run.csv --report report.json"
-    program = subprocess.Popen(
-        [sys.executable, *words.split()], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    history = tmp_path / "run.csv"
-    deadline = time.monotonic() + 100
-    while time.monotonic() < deadline and program.poll() is None:
-        if history.exists() and history.read_text().count("\n") > 3:
-            break
-        time.sleep(0.02)
-    program.send_signal(number)
-    _, said = program.communicate(timeout=60)
-    assert program.returncode == 130, said
-    report = json.loads((tmp_path / "report.json").read_text())
-    assert said.splitlines()[-1] == f"interrupted: the mesh of iteration {report['iterations']} is in better.vtu"
-    assert report["reason"] == "interrupted"
+    words = "regularize part.vtu better.vtu --boundary fixed --tolerance 0 --max-iterations 100000"
+    interrupted(tmp_path, f"{words} --energy quaternionic --method majorize", number, lines=4)
     better = hc.read(tmp_path / "better.vtu")
     assert is_valid(better.points, better.cells).all()
     assert np.abs(better.points - points).max() > 0
@@ -466,7 +441,7 @@ def test_without_a_folder_to_keep_it_in_the_code_is_compiled_at_every_run(monkey
     monkeypatch.setattr(compiled.FunctionCache._impl_class, "_locator_classes", [])
     monkeypatch.setattr(compiled._ANNOUNCEMENT, "_said", False)
     monkeypatch.setattr(compiled._ANNOUNCEMENT, "kept", True)
-    assert compiled.loop(slowly_compiled)(3) == compiled.exact_loop(slowly_compiled)(3) == 3.0
+    assert compiled.loop(slowly_compiled)(3) == compiled.strict_loop(slowly_compiled)(3) == 3.0
     assert ["NUMBA_CACHE_DIR" in record.message for record in caplog.records] == [True]
 
 

@@ -62,7 +62,6 @@ def products():
         yield energy.second_product(points, field)
         if eps is None:
             yield energy.frozen_product(points, field)
-            yield energy.frozen_hessian(points) @ field
 
 
 def shaped():

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hexconformal import MeshError, OptionError
+from hexconformal.cell_measures import corner_scaled_jacobian
 from hexconformal.generate import box, cylinder
 from hexconformal.motion import MeshMotion
-from hexconformal.quality import corner_scaled_jacobian
 from hexconformal.validity import is_valid
 
 

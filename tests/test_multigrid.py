@@ -2,20 +2,49 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from hexconformal import generate
 from hexconformal.assembly import Distortion
 from hexconformal.multigrid import Multigrid
 from hexconformal.solver import conjugate_gradients, inner
+from hexconformal.target import inverse_targets
 from hexconformal.topology import boundary_quads
+
+
+def inside(points, cells):
+    """Which nodes are not on the boundary."""
+    free = np.ones(len(points), dtype=bool)
+    free[boundary_quads(cells)[0]] = False
+    return free
 
 
 def laplace(n):
     points, cells = generate.box((n, n, n))
-    matrix = Distortion(cells, len(points)).laplacian()
-    free = np.ones(len(points), dtype=bool)
-    free[boundary_quads(cells)[0]] = False
-    return matrix, free
+    return Distortion(cells, len(points)).laplacian(), inside(points, cells)
+
+
+def layered(shape, aspect):
+    """Thin cells, each its own target, stiff as the metric of a minimization is."""
+    points, cells = generate.boundary_layer(shape, aspect)
+    inverses = inverse_targets("input", points, cells, "corners")
+    volumes = np.linalg.det(inverses[:, 0]) ** -1
+    distortion = Distortion(cells, len(points), inverses=inverses, quadrature="corners")
+    return distortion.laplacian(volumes ** (-2.0 / 3.0)), inside(points, cells)
+
+
+def iterations(matrix, free, cycle):
+    """Steps of conjugate gradients to the solution, by 1e8 nearer in the norm of the cycle."""
+    solution = np.random.default_rng(0).normal(size=(len(free), 3)) * free[:, None]
+    products = []
+
+    def product(x):
+        products.append(1)
+        return (matrix @ x) * free[:, None]
+
+    error = conjugate_gradients(product, cycle, product(solution), 1e-8) - solution
+    assert inner(error, product(error)) < 1e-14 * inner(solution, product(solution))
+    return len(products) - 2
 
 
 def test_the_cycle_is_symmetric_positive_definite_and_leaves_constrained_rows_alone():
@@ -27,22 +56,45 @@ def test_the_cycle_is_symmetric_positive_definite_and_leaves_constrained_rows_al
     assert not cycle(a)[~free].any()
 
 
+def test_a_cycle_reduces_every_error():
+    """The eigenvalues of cycle and matrix lie in (0, 1]: one less the smallest is the factor of convergence."""
+    points, cells = generate.box((9, 9, 9))
+    free = inside(points, cells)
+    distortion = Distortion(cells, len(points))
+    nodes = np.flatnonzero(free)
+    for contrast in (0.0, 6.0):  # powers of ten between the stiffnesses of neighbouring cells
+        scales = 10.0 ** (contrast * np.random.default_rng(1).uniform(size=len(cells)))
+        matrix = distortion.laplacian(scales)
+        cycle = Multigrid(matrix, free)
+        columns = np.zeros((len(nodes), len(points), 3))
+        columns[np.arange(len(nodes)), nodes] = 1.0
+        product = np.stack([cycle(column)[nodes, 0] for column in columns], axis=1) @ matrix[nodes][:, nodes].toarray()
+        values = np.linalg.eigvals(product)
+        assert np.abs(values.imag).max() < 1e-6
+        assert values.real.max() < 1 + 1e-5  # single precision
+        assert values.real.min() > 0.3
+
+
 def test_iterations_do_not_grow_with_the_mesh():
-    counts = []
-    for n in (8, 16, 32):
-        matrix, free = laplace(n)
-        rhs = np.random.default_rng(0).normal(size=(len(free), 3)) * free[:, None]
-        products = []
-
-        def product(x, matrix=matrix, free=free, products=products):
-            products.append(1)
-            return (matrix @ x) * free[:, None]
-
-        x = conjugate_gradients(product, Multigrid(matrix, free), rhs, 1e-8)
-        assert np.abs(matrix @ x - rhs)[free].max() < 1e-6 * np.abs(rhs).max()
-        counts.append(len(products))
-    assert counts[-1] <= 16
+    counts = [iterations(*system, Multigrid(*system)) for system in map(laplace, (8, 16, 32))]
+    assert counts[-1] <= 14
     assert counts[-1] <= counts[0] + 6
+
+
+def test_stretched_cells_take_no_more():
+    for aspect in (1.0, 100.0, 10000.0):
+        system = layered((14, 14, 28), aspect)
+        cycle = Multigrid(*system)
+        assert iterations(*system, cycle) <= 16
+        sizes = [len(level.matrix.data) for level in cycle._levels]
+        assert sum(sizes) < 3 * sizes[0]
+
+
+def test_a_level_on_which_nothing_is_strong():
+    """A matrix that is diagonal but for less than rounding coarsens to nothing."""
+    weak = sparse.diags_array([np.full(999, -1e-3), np.ones(1000), np.full(999, -1e-3)], offsets=[-1, 0, 1]).tocsr()
+    cycle = Multigrid(weak, np.ones(1000, dtype=bool))
+    assert iterations(weak, np.ones(1000, dtype=bool), cycle) < 10
 
 
 def test_setting_up_leaves_the_global_random_state_alone():

@@ -9,7 +9,8 @@ from matplotlib.image import imread
 
 import hexconformal as hc
 from hexconformal import canvas, generate, plots
-from hexconformal.plots import before_after, histogram, require_rendering, worst_cells
+from hexconformal.canvas import require_rendering
+from hexconformal.plots import before_after, histogram, worst_cells
 
 
 def colours(picture):

@@ -5,9 +5,11 @@ import json
 import numpy as np
 import pytest
 
+from hexconformal.cell_measures import corner_scaled_jacobian
 from hexconformal.elements import CORNER_EDGES, CORNERS, shape_gradients
 from hexconformal.generate import box, jittered, sheared_block
-from hexconformal.quality import MEASURES, Quality, corner_scaled_jacobian, json_safe, quality
+from hexconformal.plain import json_safe
+from hexconformal.quality import MEASURES, Quality, quality
 from hexconformal.report import Report
 
 ONE = np.arange(8)[None]

@@ -7,11 +7,11 @@ from scipy import sparse
 from hexconformal import generate
 from hexconformal.assembly import Distortion
 from hexconformal.block_matrix import BlockMatrix, cell_places
+from hexconformal.cell_measures import corner_scaled_jacobian
 from hexconformal.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
 from hexconformal.elements import CORNER_EDGES, CORNERS
 from hexconformal.inside import unfold_inside
 from hexconformal.lift import lift, lift_patches
-from hexconformal.quality import corner_scaled_jacobian
 from hexconformal.shaping import Emphasis, Shaping, projected_newton, rings
 from hexconformal.sizes import cell_volumes
 from hexconformal.topology import boundary_quads

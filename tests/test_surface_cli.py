@@ -4,18 +4,16 @@ import csv
 import json
 import os
 import signal
-import subprocess
-import sys
-import time
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 import pyvista as pv
+from program import error_line, interrupted, run
 from surface_shapes import grid, icosphere, mixed_sphere, quad_cube, quad_sphere, shaken
 
 import surface
-from hexconformal.cli import main, parser
+from hexconformal.cli import parser
 from hexconformal.generate import box
 from surface.commands.kind import SURFACES
 from surface.quality import MEASURES
@@ -34,17 +32,6 @@ def here(tmp_path, monkeypatch):
     surface.write("quads.vtu", as_mesh(shaken(quad_sphere(4), 0.04)))
     surface.write("mixed.vtp", as_mesh(shaken(mixed_sphere(4), 0.04)))
     return tmp_path
-
-
-def run(words):
-    return main(words.split())
-
-
-def error_line(capsys):
-    said = capsys.readouterr()
-    assert said.err.count("\n") == 1
-    assert "Traceback" not in said.err
-    return said.err
 
 
 def test_remesh_writes_everything_that_is_asked_for(here, capsys):
@@ -284,23 +271,8 @@ def test_open_surfaces_and_sharp_edges(here, capsys):
 def test_interruption_leaves_the_last_surface(tmp_path, number):
     points, cells = shaken(icosphere(5), 0.004)
     surface.write(tmp_path / "ball.ply", (points, cells.triangles))
-    words = "-m hexconformal remesh ball.ply better.ply --tolerance 0 --iterations 100000 --features none"
-    words += " --history run.csv --report report.json"
-    program = subprocess.Popen(
-        [sys.executable, *words.split()], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    history = tmp_path / "run.csv"
-    deadline = time.monotonic() + 100
-    while time.monotonic() < deadline and program.poll() is None:
-        if history.exists() and history.read_text().count("\n") > 2:
-            break
-        time.sleep(0.02)
-    program.send_signal(number)
-    _, said = program.communicate(timeout=60)
-    assert program.returncode == 130, said
-    report = json.loads((tmp_path / "report.json").read_text())
-    assert said.splitlines()[-1] == f"interrupted: the mesh of iteration {report['iterations']} is in better.ply"
-    assert report["reason"] == "interrupted"
+    words = "remesh ball.ply better.ply --tolerance 0 --iterations 100000 --features none"
+    report = interrupted(tmp_path, words, number, lines=3)
     assert report["turned"] == 0
     better = surface.read(tmp_path / "better.ply")
     assert surface.quality(better).conformality.min() > 0

@@ -178,6 +178,8 @@ def test_coarse_surfaces_stay_within_the_bound_too():
         result = surface.remesh((points * [1.0, 0.5, 2.0], cells.quads), hausdorff=0.01, iterations=25)
         assert result.report.hausdorff <= 0.01
         assert result.report.after.min_angle >= result.report.before.min_angle
+        assert abs(result.report.volume_change) < 1e-6
+        assert abs(result.report.area_change) <= 0.008
         notes += result.report.notes
     assert any("hausdorff left room" in note for note in notes)
 

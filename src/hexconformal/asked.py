@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from .errors import OptionError
 
-__all__ = ["made_of", "require_choices", "require_numbers"]
+__all__ = ["made_of", "require_choice", "require_choices", "require_numbers"]
 
 Made = TypeVar("Made")
 
@@ -32,10 +32,19 @@ def made_of(kind: type[Made], given: Mapping[str, Any]) -> Made:
 def require_choices(options: Any, choices: Mapping[str, Sequence[str]]) -> None:
     """Refuse values that are none of the choices of their field."""
     for name, allowed in choices.items():
-        value = getattr(options, name)
-        if value not in allowed:
-            names = ", ".join(repr(c) for c in allowed[:-1]) + f" or {allowed[-1]!r}"
-            raise OptionError(f"{name} is {names}, not {value!r}")
+        require_choice(name, getattr(options, name), allowed)
+
+
+def require_choice(name: str, value: Any, allowed: Sequence[str]) -> None:
+    """Refuse a value that is none of the choices.
+
+    >>> require_choice("operator", "plastic", ("harmonic", "elastic"))
+    Traceback (most recent call last):
+    hexconformal.errors.OptionError: operator is 'harmonic' or 'elastic', not 'plastic'
+    """
+    if value not in allowed:
+        names = ", ".join(repr(c) for c in allowed[:-1]) + f" or {allowed[-1]!r}"
+        raise OptionError(f"{name} is {names}, not {value!r}")
 
 
 def require_numbers(options: Any, *names: str) -> None:

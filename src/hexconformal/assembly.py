@@ -4,49 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from . import kernels
-from .elements import corner_rule, edge_weights, gauss_rule, shape_gradients
+from .elements import RULES, edge_weights, shape_gradients
 from .errors import OptionError
 from .sparsity import corner_incidences, node_pattern, scalar_matrix
 from .threads import parallel_ranges
 
-__all__ = ["Distortion", "FrozenHessian"]
+__all__ = ["Distortion"]
 
 Field = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class FrozenHessian:
-    """The majorizing Hessian in compact form: block(l, m) = 8 L_lm I - 4 [V_lm]x.
-
-    Attributes
-    ----------
-    laplacian
-        (n, n) scalar matrix L.
-    skew
-        (nnz, 3) vector V of every stored entry of L; V_ml = -V_lm.
-    """
-
-    laplacian: sparse.csr_matrix
-    skew: Field
-
-    def __matmul__(self, field: Field) -> Field:
-        """Product with an (n, 3) field."""
-        out = 8.0 * (self.laplacian @ field)
-        pattern = (self.laplacian.indices, self.laplacian.indptr)
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            part: Any = sparse.csr_matrix((self.skew[:, k], *pattern), shape=self.laplacian.shape)
-            # [V]x f: component j gains V_k f_i, component i loses V_k f_j.
-            out[:, j] -= 4.0 * (part @ field[:, i])
-            out[:, i] += 4.0 * (part @ field[:, j])
-        return out
 
 
 @dataclass(frozen=True)
@@ -88,12 +59,12 @@ class Distortion:
     quadrature: str = "gauss"
 
     def __post_init__(self) -> None:
-        if self.quadrature not in ("gauss", "corners"):
+        if self.quadrature not in RULES:
             raise OptionError(f"quadrature is 'gauss' or 'corners', not {self.quadrature!r}")
 
     @cached_property
     def _rule(self) -> tuple[Field, Field, Field, Field]:
-        points, weights = gauss_rule() if self.quadrature == "gauss" else corner_rule()
+        points, weights = RULES[self.quadrature]()
         scales = np.ones(1) if self.scales is None else self.scales
         inverses = np.empty((0, 1, 3, 3)) if self.inverses is None else np.ascontiguousarray(self.inverses)
         return edge_weights(points), weights, scales, inverses
@@ -158,7 +129,7 @@ class Distortion:
         scales
             (m,) extra factor of each cell.
         """
-        points, weights = gauss_rule() if self.quadrature == "gauss" else corner_rule()
+        points, weights = RULES[self.quadrature]()
         inverses = np.eye(3)[None, None] if self.inverses is None else self.inverses
         matrices = np.zeros((len(inverses), 8, 8))
         for q, gradients in enumerate(shape_gradients(points)):
@@ -167,22 +138,3 @@ class Distortion:
         cell_scales = np.ones(1) if self.scales is None else self.scales
         scales = cell_scales if scales is None else scales * cell_scales
         return scalar_matrix(self.cells, matrices, scales, *self._incidences, self._pattern)
-
-    def frozen_hessian(self, points: Field) -> FrozenHessian:
-        """Majorizing Hessian of the plain energy, normals frozen at the points, as a sparse matrix."""
-        laplacian = self.laplacian()
-        skew = np.empty((laplacian.nnz, 3))
-        quadrature, weights = gauss_rule() if self.quadrature == "gauss" else corner_rule()
-        g = shape_gradients(quadrature).transpose(1, 2, 0)
-        wedges = np.ascontiguousarray(-weights * np.cross(g[:, None], g[None, :], axis=2))
-        parallel_ranges(
-            kernels.frozen_rows,
-            self.count,
-            points,
-            self.cells,
-            *self._rule,
-            wedges,
-            *self._pattern,
-            skew,
-        )
-        return FrozenHessian(laplacian, skew)

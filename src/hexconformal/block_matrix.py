@@ -72,6 +72,8 @@ class BlockMatrix:
     ) -> tuple[Field, int]:
         """Solve P A P x = P rhs by conjugate gradients, preconditioned by symmetric block Gauss-Seidel.
 
+        Uses the blocks up: fill them anew before the next solve.
+
         Parameters
         ----------
         rhs

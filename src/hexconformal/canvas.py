@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .errors import WriteError
 from .files import saving
 
-__all__ = ["PICTURES", "PIXELS", "VIEW", "Panel", "add_ghost", "add_grid", "bounds", "colour_bar", "histograms"]
-__all__ += ["on_screen", "panel", "ring_small", "save", "stage", "value_range"]
+__all__ = ["PICTURES", "PIXELS", "VIEW", "Panel", "View", "add_ghost", "add_grid", "bounds", "histograms"]
+__all__ += ["named", "on_screen", "require_rendering", "save", "side_by_side", "stage", "worst_view"]
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +32,15 @@ _BAD_TO_GOOD = ("#a4243b", "#d8572a", "#f4a259", "#f6e7b4", "#a9d6c6", "#5fa8b8"
 _FOLDED = "#7b1fa2"
 _INK = "#20262e"
 _SMALL = 0.025  # of the picture; smaller cells get a ring
+
+# Without a graphics driver VTK does not fail, it crashes: so another process has to try.
+_TRIAL = """
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+import vtkmodules.vtkRenderingOpenGL2
+window = vtkRenderWindow()
+window.SetOffScreenRendering(1)
+window.Render()
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +69,7 @@ def histograms(path: Path, heading: str, panels: Sequence[Panel]) -> None:
             axes.stairs(share, edges, fill=True, color=colour, alpha=0.35)
             axes.stairs(share, edges, color=colour, linewidth=1.2)
             place = (0, 1.05 + 0.075 * (least - number))
-            axes.text(*place, f"{label}: {value_range(values)}", color=colour, fontsize=9, transform=axes.transAxes)
+            axes.text(*place, f"{label}: {_value_range(values)}", color=colour, fontsize=9, transform=axes.transAxes)
         axes.set_title(panel.title, fontsize=10, loc="left", pad=20 + 12 * least, fontweight="bold")
         axes.set_yscale("log")
         if panel.logarithmic:
@@ -81,7 +93,7 @@ def _put(figure: Any, target: Path) -> None:
     figure.savefig(target, dpi=160, facecolor="white")
 
 
-def value_range(values: Floats) -> str:
+def _value_range(values: Floats) -> str:
     """Smallest, mean and largest value, in words."""
     named = (("min", values.min()), ("mean", values.mean()), ("max", values.max()))
     return "   ".join(f"{name} {0.0 if abs(value) < 1e-12 else value:.3g}" for name, value in named)
@@ -91,6 +103,73 @@ def _colours() -> Floats:
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("bad to good", _BAD_TO_GOOD, N=256)(np.linspace(0, 1, 256))
+
+
+@cache
+def require_rendering() -> None:
+    """Raise a WriteError unless three-dimensional pictures can be drawn here, on a screen or without one."""
+    if not sys.executable:
+        return
+    trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, check=False)
+    if trial.returncode != 0:
+        raise WriteError(
+            "this machine cannot draw in three dimensions: VTK finds no graphics driver; install a software one "
+            "(Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri)"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One of the meshes drawn side by side.
+
+    Attributes
+    ----------
+    title
+        What stands above it.
+    values
+        The measure of all its cells.
+    draw
+        Puts what is to be seen onto the stage.
+    said
+        What stands below the title, before the range of the values.
+    small
+        (k, j, 3) corners of the cells that get a ring where they are too small to be seen.
+    """
+
+    title: str
+    values: Floats
+    draw: Callable[[Any], None]
+    said: str = ""
+    small: Floats | None = None
+
+
+def worst_view(values: Floats, corners: Floats, draw: Callable[[Any], None]) -> View:
+    """A view of the worst cells, with their corners (k, j, 3), of a mesh whose cells have these values."""
+    said = f"{int((values <= 0).sum())} inverted   "
+    return View(f"{len(corners)} worst of {len(values)} cells", values, draw, said, corners)
+
+
+def named(views: Sequence[View]) -> list[View]:
+    """The views, titled before and after if there are two."""
+    names = ("before: ", "after: ") if len(views) == 2 else ("",)
+    return [replace(view, title=name + view.title) for name, view in zip(names, views, strict=True)]
+
+
+def side_by_side(path: Path, views: Sequence[View], box: list[float], measure: str) -> None:
+    """Draw meshes in three dimensions side by side, seen from the same place, coloured by a measure."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5 * len(views), 5.9), facecolor="white")
+    for number, view in enumerate(views):
+        with stage(box) as plotter:
+            view.draw(plotter)
+            picture = plotter.screenshot(None, return_img=True)
+            corners = None if view.small is None else on_screen(plotter, view.small)
+        axes = _panel(figure, number, len(views), picture, view.title, view.said + _value_range(view.values))
+        if corners is not None:
+            _ring_small(axes, corners)
+    _colour_bar(figure, measure, any((view.values < 0).any() for view in views))
+    save(path, figure)
 
 
 def bounds(*corners: ArrayLike) -> list[float]:
@@ -157,7 +236,7 @@ def on_screen(plotter: Any, points: Floats) -> Floats:
     return np.asarray((view * [0.5, -0.5] + 0.5) * PIXELS)
 
 
-def panel(figure: Any, number: int, count: int, picture: Any, title: str, text: str) -> Any:
+def _panel(figure: Any, number: int, count: int, picture: Any, title: str, text: str) -> Any:
     """One of the pictures of a figure, side by side."""
     width = 1 / count
     axes = figure.add_axes((width * (number + 0.02), 0.13, 0.96 * width, 0.77))
@@ -168,13 +247,13 @@ def panel(figure: Any, number: int, count: int, picture: Any, title: str, text: 
     return axes
 
 
-def ring_small(axes: Any, corners: Floats) -> None:
+def _ring_small(axes: Any, corners: Floats) -> None:
     """A ring around each cell, with its corners (m, k, 2) on the screen, that is too small to be seen."""
     small = np.ptp(corners, axis=1).max(axis=1) < _SMALL * PIXELS
     axes.scatter(*corners[small].mean(axis=1).T, s=130, facecolors="none", edgecolors=_INK, linewidths=0.8)
 
 
-def colour_bar(figure: Any, label: str, folded: bool) -> None:
+def _colour_bar(figure: Any, label: str, folded: bool) -> None:
     """What the colours mean; `folded` tells whether there are any below 0."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize

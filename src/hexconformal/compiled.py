@@ -12,7 +12,7 @@ from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.extending import register_jitable
 
-__all__ = ["algebra", "exact_loop", "loop"]
+__all__ = ["algebra", "loop", "strict_loop"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -23,28 +23,30 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "con
 def algebra(function: Function) -> Function:
     """Mark a function for use inside compiled loops; called from Python it stays as it is written.
 
-    Inlined always: a loop with a call left in it is not vectorised.
+    Inlined always: a loop with a call left in it is not vectorised. Numba compiles a loop anew when its own file
+    changes, not when such a function in another file does: then remove ``*.nb?`` from ``__pycache__``.
     """
     return register_jitable(forceinline=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
 
 
 def loop(function: Function) -> Function:
     """Compile a loop over a range, without the interpreter's lock and kept on disk for the next process."""
-    return _kept(njit(nogil=True, **_OPTIONS)(function))
+    return _compiled(function, **_OPTIONS)
 
 
-def exact_loop(function: Function) -> Function:
-    """The same with every sum in the order in which it is written, as proofs need it."""
-    return _kept(njit(nogil=True)(function))
+def strict_loop(function: Function) -> Function:
+    """The same, with every sum in the order in which it is written: what is proved of its rounding holds."""
+    return _compiled(function)
 
 
-def _kept(compiled: Any) -> Any:
+def _compiled(function: Function, **options: Any) -> Function:
+    compiled: Any = njit(nogil=True, **options)(function)
     try:
-        compiled._cache = _Cache(compiled.py_func)
+        compiled._cache = _Cache(function)
     except RuntimeError:  # neither the package's folder nor the user's can be written to
         _ANNOUNCEMENT.kept = False
     _ANNOUNCEMENT.loops.add(compiled)
-    return compiled
+    return compiled  # type: ignore[no-any-return]
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]

@@ -13,9 +13,6 @@ equation (11) of docs/mathematics.md.
 The angles alone are measured on the unit columns u of f. Their determinant is the scaled Jacobian, and what counts
 in the end, so e(u) = (q + c) s - c has a constant c: without it, corners with one bad angle get worse while others,
 with three that are not as bad, get better.
-
-One scratch array holds the corners of a cell: a column per corner, a row per component, so that loops over its
-columns work on several corners at once (see :mod:`hexconformal.kernels`).
 """
 
 from __future__ import annotations
@@ -24,8 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import algebra, loop
+from .corner_blocks import BLOCKS, COLUMN, END, INVERSE, SIGN, add_blocks, add_forces, pull_back, to_nodes
 from .distortion import Frame, barrier_factor, cofactor, determinant, frame_density, frame_gradient, plane_normal
 from .quaternion import Vector, combine, cross, dot, polar, scale
+from .scratch import frame, put, put_inverses
 from .small_matrices import cross_matrix, orthogonal, outer, plus, product, times, transposed
 
 __all__ = ["corner_densities", "corner_sums"]
@@ -36,33 +35,13 @@ Ints = NDArray[np.int64]
 _HUGE = 1e290  # a density beyond this is a folded corner
 _JACOBIAN = 8.0  # weight of the scaled Jacobian beside the distortion of the unit columns
 
-# First rows of what the scratch array holds. Blocks: the pairs of columns 11, 12, 13, 22, 23, 33, nine rows each;
-# then those of each neighbour with the corner itself, and of the corner with itself.
-_FRAME, _COLUMN, _BLOCKS, _MIXED, _OWN, _INVERSE, _SIGN, _DENSITY, _MARGIN, _ROWS = (
-    0, 9, 18, 72, 99, 108, 117, 120, 121, 122,
-)  # fmt: skip
-
-
-@algebra
-def _vector(s: Field, row: int, q: int) -> Vector:
-    return s[row, q], s[row + 1, q], s[row + 2, q]
-
-
-@algebra
-def _frame(s: Field, row: int, q: int) -> Frame:
-    return _vector(s, row, q), _vector(s, row + 3, q), _vector(s, row + 6, q)
-
-
-@algebra
-def _put(f: Frame, s: Field, row: int, q: int) -> None:
-    s[row, q], s[row + 1, q], s[row + 2, q] = f[0]
-    s[row + 3, q], s[row + 4, q], s[row + 5, q] = f[1]
-    s[row + 6, q], s[row + 7, q], s[row + 8, q] = f[2]
+# First rows of what the scratch array holds besides.
+_FRAME, _DENSITY, _MARGIN, _ROWS = END, END + 9, END + 10, END + 11
 
 
 @algebra
 def _add(f: Frame, s: Field, row: int, q: int) -> None:
-    _put(plus(_frame(s, row, q), f), s, row, q)
+    put(plus(frame(s, row, q), f), s, row, q)
 
 
 @algebra
@@ -72,18 +51,13 @@ def _load(points: Field, cells: Ints, c: int, corners: Ints, inverses: Field, s:
         here = cells[c, q]
         for i in range(3):
             there, sign = cells[c, corners[q, i]], corners[q, 3 + i]
-            s[_SIGN + i, q] = sign
+            s[SIGN + i, q] = sign
             for k in range(3):
                 s[_FRAME + 3 * i + k, q] = sign * (points[there, k] - points[here, k])
+    put_inverses(inverses, c, s, INVERSE)
     if len(inverses) > 0:
-        target = c if len(inverses) > 1 else 0
-        step = 1 if inverses.shape[1] > 1 else 0
         for q in range(8):
-            for i in range(3):
-                for j in range(3):
-                    s[_INVERSE + 3 * i + j, q] = inverses[target, q * step, i, j]
-        for q in range(8):
-            _put(product(transposed(_frame(s, _INVERSE, q)), _frame(s, _FRAME, q)), s, _FRAME, q)
+            put(product(transposed(frame(s, INVERSE, q)), frame(s, _FRAME, q)), s, _FRAME, q)
 
 
 @algebra
@@ -109,13 +83,13 @@ def _chain(u: Frame, r: Vector, v: Frame) -> Frame:
 def _values(s: Field, eps: float, shape: float, angle: float, stiffness: float) -> None:
     """Density of each corner, and what has to be positive there."""
     for q in range(8):
-        f = _frame(s, _FRAME, q)
+        f = frame(s, _FRAME, q)
         d = determinant(f)
         s[_DENSITY, q] = shape * frame_density(f) * barrier_factor(d, eps)[0]
         s[_MARGIN, q] = d if eps == 0.0 else 1.0
     if angle > 0.0:
         for q in range(8):
-            u, _ = _directions(_frame(s, _FRAME, q))
+            u, _ = _directions(frame(s, _FRAME, q))
             d = determinant(u)
             density = (frame_density(u) + _JACOBIAN) * barrier_factor(d, 0.0)[0] - _JACOBIAN
             room = 1.0 - stiffness * density
@@ -127,7 +101,7 @@ def _values(s: Field, eps: float, shape: float, angle: float, stiffness: float) 
 def _shape_part(s: Field, eps: float, weight: float) -> None:
     """Density of each corner, its derivative, and the convex Hessian, of the whole distortion."""
     for q in range(8):
-        f = _frame(s, _FRAME, q)
+        f = frame(s, _FRAME, q)
         d = determinant(f)
         density, g = frame_gradient(f)
         a = cofactor(f)
@@ -135,20 +109,20 @@ def _shape_part(s: Field, eps: float, weight: float) -> None:
         bend = max(bend, 2.0 * slope * slope / factor)
         s[_DENSITY, q] = weight * density * factor
         s[_MARGIN, q] = d if eps == 0.0 else 1.0
-        _put(plus(times(weight * factor, g), times(weight * density * slope, a)), s, _COLUMN, q)
+        put(plus(times(weight * factor, g), times(weight * density * slope, a)), s, COLUMN, q)
         along = times(weight * slope, a)
         across = plus(times(weight * slope, g), times(weight * density * bend, a))
         k = 4.0 * weight * factor
         same = (2.0 * k, 0.0, 0.0), (0.0, 2.0 * k, 0.0), (0.0, 0.0, 2.0 * k)
-        _put(plus(same, outer(g[0], along[0], a[0], across[0])), s, _BLOCKS, q)
+        put(plus(same, outer(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
         turn = cross_matrix(k, plane_normal(f[0], f[1]))
-        _put(plus(turn, outer(g[0], along[1], a[0], across[1])), s, _BLOCKS + 9, q)
+        put(plus(turn, outer(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
         turn = cross_matrix(k, plane_normal(f[0], f[2]))
-        _put(plus(turn, outer(g[0], along[2], a[0], across[2])), s, _BLOCKS + 18, q)
-        _put(plus(same, outer(g[1], along[1], a[1], across[1])), s, _BLOCKS + 27, q)
+        put(plus(turn, outer(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
+        put(plus(same, outer(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
         turn = cross_matrix(k, plane_normal(f[1], f[2]))
-        _put(plus(turn, outer(g[1], along[2], a[1], across[2])), s, _BLOCKS + 36, q)
-        _put(plus(same, outer(g[2], along[2], a[2], across[2])), s, _BLOCKS + 45, q)
+        put(plus(turn, outer(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
+        put(plus(same, outer(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
 
 
 @algebra
@@ -164,7 +138,7 @@ def _unit_turn(k: float, u: Vector, v: Vector) -> Frame:
 def _angle_part(s: Field, weight: float, stiffness: float) -> None:
     """Adds the same of phi(e(u)), u the unit columns."""
     for q in range(8):
-        f = _frame(s, _FRAME, q)
+        f = frame(s, _FRAME, q)
         u, r = _directions(f)
         d = determinant(u)
         density, g = frame_gradient(u)
@@ -179,100 +153,21 @@ def _angle_part(s: Field, weight: float, stiffness: float) -> None:
         first = weight / (room * room)
         second = 2.0 * stiffness * first / room
         down = density * slope
-        _add(plus(times(first * factor, g), times(first * down, a)), s, _COLUMN, q)
+        _add(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
         # first * (slope (g a^T + a g^T) + density bend a a^T) + second * (factor g + down a) (factor g + down a)^T
         both = first * slope + second * factor * down
         along = plus(times(second * factor * factor, g), times(both, a))
         across = plus(times(both, g), times(first * density * bend + second * down * down, a))
         k = 4.0 * first * factor
-        _add(plus(orthogonal(2.0 * k * r[0] * r[0], u[0]), outer(g[0], along[0], a[0], across[0])), s, _BLOCKS, q)
+        _add(plus(orthogonal(2.0 * k * r[0] * r[0], u[0]), outer(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
         turn = _unit_turn(k * r[0] * r[1], u[0], u[1])
-        _add(plus(turn, outer(g[0], along[1], a[0], across[1])), s, _BLOCKS + 9, q)
+        _add(plus(turn, outer(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
         turn = _unit_turn(k * r[0] * r[2], u[0], u[2])
-        _add(plus(turn, outer(g[0], along[2], a[0], across[2])), s, _BLOCKS + 18, q)
-        _add(plus(orthogonal(2.0 * k * r[1] * r[1], u[1]), outer(g[1], along[1], a[1], across[1])), s, _BLOCKS + 27, q)
+        _add(plus(turn, outer(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
+        _add(plus(orthogonal(2.0 * k * r[1] * r[1], u[1]), outer(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
         turn = _unit_turn(k * r[1] * r[2], u[1], u[2])
-        _add(plus(turn, outer(g[1], along[2], a[1], across[2])), s, _BLOCKS + 36, q)
-        _add(plus(orthogonal(2.0 * k * r[2] * r[2], u[2]), outer(g[2], along[2], a[2], across[2])), s, _BLOCKS + 45, q)
-
-
-@algebra
-def _pull_back(s: Field) -> None:
-    """Derivatives with respect to J W^-1 become derivatives with respect to J."""
-    for q in range(8):
-        _put(product(_frame(s, _INVERSE, q), _frame(s, _COLUMN, q)), s, _COLUMN, q)
-    for k in range(3):
-        for l in range(k + 1):
-            one, two = _BLOCKS + 3 * k + l, _BLOCKS + 3 * l + k
-            for q in range(8):
-                # Entries (k, l) of all nine blocks, as a matrix over the pairs of columns.
-                m = (
-                    (s[one, q], s[one + 9, q], s[one + 18, q]),
-                    (s[two + 9, q], s[one + 27, q], s[one + 36, q]),
-                    (s[two + 18, q], s[two + 36, q], s[one + 45, q]),
-                )
-                w = _frame(s, _INVERSE, q)
-                m = product(product(w, m), transposed(w))
-                s[one, q], s[one + 9, q], s[one + 18, q] = m[0]
-                s[two + 9, q], s[one + 27, q], s[one + 36, q] = m[1]
-                s[two + 18, q], s[two + 36, q], s[one + 45, q] = m[2]
-                s[two, q], s[two + 27, q], s[two + 45, q] = m[0][0], m[1][1], m[2][2]
-
-
-@algebra
-def _to_nodes(s: Field) -> None:
-    """Derivatives with respect to edges, then to the nodes: moving the corner itself moves all three edges back."""
-    for q in range(8):
-        x, y, z = s[_SIGN, q], s[_SIGN + 1, q], s[_SIGN + 2, q]
-        f = _frame(s, _COLUMN, q)
-        _put((scale(x, f[0]), scale(y, f[1]), scale(z, f[2])), s, _COLUMN, q)
-        b00, b11, b22 = _frame(s, _BLOCKS, q), _frame(s, _BLOCKS + 27, q), _frame(s, _BLOCKS + 45, q)
-        b01 = times(x * y, _frame(s, _BLOCKS + 9, q))
-        b02 = times(x * z, _frame(s, _BLOCKS + 18, q))
-        b12 = times(y * z, _frame(s, _BLOCKS + 36, q))
-        _put(b01, s, _BLOCKS + 9, q)
-        _put(b02, s, _BLOCKS + 18, q)
-        _put(b12, s, _BLOCKS + 36, q)
-        m0 = plus(b00, plus(b01, b02))
-        m1 = plus(transposed(b01), plus(b11, b12))
-        m2 = plus(transposed(b02), plus(transposed(b12), b22))
-        _put(times(-1.0, m0), s, _MIXED, q)
-        _put(times(-1.0, m1), s, _MIXED + 9, q)
-        _put(times(-1.0, m2), s, _MIXED + 18, q)
-        _put(plus(m0, plus(m1, m2)), s, _OWN, q)
-
-
-@algebra
-def _add_block(s: Field, row: int, q: int, a: int, b: int, local: Field) -> None:
-    """Add block (a, b) of the cell's nodes to local (36, 3, 3), which holds the pairs a >= b."""
-    if a >= b:
-        pair = a * (a + 1) // 2 + b
-        for r in range(3):
-            for c in range(3):
-                local[pair, r, c] += s[row + 3 * r + c, q]
-    else:
-        pair = b * (b + 1) // 2 + a
-        for r in range(3):
-            for c in range(3):
-                local[pair, c, r] += s[row + 3 * r + c, q]
-
-
-@algebra
-def _gather(s: Field, corners: Ints, local: Field) -> None:
-    """Blocks of the cell's nodes from those of its corners."""
-    local[:] = 0.0
-    for q in range(8):
-        x, y, z = corners[q, 0], corners[q, 1], corners[q, 2]
-        _add_block(s, _BLOCKS, q, x, x, local)
-        _add_block(s, _BLOCKS + 9, q, x, y, local)
-        _add_block(s, _BLOCKS + 18, q, x, z, local)
-        _add_block(s, _BLOCKS + 27, q, y, y, local)
-        _add_block(s, _BLOCKS + 36, q, y, z, local)
-        _add_block(s, _BLOCKS + 45, q, z, z, local)
-        _add_block(s, _MIXED, q, x, q, local)
-        _add_block(s, _MIXED + 9, q, y, q, local)
-        _add_block(s, _MIXED + 18, q, z, q, local)
-        _add_block(s, _OWN, q, q, q, local)
+        _add(plus(turn, outer(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
+        _add(plus(orthogonal(2.0 * k * r[2] * r[2], u[2]), outer(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
 
 
 @loop
@@ -302,29 +197,10 @@ def corner_sums(  # type: ignore[no-untyped-def]
         if not derivatives:
             continue
         if len(inverses) > 0:
-            _pull_back(s)
-        _to_nodes(s)
-        for q in range(8):
-            for i in range(3):
-                for k in range(3):
-                    force = s[_COLUMN + 3 * i + k, q]
-                    forces[cells[c, corners[q, i]], k] += force
-                    forces[cells[c, q], k] -= force
-        _gather(s, corners, local)
-        for a in range(8):
-            for b in range(a + 1):
-                pair = a * (a + 1) // 2 + b
-                place = places[c, pair]
-                if place < 0:
-                    continue
-                if cells[c, a] >= cells[c, b]:
-                    for r in range(3):
-                        for k in range(3):
-                            data[place, r, k] += local[pair, r, k]
-                else:
-                    for r in range(3):
-                        for k in range(3):
-                            data[place, r, k] += local[pair, k, r]
+            pull_back(s)
+        to_nodes(s)
+        add_forces(s, cells, c, corners, forces)
+        add_blocks(s, cells, c, corners, places, local, data)
     return total
 
 
@@ -335,15 +211,15 @@ def corner_densities(first, last, points, cells, corners, inverses, smallest, sh
     for c in range(first, last):
         _load(points, cells, c, corners, inverses, s)
         for q in range(8):
-            f = _frame(s, _FRAME, q)
+            f = frame(s, _FRAME, q)
             u, _ = _directions(f)
             s[_MARGIN, q] = determinant(f)
             s[_DENSITY, q] = frame_density(f) * barrier_factor(determinant(f), 0.0)[0]
-            s[_COLUMN, q] = (frame_density(u) + _JACOBIAN) * barrier_factor(determinant(u), 0.0)[0] - _JACOBIAN
+            s[COLUMN, q] = (frame_density(u) + _JACOBIAN) * barrier_factor(determinant(u), 0.0)[0] - _JACOBIAN
         smallest[c], shape[c], angle[c] = np.inf, 0.0, 0.0
         for q in range(8):
             smallest[c] = min(smallest[c], s[_MARGIN, q])
             shape[c] = max(shape[c], s[_DENSITY, q])
-            angle[c] = max(angle[c], s[_COLUMN, q])
+            angle[c] = max(angle[c], s[COLUMN, q])
         if not smallest[c] > 0.0:
             shape[c] = angle[c] = np.inf

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .topology import by_first_appearance
+
 __all__ = ["SurfaceEdges", "chains", "connected", "dihedral_angles", "steady_normals", "step_quads", "surface_edges"]
 
 Floats = NDArray[np.float64]
@@ -20,6 +22,7 @@ _WIDEST = 60.0
 # Degrees from which on an edge is a crease whatever is beside it, and else how much sharper it must be.
 _ROUND = 55.0
 _CONTRAST = 1.5
+_TURN = 50.0  # degrees that a curve turns at a corner
 
 
 @dataclass(frozen=True)
@@ -198,11 +201,7 @@ def connected(pairs: Ints, count: int) -> Ints:
     from scipy.sparse.csgraph import connected_components
 
     graph = csr_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    labels = connected_components(graph, directed=False)[1]
-    names, first = np.unique(labels, return_index=True)
-    rank = np.empty(len(names), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(names))
-    return rank[labels]
+    return by_first_appearance(connected_components(graph, directed=False)[1])[1]
 
 
 @dataclass(frozen=True)
@@ -228,10 +227,10 @@ class Chains:
     zigzag: Floats
 
 
-def chains(points: Floats, edges: Ints, stops: Mask, turn: float = 50.0) -> Chains:
+def chains(points: Floats, edges: Ints, stops: Mask) -> Chains:
     """String edges together, up to where several meet or the curve turns sharply.
 
-    A turn counts as sharp if it is more than `turn` degrees over one edge and over two edges on each side, and
+    A turn counts as sharp if it is more than 50 degrees over one edge and over two edges on each side, and
     clearly more than the turns next to it, so that neither a saw nor a coarse circle is full of corners.
 
     Parameters
@@ -242,8 +241,6 @@ def chains(points: Floats, edges: Ints, stops: Mask, turn: float = 50.0) -> Chai
         (k, 2) nodes.
     stops
         (n,) nodes where every chain ends.
-    turn
-        Degrees.
     """
     count = len(points)
     ends = edges.ravel()
@@ -268,7 +265,7 @@ def chains(points: Floats, edges: Ints, stops: Mask, turn: float = 50.0) -> Chai
     two[inner] = np.linalg.norm(_bend(points[beyond(a, inner)], points[inner], points[beyond(b, inner)]), axis=1)
     excess = np.zeros(count)
     excess[inner] = one[inner] - 0.5 * (one[a] + one[b])
-    sharp = (one > turn) & (two > turn) & ((one > 1.5 * turn) | (excess > 0.5 * turn))
+    sharp = (one > _TURN) & (two > _TURN) & ((one > 1.5 * _TURN) | (excess > 0.5 * _TURN))
     corners = ((degree > 0) & (degree != 2)) | (stops & (degree > 0)) | sharp
     links = halves[~sharp[inner]] // 2
     labels = connected(links, len(edges))

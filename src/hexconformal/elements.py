@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CORNERS", "CORNER_EDGES", "EDGES", "FACES", "corner_rule", "edge_weights", "gauss_rule"]
+__all__ = ["CORNERS", "CORNER_EDGES", "EDGES", "FACES", "RULES", "corner_rule", "edge_weights", "gauss_rule"]
 __all__ += ["shape_gradients"]
 
 # Reference coordinates in the unit cube of the eight nodes.
@@ -81,3 +81,6 @@ def gauss_rule() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def corner_rule() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The corner (trapezoidal) rule on the unit cube: the (8, 3) nodes and (8,) weights."""
     return CORNERS.astype(np.float64), np.full(8, 0.125)
+
+
+RULES = {"gauss": gauss_rule, "corners": corner_rule}  # quadrature by name

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "odd_points"]
 
+_NAMED = 5  # ids in a message
 _LARGEST = 1e50  # a coordinate whose sixth power is a number still
 
 
@@ -39,14 +40,14 @@ def odd_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], str]:
     )
 
 
-def first_ids(ids: ArrayLike, limit: int = 5) -> str:
+def first_ids(ids: ArrayLike) -> str:
     """Say how many ids there are and name the first, for an error message.
 
     >>> first_ids([3, 7])
     '2 (ids 3, 7)'
-    >>> first_ids(range(100), limit=3)
-    '100 (first ids 0, 1, 2)'
+    >>> first_ids(range(100))
+    '100 (first ids 0, 1, 2, 3, 4)'
     """
     ids = np.asarray(list(ids) if isinstance(ids, range) else ids).ravel()
-    names = ", ".join(str(i) for i in ids[:limit].tolist())
-    return f"{len(ids)} ({'first ids' if len(ids) > limit else 'ids'} {names})"
+    names = ", ".join(str(i) for i in ids[:_NAMED].tolist())
+    return f"{len(ids)} ({'first ids' if len(ids) > _NAMED else 'ids'} {names})"

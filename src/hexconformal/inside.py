@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.optimize import minimize
 
 from .assembly import Distortion
 from .elements import CORNERS
@@ -54,6 +53,8 @@ def _folded_inside(problem: Shaping, points: Field) -> Mask:
 
 def _unfold(patch: Shaping, points: Field) -> Field:
     """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
+    from scipy.optimize import minimize
+
     free, valid = patch.free, is_valid(points, patch.cells)
     folded = patch.measures(points).determinant <= 0.0
     cells = patch.cells[~folded]

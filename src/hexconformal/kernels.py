@@ -1,9 +1,4 @@
-"""Compiled loops over the eight quadrature points of hexahedra; each range writes only what it owns.
-
-One scratch array holds the quadrature points of a cell: a column per point, a row per component. A loop
-over its columns works on several points at once, because everything in the loop is inlined and free of
-branches, and because rows of one array of constant shape are known not to overlap.
-"""
+"""Compiled loops over the eight quadrature points of hexahedra; each range writes only what it owns."""
 
 from __future__ import annotations
 
@@ -12,19 +7,17 @@ from numpy.typing import NDArray
 
 from .compiled import algebra, loop
 from .distortion import (
-    Frame,
     barrier_gradient,
     barrier_second,
-    cofactor,
     frame_frozen_second,
     frame_gradient,
     frame_second,
-    plane_normal,
 )
-from .quaternion import Vector, add, combine, scale, subtract
-from .sparsity import find
+from .quaternion import Vector, add, combine, subtract
+from .scratch import frame, put, put_inverses
+from .small_matrices import product, transposed
 
-__all__ = ["FROZEN", "PLAIN", "energy_gradient", "frozen_rows", "gather", "second_product"]
+__all__ = ["FROZEN", "PLAIN", "energy_gradient", "gather", "second_product"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -46,45 +39,6 @@ def _scratch(table: Field, weights: Field) -> Field:
             s[_TABLE + e, q] = table[q, e]
             s[_WEIGHTED + e, q] = weights[q] * table[q, e]
     return s
-
-
-@algebra
-def _vector(s: Field, row: int, q: int) -> Vector:
-    return s[row, q], s[row + 1, q], s[row + 2, q]
-
-
-@algebra
-def _frame(s: Field, row: int, q: int) -> Frame:
-    return _vector(s, row, q), _vector(s, row + 3, q), _vector(s, row + 6, q)
-
-
-@algebra
-def _put(f: Frame, s: Field, row: int, q: int) -> None:
-    s[row, q], s[row + 1, q], s[row + 2, q] = f[0]
-    s[row + 3, q], s[row + 4, q], s[row + 5, q] = f[1]
-    s[row + 6, q], s[row + 7, q], s[row + 8, q] = f[2]
-
-
-@algebra
-def _times(f: Frame, a: Vector, b: Vector, c: Vector) -> Frame:
-    """Columns f times the matrix with the columns a, b, c."""
-    return (
-        add(combine(a[0], f[0], a[1], f[1]), scale(a[2], f[2])),
-        add(combine(b[0], f[0], b[1], f[1]), scale(b[2], f[2])),
-        add(combine(c[0], f[0], c[1], f[1]), scale(c[2], f[2])),
-    )
-
-
-@algebra
-def _targets(inverses: Field, c: int, s: Field) -> None:
-    """Rows of W^-1 at the quadrature points of a cell; nothing where all targets are the unit cube."""
-    if len(inverses) > 0:
-        target = c if len(inverses) > 1 else 0
-        step = 1 if inverses.shape[1] > 1 else 0
-        for q in range(8):
-            for i in range(3):
-                for j in range(3):
-                    s[_INVERSE + 3 * i + j, q] = inverses[target, q * step, i, j]
 
 
 @algebra
@@ -115,12 +69,10 @@ def _load(field: Field, cells: Ints, c: int, inverses: Field, s: Field, row: int
         f0 = _mean(x0, x1, x2, x3, s, _TABLE, q)
         f1 = _mean(y0, y1, y2, y3, s, _TABLE + 4, q)
         f2 = _mean(z0, z1, z2, z3, s, _TABLE + 8, q)
-        _put((f0, f1, f2), s, row, q)
+        put((f0, f1, f2), s, row, q)
     if len(inverses) > 0:
         for q in range(8):
-            u, v, w = _frame(s, _INVERSE, q)
-            f = _frame(s, row, q)
-            _put(_times(f, (u[0], v[0], w[0]), (u[1], v[1], w[1]), (u[2], v[2], w[2])), s, row, q)
+            put(product(transposed(frame(s, _INVERSE, q)), frame(s, row, q)), s, row, q)
 
 
 @algebra
@@ -128,8 +80,7 @@ def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field,
     """Transpose of :func:`_load`: forces of the eight corners from the stresses at the quadrature points."""
     if len(inverses) > 0:
         for q in range(8):
-            u, v, w = _frame(s, _INVERSE, q)
-            _put(_times(_frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
+            put(product(frame(s, _INVERSE, q), frame(s, _STRESS, q)), s, _STRESS, q)
     for k in range(3):
         x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = 0.0
         # Eight as a number known in advance would be unrolled, not vectorised.
@@ -163,37 +114,25 @@ def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field,
 def _gradients(s: Field, eps: float) -> None:
     if eps < 0.0:
         for q in range(8):
-            s[_ENERGY, q], stress = frame_gradient(_frame(s, _FRAME, q))
-            _put(stress, s, _STRESS, q)
+            s[_ENERGY, q], stress = frame_gradient(frame(s, _FRAME, q))
+            put(stress, s, _STRESS, q)
     else:
         for q in range(8):
-            s[_ENERGY, q], stress = barrier_gradient(_frame(s, _FRAME, q), eps)
-            _put(stress, s, _STRESS, q)
+            s[_ENERGY, q], stress = barrier_gradient(frame(s, _FRAME, q), eps)
+            put(stress, s, _STRESS, q)
 
 
 @algebra
 def _seconds(s: Field, eps: float) -> None:
     if eps == FROZEN:
         for q in range(8):
-            _put(frame_frozen_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+            put(frame_frozen_second(frame(s, _FRAME, q), frame(s, _VARIATION, q)), s, _STRESS, q)
     elif eps < 0.0:
         for q in range(8):
-            _put(frame_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q)), s, _STRESS, q)
+            put(frame_second(frame(s, _FRAME, q), frame(s, _VARIATION, q)), s, _STRESS, q)
     else:
         for q in range(8):
-            _put(barrier_second(_frame(s, _FRAME, q), _frame(s, _VARIATION, q), eps), s, _STRESS, q)
-
-
-@algebra
-def _normals(s: Field, inverses: Field) -> None:
-    """Normals of the planes (e2, e3), (e3, e1), (e1, e2), times cof(W^-1)."""
-    for q in range(8):
-        f0, f1, f2 = _frame(s, _FRAME, q)
-        _put((plane_normal(f1, f2), plane_normal(f2, f0), plane_normal(f0, f1)), s, _STRESS, q)
-    if len(inverses) > 0:
-        for q in range(8):
-            u, v, w = cofactor(_frame(s, _INVERSE, q))
-            _put(_times(_frame(s, _STRESS, q), u, v, w), s, _STRESS, q)
+            put(barrier_second(frame(s, _FRAME, q), frame(s, _VARIATION, q), eps), s, _STRESS, q)
 
 
 @loop
@@ -201,7 +140,7 @@ def energy_gradient(first, last, points, cells, table, weights, scales, inverses
     """Energy (m,) of each cell and its derivative (m, 8, 3) with respect to the cell's own nodes."""
     s = _scratch(table, weights)
     for c in range(first, last):
-        _targets(inverses, c, s)
+        put_inverses(inverses, c, s, _INVERSE)
         _load(points, cells, c, inverses, s, _FRAME)
         _gradients(s, eps)
         factor = scales[c] if len(scales) > 1 else scales[0]
@@ -217,7 +156,7 @@ def second_product(first, last, points, variation, cells, table, weights, scales
     """Second derivative of each cell's energy, applied to a variation of the points."""
     s = _scratch(table, weights)
     for c in range(first, last):
-        _targets(inverses, c, s)
+        put_inverses(inverses, c, s, _INVERSE)
         _load(points, cells, c, inverses, s, _FRAME)
         _load(variation, cells, c, inverses, s, _VARIATION)
         _seconds(s, eps)
@@ -235,49 +174,3 @@ def gather(first, last, offsets, incidences, corner_values, out):  # type: ignor
             s1 += corner_values[i, 1]
             s2 += corner_values[i, 2]
         out[node, 0], out[node, 1], out[node, 2] = s0, s1, s2
-
-
-@algebra
-def _add_at(skew: Field, indptr: Ints, indices: Ints, row: int, column: int, v: Vector) -> None:
-    slot = find(indices, indptr[row], indptr[row + 1], column)  # type: ignore[no-untyped-call]
-    skew[slot, 0] += v[0]
-    skew[slot, 1] += v[1]
-    skew[slot, 2] += v[2]
-
-
-@loop
-def frozen_rows(  # type: ignore[no-untyped-def]
-    first, last, points, cells, table, weights, scales, inverses, wedges, indptr, indices, skew
-):
-    """Rows of the antisymmetric part of the frozen Hessian: one vector per nonzero of the scalar pattern.
-
-    skew[l, m] = sum over planes (i, j) and quadrature points of w (B_jl B_im - B_il B_jm) N_ij, with the
-    physical shape gradients B = G W^-1. The minors of a product are the product of the minors, so cof(W^-1)
-    acts on the normals and the wedges (8, 8, 3, q) of the reference gradients G are the same for all cells.
-    """
-    s = _scratch(table, weights)
-    for k in range(indptr[first], indptr[last]):
-        skew[k, 0] = skew[k, 1] = skew[k, 2] = 0.0
-    for c in range(len(cells)):
-        touched = False
-        for a in range(8):
-            touched |= first <= cells[c, a] < last
-        if not touched:
-            continue
-        _targets(inverses, c, s)
-        _load(points, cells, c, inverses, s, _FRAME)
-        _normals(s, inverses)
-        factor = scales[c] if len(scales) > 1 else scales[0]
-        for a in range(8):
-            for b in range(a):
-                v0 = v1 = v2 = 0.0
-                for q in range(len(weights)):
-                    g0, g1, g2 = wedges[a, b, 0, q], wedges[a, b, 1, q], wedges[a, b, 2, q]
-                    v0 += g0 * s[_STRESS, q] + g1 * s[_STRESS + 3, q] + g2 * s[_STRESS + 6, q]
-                    v1 += g0 * s[_STRESS + 1, q] + g1 * s[_STRESS + 4, q] + g2 * s[_STRESS + 7, q]
-                    v2 += g0 * s[_STRESS + 2, q] + g1 * s[_STRESS + 5, q] + g2 * s[_STRESS + 8, q]
-                l, m = cells[c, a], cells[c, b]
-                if first <= l < last:
-                    _add_at(skew, indptr, indices, l, m, scale(factor, (v0, v1, v2)))
-                if first <= m < last:
-                    _add_at(skew, indptr, indices, m, l, scale(-factor, (v0, v1, v2)))

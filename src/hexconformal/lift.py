@@ -14,8 +14,8 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from .cell_measures import corner_scaled_jacobian
 from .limits import held_bound
-from .quality import corner_scaled_jacobian
 from .shaping import SIZE, Emphasis, Shaping, projected_newton, rings
 
 __all__ = ["lift", "lift_patches"]

@@ -13,7 +13,7 @@ from .frame import Frame
 from .options import Options
 from .preconditioner import Metric
 from .sizes import cell_volumes, edge_lengths
-from .solver import SOLVERS, Iterate, Problem, inner, start
+from .solver import SOLVERS, Iterate, Problem, start
 from .step import Step
 from .target import inverse_targets
 from .validity import all_valid, is_valid
@@ -66,7 +66,7 @@ class Minimization:
         metric = Metric(self._energy.laplacian(self._stiffness()), self._constraint, self._frame.used)
         problem = Problem(self._energy, self._constraint.project, metric, self._acceptable)
         at = start(problem, self._start)
-        first = _norm(at)
+        first = at.norm
         slow = 0
         phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
         for phase in phases:
@@ -77,18 +77,18 @@ class Minimization:
                     break
                 slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0
                 at = following
-                yield Step(phase, at.points, at.energy, _norm(at) / first, at.step)
+                yield Step(phase, at.points, at.energy, at.norm / first, at.step)
                 if self._options.lifts and slow == 2:
                     self.reason = "the energy stalls"
                     return
-                if phase != phases[-1] and (taken == _HANDOVER or _norm(at) <= _TIGHT * first):
+                if phase != phases[-1] and (taken == _HANDOVER or at.norm <= _TIGHT * first):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
         self._small(at, first)
 
     def _small(self, at: Iterate, first: float) -> bool:
         """Whether the gradient is small enough."""
-        norm, tolerance = _norm(at), self._options.tolerance
+        norm, tolerance = at.norm, self._options.tolerance
         if norm <= tolerance * first:
             self.reason = f"gradient fell below {tolerance:g} of its start"
         elif norm <= _FLOOR * np.sqrt(len(at.points)):
@@ -118,7 +118,3 @@ class Minimization:
     def _acceptable(self, points: Field) -> bool:
         """Valid cells stay valid."""
         return all_valid(points, self._frame.cells, None if self._valid.all() else np.flatnonzero(self._valid))
-
-
-def _norm(at: Iterate) -> float:
-    return float(np.sqrt(inner(at.gradient, at.gradient)))

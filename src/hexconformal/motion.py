@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .asked import require_choice
 from .assembly import Distortion
+from .cell_measures import corner_scaled_jacobian
 from .checks import as_mask, require_sound
 from .constraint import Constraint, fixed_components, planar_normals
 from .errors import MeshError, OptionError, first_ids
 from .extension import EXTENSIONS
 from .frame import Frame
 from .io import as_hex_mesh
-from .quality import corner_scaled_jacobian
 from .solver import Iterate, Problem, lbfgs, start
 from .target import inverse_targets
 from .validity import all_valid, is_valid
@@ -146,10 +147,8 @@ class MeshMotion:
         operator: str = "conformal",
         tolerance: float = 1e-6,
     ) -> None:
-        if reference not in ("initial", "current"):
-            raise OptionError(f"reference is 'initial' or 'current', not {reference!r}")
-        if operator not in OPERATORS:
-            raise OptionError(f"operator is {', '.join(map(repr, OPERATORS[:-1]))} or 'elastic', not {operator!r}")
+        require_choice("reference", reference, ("initial", "current"))
+        require_choice("operator", operator, OPERATORS)
         if not 0.0 < tolerance < 1.0:
             raise OptionError(f"tolerance lies in (0, 1), not {tolerance!r}")
         self.mesh = as_hex_mesh(mesh)

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .cell_measures import corner_scaled_jacobian
 from .checkpoint import problem_of
 from .io import write
 from .mesh import HexMesh
 from .motion import MeshMotion
-from .motion_table import Boundary
-from .quality import corner_scaled_jacobian
+from .motion_table import BoundaryMotion
 from .run_folder import Stage
 
 __all__ = ["MotionRecord", "MotionRun"]
@@ -62,7 +62,7 @@ class MotionRun:
 
     version, record, others = 1, MotionRecord, "another mesh, or to other options"
 
-    def __init__(self, motion: MeshMotion, boundary: Boundary) -> None:
+    def __init__(self, motion: MeshMotion, boundary: BoundaryMotion) -> None:
         self.step, self.refusal = 0, ""
         self._motion, self._boundary, self._resumed = motion, boundary, False
         self._blocked = np.empty(0, dtype=np.int64)

@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 
 from .errors import ReadError, first_ids
 
-__all__ = ["Boundary", "read_boundary"]
+__all__ = ["BoundaryMotion", "read_boundary"]
 
 
 @dataclass(frozen=True)
-class Boundary:
-    """Prescribed motion: nodes (k,), times (t,) that grow from 0, displacements (t, k, 3) from the initial place."""
+class BoundaryMotion:
+    """Where nodes (k,) of the boundary go: at times (t,) above 0, displacements (t, k, 3) from the initial place."""
 
     nodes: NDArray[np.int64]
     times: NDArray[np.float64]
     displacements: NDArray[np.float64]
 
 
-def read_boundary(path: str | os.PathLike[str]) -> Boundary:
+def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
     """Read a table with the columns step or time, node, dx, dy, dz.
 
     Raises
@@ -60,4 +60,4 @@ def read_boundary(path: str | os.PathLike[str]) -> Boundary:
         odd = np.flatnonzero((table[:, 1].reshape(len(times), -1) != nodes).any(axis=1))
     if len(odd) or len(np.unique(nodes)) < len(nodes):
         raise ReadError(f"{path}: every {when} names the same nodes, each once; {when}s that do not: {first_ids(odd)}")
-    return Boundary(nodes, times, table[:, 2:].reshape(len(times), -1, 3))
+    return BoundaryMotion(nodes, times, table[:, 2:].reshape(len(times), -1, 3))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +17,8 @@ __all__ = ["Multigrid"]
 Field = NDArray[np.float64]
 
 _COARSEST = 200  # unknowns that are solved for directly
-_DAMPING = 4.0 / 3.0  # of the Jacobi smoother, over the bound of the spectral radius
+_STRONG = 0.05  # relative size of the entries that aggregates are made along
+_DAMPING = 1.6  # of the smoother; below 2, with which it would no longer converge
 _SHIFT = 1e-8  # relative; makes a matrix with a constant null space definite
 
 
@@ -85,7 +85,7 @@ class _Sparse:
 @dataclass(frozen=True)
 class _Level:
     matrix: _Sparse
-    relaxation: Field  # (n,) omega / diagonal
+    relaxation: Field  # (n,) factors of the residual
     prolongation: _Sparse
     restriction: _Sparse
 
@@ -129,28 +129,25 @@ class Multigrid:
             return
         matrix = matrix + sparse.diags_array(_SHIFT * matrix.diagonal(), format="csr")
         matrix.sort_indices()
-        state = np.random.get_state()  # pyamg estimates spectral radii from the global random state
-        np.random.seed(0)
-        # BLAS threads would wait for each other over its many small products, for longer than those take.
-        with threadpool_limits(1, "blas"), warnings.catch_warnings():
-            # Cells of sizes that differ by a factor beyond all precision; the line search tells what it is worth.
-            warnings.simplefilter("ignore", linalg.LinAlgWarning)
+        # BLAS threads would wait for each other over so small a matrix, for longer than its inverse takes.
+        with threadpool_limits(1, "blas"):
             hierarchy = pyamg.smoothed_aggregation_solver(
                 sparse.csr_matrix(matrix),
-                strength=("symmetric", {"theta": 0.05}),
-                smooth=("jacobi", {"omega": 4.0 / 3.0}),
+                strength=("symmetric", {"theta": _STRONG}),
+                # Weak entries would fill the coarse matrices of stretched cells. Row sums need no estimate of
+                # a spectral radius, for which pyamg draws random numbers.
+                smooth=("jacobi", {"filter_entries": True, "weighting": "local"}),
                 presmoother=None,
                 postsmoother=None,
                 improve_candidates=None,
                 max_coarse=_COARSEST,
             )
-            self._coarse = linalg.inv(hierarchy.levels[-1].A.toarray())
-        np.random.set_state(state)
+            # Where nothing is strong, pyamg ends with a single unknown that nothing depends on.
+            self._coarse = linalg.pinvh(hierarchy.levels[-1].A.toarray())
         for level in hierarchy.levels[:-1]:
-            diagonal = level.A.diagonal()
-            # Row sums bound the spectral radius of D^-1 A, so the smoother never diverges.
-            radius = (np.asarray(abs(level.A).sum(axis=1)).ravel() / diagonal).max()
-            relaxation = _DAMPING / radius / diagonal
+            # The row sums of |A|, as a diagonal matrix, are not below A: where cells are bad the smoother is
+            # damped, and only there.
+            relaxation = _DAMPING / np.asarray(abs(level.A).sum(axis=1)).ravel()
             self._levels.append(_Level(_Sparse.of(level.A), relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
 
     def __call__(self, residual: Field) -> Field:

@@ -96,7 +96,7 @@ def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     (array([[0, 1, 2, 3, 4, 5, 6, 7]]), array([0]))
     """
     mesh = as_hex_mesh(mesh)
-    order, _ = best_order(mesh.points, mesh.cells)
+    order = best_order(mesh.points, mesh.cells)
     cells = mesh.cells[:, order.places]
     mirrored = _mirrored(mesh.points, cells)
     report = OrientReport(order.name, np.flatnonzero(mirrored))
@@ -106,8 +106,8 @@ def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     return replace(mesh, cells=cells), report
 
 
-def best_order(points: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[Order, int]:
-    """The node order in which most of the cells are sound, all corners of one sign, and how many are.
+def best_order(points: NDArray[np.float64], cells: NDArray[np.int64]) -> Order:
+    """The node order in which most of the cells are sound, all their corners of one sign.
 
     VTK's own is left only for one that makes most cells sound, and more than twice as many.
     """
@@ -122,7 +122,7 @@ def best_order(points: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[O
                 break
         elif count > max(most, needed):
             best, most, mirrored = name, count, negative > positive
-    return Order(best, tuple(_ORDERS[best]), bool(mirrored)), most
+    return Order(best, tuple(_ORDERS[best]), bool(mirrored))
 
 
 def center_determinants(

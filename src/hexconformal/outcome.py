@@ -25,10 +25,12 @@ _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
 
 
 def no_worse(record: Record, first: Record) -> bool:
-    """Whether no more cells are inverted than in the input, and neither minimum (to six digits) nor mean is lower."""
+    """Whether fewer cells are inverted than in the input, or as many and neither minimum (to six digits) nor mean is
+    lower."""
+    if record.inverted != first.inverted:
+        return record.inverted < first.inverted
     return (
-        record.inverted <= first.inverted
-        and record.min_scaled_jacobian >= first.min_scaled_jacobian - _LEVEL
+        record.min_scaled_jacobian >= first.min_scaled_jacobian - _LEVEL
         and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING
     )
 

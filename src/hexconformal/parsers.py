@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 import shutil
 from pathlib import Path
@@ -14,6 +13,7 @@ from .abaqus import read_deck, replaced_nodes
 from .conventions import EXODUS_NAMES, from_vtk, med_families, to_vtk, write_med_families
 from .convert import to_meshio
 from .errors import ReadError, WriteError
+from .format_limits import GMSH_TAGS, drop_unknown_cells, drop_what_is_not_kept
 from .mesh import HexMesh
 from .nastran import in_a_field, read_bulk
 from .selection import SourceFile
@@ -21,26 +21,6 @@ from .silence import quiet
 
 __all__ = ["read_meshio", "write_meshio"]
 
-# What each of meshio's formats keeps: number of point arrays and cell arrays, field data, point sets, cell sets.
-_KEEPS = {
-    "gmsh": ("all", "all", True, False, False),
-    "abaqus": ("none", "none", False, True, True),
-    "medit": ("one", "one", False, False, False),
-    "exodus": ("all", "none", False, True, False),
-    "med": ("all", "all", False, False, False),
-    "xdmf": ("all", "all", False, False, False),
-    "nastran": ("none", "none", False, False, False),
-}
-_GMSH_TAGS = ("gmsh:physical", "gmsh:geometrical", "gmsh:dim_tags")
-# Where meshio lists the types of cells a format has.
-_CELL_TYPES = {
-    "gmsh": "meshio.gmsh.common:_meshio_to_gmsh_type",
-    "abaqus": "meshio.abaqus._abaqus:meshio_to_abaqus_type",
-    "exodus": "meshio.exodus._exodus:meshio_to_exodus_type",
-    "med": "meshio.med._med:meshio_to_med_type",
-    "xdmf": "meshio.xdmf.common:meshio_to_xdmf_type",
-    "nastran": "meshio.nastran._nastran:meshio_to_nastran_type",
-}
 # Formats that have the extension of another one: how they begin, and what to do.
 _NAMESAKES = {
     "medit": (rb"MFEM ", "this is MFEM's own format: write it as VTK or Gmsh 2.2, or hand over points and cells"),
@@ -48,8 +28,6 @@ _NAMESAKES = {
     "gmsh": (rb"\$NOD", "this is a Gmsh 1 file: let Gmsh save it again, in version 2.2 or 4.1"),
 }
 _IN_HDF5, _HDF5_HEAD = ("exodus", "med", "xdmf"), 100_000
-_MEDIT_TYPES = ("line", "triangle", "quad", "tetra", "wedge", "pyramid", "hexahedron")
-_LABELS = {"medit": "medit:ref"}
 # meshio writes the last Abaqus name it knows for a type: a hybrid brick, an axisymmetric pore pressure quadrilateral.
 _ABAQUS = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10MH": "C3D10", "C3D20RH": "C3D20"}
 
@@ -104,11 +82,11 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
     file = getattr(mesh.origin, "file", None)
     if name == "abaqus" and file is not None and file.deck:
         if np.array_equal(mesh.cells, mesh.origin.selection.cells):
-            lost += _drop_what_is_not_kept(out, name)
+            lost += drop_what_is_not_kept(out, name)
             target.write_text(replaced_nodes(file.deck, out.points), encoding="utf-8", errors="surrogateescape")
             return lost
         lost.append("all of the deck but nodes, elements and sets, because the node order of elements changed")
-    lost += _drop_unknown_cells(out, name) + _drop_what_is_not_kept(out, name)
+    lost += drop_unknown_cells(out, name) + drop_what_is_not_kept(out, name)
     if len({block.type for block in out.cells}) < len(out.cells) and name in ("med", "exodus"):
         out = _one_block_per_type(out)
     if len(out.field_data.get("med:nom", ())) != len({*out.point_data, *out.cell_data} - {"point_tags", "cell_tags"}):
@@ -166,7 +144,7 @@ def _gmsh_options(out: Any, file: SourceFile | None) -> tuple[str, dict[str, Any
     lost = []
     as_text = file is not None and file.ascii
     arrays = [*out.point_data.items(), *((name, parts[0]) for name, parts in out.cell_data.items())]
-    whole = [name for name, array in arrays if array.dtype.kind in "iu" and name not in _GMSH_TAGS]
+    whole = [name for name, array in arrays if array.dtype.kind in "iu" and name not in GMSH_TAGS]
     if whole:
         lost.append(f"the integer type of {', '.join(whole)} (kept as floating point)")
     version = "2.2"
@@ -177,13 +155,13 @@ def _gmsh_options(out: Any, file: SourceFile | None) -> tuple[str, dict[str, Any
         if file is not None and file.version.startswith("4"):
             lost.append("the geometric entities of Gmsh 4 (written as version 2.2)")
     # Both writers ask for both tags; Gmsh itself leaves those of physical groups out where there are none.
-    for tag in _GMSH_TAGS[:2]:
+    for tag in GMSH_TAGS[:2]:
         out.cell_data.setdefault(tag, [np.zeros(len(block.data), dtype=np.int32) for block in out.cells])
     if as_text:
         # Plain Python floats: the writer spells out NumPy's as np.float64(...).
-        for name in set(out.point_data) - set(_GMSH_TAGS):
+        for name in set(out.point_data) - set(GMSH_TAGS):
             out.point_data[name] = out.point_data[name].astype(np.float64).astype(object)
-        for name in set(out.cell_data) - set(_GMSH_TAGS):
+        for name in set(out.cell_data) - set(GMSH_TAGS):
             out.cell_data[name] = [part.astype(np.float64).astype(object) for part in out.cell_data[name]]
     return ("gmsh22" if version == "2.2" else "gmsh"), {"binary": not as_text}, lost
 
@@ -221,66 +199,3 @@ def _one_block_per_type(mesh: Any) -> Any:
     for name in vars(mesh).keys() - vars(result).keys():
         setattr(result, name, getattr(mesh, name))
     return result
-
-
-def _drop_unknown_cells(out: Any, name: str) -> list[str]:
-    """Take lower-dimensional cells a format has no type for from a meshio.Mesh, and say so."""
-    module, _, table = _CELL_TYPES.get(name, "").partition(":")
-    known = getattr(importlib.import_module(module), table) if module else _MEDIT_TYPES
-    kept = [number for number, block in enumerate(out.cells) if block.type in known]
-    unknown = [block for block in out.cells if block.type not in known]
-    solid = [block for block in unknown if block.dim == 3]
-    if solid:
-        raise WriteError(f"{name} files have no {solid[0].type} cells")
-    for arrays in (out.cell_data, out.cell_sets):
-        for key, parts in arrays.items():
-            arrays[key] = [parts[number] for number in kept]
-    out.cells = [out.cells[number] for number in kept]
-    return [f"{len(block.data)} {block.type} cells" for block in unknown]
-
-
-def _drop_what_is_not_kept(out: Any, name: str) -> list[str]:
-    """Take from a meshio.Mesh what the format cannot hold, and say so."""
-    point_arrays, cell_arrays, fields, point_sets, cell_sets = _KEEPS[name]
-    lost = []
-    for kind, data, keeps in (("point", out.point_data, point_arrays), ("cell", out.cell_data, cell_arrays)):
-        for key in list(data):
-            if name == "gmsh" and key in _GMSH_TAGS:
-                continue
-            parts = [_plain(array, name) for array in (data[key] if kind == "cell" else [data[key]])]
-            if keeps == "none" or any(part is None for part in parts):
-                del data[key]
-                lost.append(f"{kind} array {key!r}")
-            else:
-                data[key] = parts if kind == "cell" else parts[0]
-        if keeps == "one":
-            whole = [key for key, value in data.items() if np.asarray(value[0]).dtype.kind in "iu"]
-            label = _LABELS[name] if _LABELS[name] in whole else next(iter(whole), None)
-            lost += [f"{kind} array {key!r}" for key in data if key != label]
-            if label not in (None, _LABELS[name]):
-                lost.append(f"the name of the {kind} array {label!r} (kept as {_LABELS[name]})")
-            for key in set(data) - {label}:
-                del data[key]
-    for kept, what, values in (
-        (fields, "field data", out.field_data),
-        (point_sets, "point set", out.point_sets),
-        (cell_sets, "cell set", out.cell_sets),
-    ):
-        if not kept:
-            lost += [f"{what} {key!r}" for key in values if not str(key).startswith(("gmsh:", "med:"))]
-    if name == "gmsh":
-        # Names of physical groups repeat as cell sets, which their tags already tell.
-        lost = [text for text in lost if text not in {f"cell set {key!r}" for key in out.field_data}]
-    return lost
-
-
-def _plain(array: Any, name: str) -> Any:
-    """The array in a type and shape the format knows, or None."""
-    array = np.asarray(array)
-    if array.dtype.kind == "b":
-        array = array.astype(np.int32)
-    if array.ndim > 2:
-        array = array.reshape(len(array), -1)
-    if array.dtype.kind not in "iuf":
-        return None
-    return None if name == "gmsh" and array.ndim == 2 and array.shape[1] not in (1, 3, 9) else array

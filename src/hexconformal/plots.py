@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from functools import cache
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,27 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import canvas
-from .canvas import PICTURES, VIEW
-from .errors import MeshError, OptionError, WriteError
+from .canvas import PICTURES, VIEW, require_rendering
+from .errors import MeshError, OptionError
 from .files import check_writable
 from .io import as_hex_mesh
 from .mesh import HexMesh
 from .quality import Quality, quality
 from .topology import boundary_quads
 
-__all__ = ["PICTURES", "before_after", "histogram", "require_rendering", "worst_cells"]
+__all__ = ["PICTURES", "before_after", "histogram", "worst_cells"]
 
 _MEASURE = "scaled Jacobian"
 _LONG = 20  # edge ratio from which on the axis is logarithmic
-
-# Without a graphics driver VTK does not fail, it crashes: so another process has to try.
-_TRIAL = """
-from vtkmodules.vtkRenderingCore import vtkRenderWindow
-import vtkmodules.vtkRenderingOpenGL2
-window = vtkRenderWindow()
-window.SetOffScreenRendering(1)
-window.Render()
-"""
 
 
 def histogram(path: Any, before: Any, after: Any = None) -> None:
@@ -93,25 +82,18 @@ def before_after(path: Any, before: Any, after: Any) -> None:
     WriteError
         If the file cannot be written, or this machine cannot draw in three dimensions.
     """
-    from matplotlib.figure import Figure
-
     path = Path(path)
     check_writable(path, PICTURES)
     meshes = as_hex_mesh(before), as_hex_mesh(after)
     if not np.array_equal(meshes[0].cells, meshes[1].cells):
         raise MeshError("before and after must have the same cells")
     require_rendering()
-    measured = [quality(mesh) for mesh in meshes]
     kept = ~_facing(meshes[1])
-    bounds = canvas.bounds(*(mesh.points[mesh.cells] for mesh in meshes))
-    figure = Figure(figsize=(10, 5.9), facecolor="white")
-    for number, (title, values) in enumerate(zip(("before", "after"), measured, strict=True)):
-        with canvas.stage(bounds) as plotter:
-            _add_cells(plotter, values, kept)
-            picture = plotter.screenshot(None, return_img=True)
-        canvas.panel(figure, number, 2, picture, title, canvas.value_range(values.scaled_jacobian))
-    canvas.colour_bar(figure, _MEASURE, any((values.scaled_jacobian < 0).any() for values in measured))
-    canvas.save(path, figure)
+    views = [
+        canvas.View(title, measured.scaled_jacobian, partial(_add_cells, mesh=measured, kept=kept))
+        for title, measured in zip(("before", "after"), map(quality, meshes), strict=True)
+    ]
+    canvas.side_by_side(path, views, canvas.bounds(*(mesh.points[mesh.cells] for mesh in meshes)), _MEASURE)
 
 
 def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> None:
@@ -135,46 +117,26 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
     WriteError
         If the file cannot be written, or this machine cannot draw in three dimensions.
     """
-    from matplotlib.figure import Figure
-
     path = Path(path)
     check_writable(path, PICTURES)
     if count < 1:
         raise OptionError(f"a picture of the worst cells needs one or more, not {count}")
-    measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
     require_rendering()
-    bounds = canvas.bounds(*(mesh.points[mesh.cells] for mesh in measured))
-    figure = Figure(figsize=(5 * len(measured), 5.9), facecolor="white")
-    folded = False
-    for number, values in enumerate(measured):
-        worst = np.argsort(values.scaled_jacobian, kind="stable")[:count]
-        shown = np.zeros(len(values.cells), dtype=bool)
-        shown[worst] = True
-        folded |= bool((values.scaled_jacobian[worst] < 0).any())
-        with canvas.stage(bounds) as plotter:
-            canvas.add_ghost(plotter, _boundary(values))
-            _add_cells(plotter, values, shown)
-            picture = plotter.screenshot(None, return_img=True)
-            corners = canvas.on_screen(plotter, values.points[values.cells[worst]])
-        inverted = int((values.scaled_jacobian <= 0).sum())
-        title = f"{'' if after is None else ('before: ', 'after: ')[number]}{len(worst)} worst of {len(shown)} cells"
-        said = f"{inverted} inverted   {canvas.value_range(values.scaled_jacobian)}"
-        canvas.ring_small(canvas.panel(figure, number, len(measured), picture, title, said), corners)
-    canvas.colour_bar(figure, _MEASURE, folded)
-    canvas.save(path, figure)
+    measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
+    box = canvas.bounds(*(mesh.points[mesh.cells] for mesh in measured))
+    canvas.side_by_side(path, canvas.named([_worst(mesh, count) for mesh in measured]), box, _MEASURE)
 
 
-@cache
-def require_rendering() -> None:
-    """Raise a WriteError unless three-dimensional pictures can be drawn here, on a screen or without one."""
-    if not sys.executable:
-        return
-    trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, check=False)
-    if trial.returncode != 0:
-        raise WriteError(
-            "this machine cannot draw in three dimensions: VTK finds no graphics driver; install a software one "
-            "(Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri)"
-        )
+def _worst(mesh: Quality, count: int) -> canvas.View:
+    worst = mesh.worst(count)
+    shown = np.zeros(len(mesh.cells), dtype=bool)
+    shown[worst] = True
+
+    def draw(plotter: Any) -> None:
+        canvas.add_ghost(plotter, _boundary(mesh))
+        _add_cells(plotter, mesh, shown)
+
+    return canvas.worst_view(mesh.scaled_jacobian, mesh.points[mesh.cells[worst]], draw)
 
 
 def _measured(mesh: Any) -> Quality:

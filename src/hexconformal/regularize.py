@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .asked import made_of
 from .boundary import boundary_of
+from .cell_measures import corner_scaled_jacobian
 from .checks import require_sound
 from .errors import OptionError
 from .frame import Frame
@@ -19,7 +20,7 @@ from .io import as_hex_mesh
 from .limits import held_bound
 from .options import Options, Record
 from .outcome import chosen_target, distance, no_worse, of_same_volume, size_ratios
-from .quality import corner_scaled_jacobian, quality
+from .quality import quality
 from .report import Report
 from .stages import Stages
 from .step import Step

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
 
-from .quality import Summary, json_safe
+from .plain import Plain, json_safe
+from .quality import Summary
 
 __all__ = ["Report"]
 
 
 @dataclass(frozen=True, repr=False)
-class Report:
+class Report(Plain):
     """What a run did: the mesh before and after, what moved, and why it stopped.
 
     Attributes
@@ -120,6 +120,8 @@ class Report:
             ]
         )
 
+    __repr__ = __str__
+
     def _shape(self) -> list[str]:
         """What became of the boundary and of the sizes, in lines."""
         lines = [f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"]
@@ -131,16 +133,10 @@ class Report:
             lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")
         return lines
 
-    __repr__ = __str__
-
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""
         derived = ("volume_change", "relative_displacement", "hausdorff_bound")
-        return {**json_safe(self), **json_safe({name: getattr(self, name) for name in derived})}
-
-    def to_json(self) -> str:
-        """The dictionary as indented JSON."""
-        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+        return {**super().to_dict(), **json_safe({name: getattr(self, name) for name in derived})}
 
 
 def _number(value: float) -> str:

@@ -22,7 +22,7 @@ from .threads import parallel_ranges
 from .topology import boundary_quads
 from .validity import is_valid
 
-__all__ = ["SIZE", "Emphasis", "Measures", "Shaping", "Surface", "newton_step", "next_shift", "projected_newton"]
+__all__ = ["SIZE", "Emphasis", "Measures", "Shaping", "SurfacePenalty", "newton_step", "next_shift", "projected_newton"]
 __all__ += ["rings"]
 
 Field = NDArray[np.float64]
@@ -81,12 +81,12 @@ class Measures:
     angle: Field
 
 
-class Surface(Protocol):
-    """What keeps boundary nodes near the surface: a penalty, and a limit that is never crossed."""
+class SurfacePenalty(Protocol):
+    """What keeps nodes of the boundary near the surface: a penalty, and a limit that is never crossed."""
 
     def value(self, points: Field) -> float: ...
     def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
-    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> Surface: ...
+    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> SurfacePenalty: ...
 
 
 @dataclass
@@ -112,7 +112,7 @@ class Shaping:
     cells: Ints
     inverses: Field
     projectors: Field
-    surface: Surface | None = None
+    surface: SurfacePenalty | None = None
     sizes: Field = field(default_factory=lambda: np.empty(0))
     firmness: float = 1.0
 

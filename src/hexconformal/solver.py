@@ -67,6 +67,11 @@ class Iterate:
     gradient: Field
     step: float
 
+    @property
+    def norm(self) -> float:
+        """Of the gradient."""
+        return float(np.sqrt(inner(self.gradient, self.gradient)))
+
 
 def inner(a: Field, b: Field) -> float:
     """Euclidean inner product of two fields, without BLAS: its threads would spin beside ours."""
@@ -169,10 +174,9 @@ def conjugate_gradients(
 
 def newton(problem: Problem, at: Iterate) -> Iterator[Iterate]:
     """Newton's method with inexact solves by conjugate gradients, exact Hessian, negative curvature safe."""
-    initial = np.sqrt(inner(at.gradient, at.gradient))
+    initial = at.norm
     while True:
-        norm = np.sqrt(inner(at.gradient, at.gradient))
-        forcing = min(0.1, np.sqrt(norm / initial)) if initial else 0.1
+        forcing = min(0.1, np.sqrt(at.norm / initial)) if initial else 0.1
         base = at.points
 
         def product(field: Field, base: Field = base) -> Field:

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .boundary import Boundary, boundary_of
+from .cell_measures import corner_scaled_jacobian
 from .errors import first_ids
 from .frame import Frame
 from .inside import unfold_inside
 from .lift import lift, lift_patches
 from .minimize import Minimization
 from .options import Options
-from .quality import corner_scaled_jacobian
 from .shaping import SIZE, Emphasis, Shaping, projected_newton
 from .step import Step
 from .target import inverse_targets, wanted_volumes

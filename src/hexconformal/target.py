@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .elements import corner_rule, gauss_rule, shape_gradients
+from .cell_measures import corner_scaled_jacobian
+from .elements import RULES, shape_gradients
 from .errors import MeshError, OptionError, first_ids
 from .mesh import HexMesh
-from .quality import corner_scaled_jacobian
 from .sizes import cell_volumes, edge_lengths
 
 __all__ = ["STRETCHED", "aspects", "cell_frames", "inverse_targets", "stretched_boxes", "wanted_volumes"]
@@ -23,9 +23,9 @@ STRETCHED = (2.0, 5.0)  # aspect ratios between which a cell passes from a cube 
 
 def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gauss") -> Field:
     """Frames dX / d xi (m, q, 3, 3) at the quadrature points; column i is the derivative along axis i."""
-    rule = gauss_rule() if quadrature == "gauss" else corner_rule()
+    places, _ = RULES[quadrature]()
     x = points[cells] - points[cells[:, :1]]
-    return np.einsum("qai,mak->mqki", shape_gradients(rule[0]), x)
+    return np.einsum("qai,mak->mqki", shape_gradients(places), x)
 
 
 def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadrature: str) -> Field | None:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import algebra, exact_loop
+from .compiled import algebra, loop
 from .elements import FACES
 
-__all__ = ["FaceTable", "boundary_quads", "components", "face_table", "islands"]
+__all__ = ["FaceTable", "boundary_quads", "by_first_appearance", "components", "face_table", "islands"]
 
 
 @dataclass(frozen=True)
@@ -122,10 +122,20 @@ def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     cells = cells.astype(np.int32) if size < 2**31 else cells
     rows = np.repeat(cells[:, 0], 7)
     links = csr_array((np.ones(len(rows)), (rows, cells[:, 1:].ravel())), shape=(size, size))
-    labels = connected_components(links, directed=False)[1][cells[:, 0]]
-    names, index, inverse = np.unique(labels, return_index=True, return_inverse=True)
+    return by_first_appearance(connected_components(links, directed=False)[1][cells[:, 0]])
+
+
+def by_first_appearance(labels: NDArray[np.integer]) -> tuple[int, NDArray[np.int64]]:
+    """How many different labels there are, and the labels numbered in the order in which they come first.
+
+    Examples
+    --------
+    >>> by_first_appearance(np.array([7, 3, 7, 5]))
+    (3, array([0, 1, 0, 2]))
+    """
+    names, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
     rank = np.empty(len(names), dtype=np.int64)
-    rank[np.argsort(index)] = np.arange(len(names))
+    rank[np.argsort(first)] = np.arange(len(names))
     return len(names), rank[inverse]
 
 
@@ -170,7 +180,7 @@ def _quads(cells: NDArray[np.int64], faces: NDArray[np.int64]) -> NDArray[np.int
     return np.take(cells.reshape(-1), places)
 
 
-@exact_loop
+@loop
 def _first_equal(cells, faces, heads, following, first):  # type: ignore[no-untyped-def]
     # heads and following chain, for every node, the different faces of which it is the smallest.
     for face in range(len(first)):

@@ -17,8 +17,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
+from .cell_measures import corner_scaled_jacobian
 from .elements import EDGES
-from .quality import corner_scaled_jacobian
 from .shaping import Emphasis, Shaping, newton_step, next_shift, rings
 from .topology import islands
 
@@ -66,14 +66,17 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
 
 
 def brought_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
-    """Points at which the worst cell is no worse than it was at the start, the unchanged ones where that fails.
+    """Points at which the worst cell is no worse than it was at the start.
 
     Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
-    of their way back, with the fewest inverted cells (never more than at the start) near enough to the surface.
+    of their way back, with the fewest inverted cells (never more than at the start) near enough to the surface; all of
+    them go back where that is not to be had.
     """
     first = corner_scaled_jacobian(start, cells)
     now = corner_scaled_jacobian(points, cells)
-    best, fewest = points, int((first <= 0.0).sum()) + 1
+    if now.min() >= first.min() and now.mean() >= first.mean():
+        return points
+    best, fewest = start, int((first <= 0.0).sum())
     for width in range(_ROUNDS):
         nodes = rings(cells, len(points), now < first.min(), width)
         for way in _WAYS_BACK:
@@ -81,7 +84,7 @@ def brought_back(points: Field, start: Field, cells: Ints, near: Callable[[Field
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
             as_good = quality.min() >= first.min() and quality.mean() >= first.mean()
-            if as_good and inverted < fewest and near(trial):
+            if as_good and inverted <= fewest and near(trial) and (inverted < fewest or best is start):
                 best, fewest = trial, inverted
     return best
 

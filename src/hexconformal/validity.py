@@ -13,16 +13,17 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import exact_loop
+from .compiled import strict_loop
 from .elements import EDGES
 from .threads import parallel_ranges
 
-__all__ = ["all_valid", "bernstein_coefficients", "is_valid", "minimum_jacobian"]
+__all__ = ["DEPTH", "all_valid", "bernstein_coefficients", "contiguous", "is_valid", "minimum_jacobian"]
+__all__ += ["bracket", "edge_vectors", "expand"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_DEPTH = 8
+DEPTH = 8  # how often a cell may be halved in each direction
 # Bisections of one cell before it counts as undecided: only a det that touches zero comes near.
 _BUDGET = 4096
 # Rounding of a coefficient, relative to the product of the lengths along e1, e2, e3.
@@ -58,7 +59,7 @@ def bernstein_coefficients(x: Floats) -> Floats:
     return coefficients.reshape(*x.shape[:-2], 27)
 
 
-def minimum_jacobian(points: Floats, cells: Ints, depth: int = _DEPTH) -> tuple[Floats, Floats]:
+def minimum_jacobian(points: Floats, cells: Ints, depth: int = DEPTH) -> tuple[Floats, Floats]:
     """Bracket the minimum of det J over every cell.
 
     The bounds are as tight as the sign needs: cells are subdivided only while it is undecided.
@@ -85,11 +86,11 @@ def minimum_jacobian(points: Floats, cells: Ints, depth: int = _DEPTH) -> tuple[
     (True, 8.0)
     """
     lower, upper = np.empty(len(cells)), np.empty(len(cells))
-    parallel_ranges(_bracket_range, len(cells), *_plain(points, cells), depth, lower, upper)
+    parallel_ranges(_bracket_range, len(cells), *contiguous(points, cells), depth, lower, upper)
     return lower, upper
 
 
-def is_valid(points: Floats, cells: Ints, depth: int = _DEPTH) -> NDArray[np.bool_]:
+def is_valid(points: Floats, cells: Ints) -> NDArray[np.bool_]:
     """Tell for every cell whether det J > 0 everywhere in it, certified.
 
     Cells that stay undecided (det J touches zero within rounding, or NaN) are not valid.
@@ -100,8 +101,6 @@ def is_valid(points: Floats, cells: Ints, depth: int = _DEPTH) -> NDArray[np.boo
         (n, 3) coordinates.
     cells
         (m, 8) nodes in VTK order.
-    depth
-        How often a cell may be halved in each direction.
 
     Returns
     -------
@@ -115,7 +114,7 @@ def is_valid(points: Floats, cells: Ints, depth: int = _DEPTH) -> NDArray[np.boo
     >>> is_valid(points, cells), is_valid(-points, cells)
     (array([ True]), array([False]))
     """
-    return minimum_jacobian(points, cells, depth)[0] > 0
+    return minimum_jacobian(points, cells)[0] > 0
 
 
 def all_valid(points: Floats, cells: Ints, among: Ints | None = None) -> bool:
@@ -139,16 +138,17 @@ def all_valid(points: Floats, cells: Ints, among: Ints | None = None) -> bool:
     if among is not None:
         cells = cells[among]
     found = np.zeros(1, dtype=np.bool_)
-    parallel_ranges(_find_invalid, len(cells), *_plain(points, cells), _DEPTH, found)
+    parallel_ranges(_find_invalid, len(cells), *contiguous(points, cells), DEPTH, found)
     return not found[0]
 
 
-def _plain(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
+def contiguous(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
+    """Points and cells as compiled loops take them."""
     # One memory layout means one compiled version; no copy where it already is so.
     return np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(cells, dtype=np.int64)
 
 
-@exact_loop
+@strict_loop
 def edge_vectors(points, cells, c, edges):  # type: ignore[no-untyped-def]
     """Edges of cell c: along e1 at [y + 2 z], along e2 at [4 + x + 2 z], along e3 at [8 + x + 2 y]."""
     for k in range(12):
@@ -158,7 +158,7 @@ def edge_vectors(points, cells, c, edges):  # type: ignore[no-untyped-def]
             edges[k, i] = points[b, i] - points[a, i]
 
 
-@exact_loop
+@strict_loop
 def expand(edges, areas, coefficients):  # type: ignore[no-untyped-def]
     """Fill the 27 coefficients from the edges, and return how far rounding may have moved them."""
     scale = 1.0
@@ -196,7 +196,7 @@ def expand(edges, areas, coefficients):  # type: ignore[no-untyped-def]
     return _ROUNDING * scale
 
 
-@exact_loop
+@strict_loop
 def _bisect(parent, left, right, stride):  # type: ignore[no-untyped-def]
     """Halve a block of coefficients along one axis (stride 1, 3 or 9); left may be the parent."""
     for i in range(27):
@@ -208,7 +208,7 @@ def _bisect(parent, left, right, stride):  # type: ignore[no-untyped-def]
             right[i], right[i + stride], right[i + 2 * stride] = middle, qr, r
 
 
-@exact_loop
+@strict_loop
 def _bounds(block):  # type: ignore[no-untyped-def]
     """Smallest coefficient, and smallest of the eight at the corners, which are values of det J."""
     lower, upper = block[0], block[0]
@@ -219,7 +219,7 @@ def _bounds(block):  # type: ignore[no-untyped-def]
     return lower, upper
 
 
-@exact_loop
+@strict_loop
 def bracket(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
     """(lower, upper) of the polynomial whose coefficients are stack[0]; bisects while undecided."""
     first, upper = _bounds(stack[0])
@@ -251,7 +251,7 @@ def bracket(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
     return first, upper
 
 
-@exact_loop
+@strict_loop
 def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ignore[no-untyped-def]
     edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
@@ -261,7 +261,7 @@ def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ig
         lower[c], upper[c] = bracket(stack, levels, rounding, depth)
 
 
-@exact_loop
+@strict_loop
 def _find_invalid(first, last, points, cells, depth, found):  # type: ignore[no-untyped-def]
     edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)

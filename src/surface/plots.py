@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hexconformal import canvas
-from hexconformal.canvas import PICTURES
+from hexconformal.canvas import PICTURES, require_rendering
 from hexconformal.errors import MeshError, OptionError
 from hexconformal.files import check_writable
-from hexconformal.plots import require_rendering
 
 from .geometry import Floats, Ints
 from .io import as_surface_mesh
@@ -75,8 +75,6 @@ def before_after(path: Any, before: Any, after: Any) -> None:
     WriteError
         If the file cannot be written, or this machine cannot draw in three dimensions.
     """
-    from matplotlib.figure import Figure
-
     path = Path(path)
     check_writable(path, PICTURES)
     measured = [quality(before), quality(after)]
@@ -84,16 +82,11 @@ def before_after(path: Any, before: Any, after: Any) -> None:
     if tables[0] != tables[1]:
         raise MeshError("before and after must have the same cells")
     require_rendering()
-    bounds = _bounds(measured)
-    figure = Figure(figsize=(10, 5.9), facecolor="white")
-    for number, (title, m) in enumerate(zip(("before", "after"), measured, strict=True)):
-        with canvas.stage(bounds) as plotter:
-            width = 2.2 if len(m.area) < _MANY else 0.8
-            canvas.add_grid(plotter, _faces(m.mesh, np.arange(len(m.area))), m.conformality, width)
-            picture = plotter.screenshot(None, return_img=True)
-        canvas.panel(figure, number, 2, picture, title, canvas.value_range(m.conformality))
-    canvas.colour_bar(figure, _MEASURE, any((m.conformality < 0).any() for m in measured))
-    canvas.save(path, figure)
+    views = [
+        canvas.View(title, m.conformality, partial(_add_cells, m=m))
+        for title, m in zip(("before", "after"), measured, strict=True)
+    ]
+    canvas.side_by_side(path, views, _bounds(measured), _MEASURE)
 
 
 def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> None:
@@ -115,28 +108,28 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
     WriteError
         If the file cannot be written, or this machine cannot draw in three dimensions.
     """
-    from matplotlib.figure import Figure
-
     path = Path(path)
     check_writable(path, PICTURES)
     if count < 1:
         raise OptionError(f"a picture of the worst cells needs one or more, not {count}")
-    measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
     require_rendering()
-    bounds = _bounds(measured)
-    figure = Figure(figsize=(5 * len(measured), 5.9), facecolor="white")
-    for number, m in enumerate(measured):
-        worst = m.worst(count)
-        with canvas.stage(bounds) as plotter:
-            canvas.add_ghost(plotter, _faces(m.mesh, np.arange(len(m.area))))
-            canvas.add_grid(plotter, _faces(m.mesh, worst), m.conformality[worst])
-            picture = plotter.screenshot(None, return_img=True)
-            corners = canvas.on_screen(plotter, np.stack([_four(m.corners(place)) for place in worst.tolist()]))
-        title = f"{'' if after is None else ('before: ', 'after: ')[number]}{len(worst)} worst of {len(m.area)} cells"
-        said = f"{int((m.conformality <= 0).sum())} inverted   {canvas.value_range(m.conformality)}"
-        canvas.ring_small(canvas.panel(figure, number, len(measured), picture, title, said), corners)
-    canvas.colour_bar(figure, _MEASURE, any((m.conformality < 0).any() for m in measured))
-    canvas.save(path, figure)
+    measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
+    canvas.side_by_side(path, canvas.named([_worst(m, count) for m in measured]), _bounds(measured), _MEASURE)
+
+
+def _worst(m: Quality, count: int) -> canvas.View:
+    worst = m.worst(count)
+
+    def draw(plotter: Any) -> None:
+        canvas.add_ghost(plotter, _faces(m.mesh, np.arange(len(m.area))))
+        canvas.add_grid(plotter, _faces(m.mesh, worst), m.conformality[worst])
+
+    return canvas.worst_view(m.conformality, np.stack([_four(m.corners(place)) for place in worst.tolist()]), draw)
+
+
+def _add_cells(plotter: Any, m: Quality) -> None:
+    width = 2.2 if len(m.area) < _MANY else 0.8
+    canvas.add_grid(plotter, _faces(m.mesh, np.arange(len(m.area))), m.conformality, width)
 
 
 def _measured(mesh: Any) -> Quality:

@@ -93,10 +93,10 @@ class Surface:
         moved[still], places[still] = base[still], self.target.places[still]
         result = moved
         for _ in range(2):
-            result = self._with_volume(self._with_area(result))
+            result = self.with_volume(self._with_area(result))
         return result, moved, places
 
-    def _with_volume(self, points: Floats) -> Floats:
+    def with_volume(self, points: Floats) -> Floats:
         """Every closed piece shifted along its normals until it encloses its old volume."""
         vectors = nodal_vectors(points, self.cells)
         areas = np.linalg.norm(vectors, axis=1) * self._smooth

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.quality import Statistics, json_safe, statistics
+from hexconformal.distributions import Statistics, as_table, statistics
+from hexconformal.plain import Plain
 
 from .checks import require_numbers
 from .energy import corner_frames
@@ -36,7 +37,7 @@ class WorstCell:
 
 
 @dataclass(frozen=True, repr=False)
-class Summary:
+class Summary(Plain):
     """The quality of a surface in a few numbers.
 
     Attributes
@@ -76,22 +77,11 @@ class Summary:
     worst: tuple[WorstCell, ...]
 
     def __str__(self) -> str:
-        lines = [
-            f"{self.count} cells, {self.inverted} inverted, area {self.area:.6g}, largest cell over smallest "
-            f"{self.area_ratio:.4g}",
-            f"{'':22s}{'min':>11s}{'5 %':>11s}{'median':>11s}{'mean':>11s}{'95 %':>11s}{'max':>11s}",
-        ]
-        for name, s in self.distributions.items():
-            row = (s.min, s.percentiles[5], s.percentiles[50], s.mean, s.percentiles[95], s.max)
-            lines.append(f"{name.replace('_', ' '):22s}" + "".join(f"{value:11.4g}" for value in row))
-        return "\n".join(lines)
+        ratio = f"largest cell over smallest {self.area_ratio:.4g}"
+        head = f"{self.count} cells, {self.inverted} inverted, area {self.area:.6g}, {ratio}"
+        return "\n".join([head, *as_table(self.distributions)])
 
     __repr__ = __str__
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain types, as JSON takes them; what is not finite becomes None."""
-        plain: dict[str, Any] = json_safe(self)
-        return plain
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -264,6 +264,10 @@ class Remeshing:
             return self._points, distance, []
         for share in _SHARES:
             trial = start + share * change
+            for _ in range(2):
+                trial = self._core.with_volume(trial)
+            if self._core.area_excess(trial) != 0.0:
+                continue
             at = Iterate(trial, trial, np.nan, np.nan, np.nan, 0)
             if not self._worth.no_worse(self._record(at, smallest_angles(trial, cells), shape.turned_over(trial))):
                 continue

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from typing import Any
 
-from hexconformal.quality import json_safe
+from hexconformal.plain import Plain
 
 from .quality import Summary
 
@@ -14,7 +13,7 @@ __all__ = ["Report"]
 
 
 @dataclass(frozen=True, repr=False)
-class Report:
+class Report(Plain):
     """The surface before and after, how well its shape was kept, and why the run stopped.
 
     Attributes
@@ -75,12 +74,3 @@ class Report:
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     __repr__ = __str__
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain types, as JSON takes them; what is not finite becomes None."""
-        plain: dict[str, Any] = json_safe(self)
-        return plain
-
-    def to_json(self) -> str:
-        """The dictionary as indented JSON."""
-        return json.dumps(self.to_dict(), indent=2, allow_nan=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
@@ -12,7 +11,7 @@ from ..io import read
 from ..mesh import HexMesh
 from ..options import CHOICES, Options
 
-__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_overwrite", "add_told", "as_json", "command"]
+__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_overwrite", "add_told", "command"]
 __all__ += ["mesh_of", "tell_lost"]
 
 STDOUT = "-"
@@ -76,11 +75,6 @@ def add_told(parser: ArgumentParser, picture: str) -> None:
 def mesh_of(arguments: Namespace) -> HexMesh:
     """The input of a command."""
     return read(arguments.input, other_cells=arguments.other_cells, linearise=arguments.linearise)
-
-
-def as_json(summary: Any) -> str:
-    """A summary as indented JSON."""
-    return json.dumps(summary.to_dict(), indent=2, allow_nan=False) + "\n"
 
 
 def tell_lost(path: str, lost: list[str]) -> None:

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from ..canvas import require_rendering
 from ..errors import OptionError, WriteError
 from ..files import write_text
 from ..generate import box, sheared_cube
 from ..io import read, write
 from ..mesh import HexMesh
 from ..options import Options
-from ..plots import require_rendering
 from ..progress import Progress
 from .arguments import command
 from .outputs import Outputs

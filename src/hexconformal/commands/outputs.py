@@ -6,10 +6,9 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..canvas import PICTURES
+from ..canvas import PICTURES, require_rendering
 from ..errors import OptionError
 from ..files import check_writable
-from ..plots import require_rendering
 
 __all__ = ["Outputs", "check_pictures", "check_places"]
 

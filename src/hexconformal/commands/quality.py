@@ -13,7 +13,7 @@ from ..errors import MeshError, OptionError, ReadError, odd_points
 from ..files import check_writable, write_text
 from ..io import READ_EXTENSIONS
 from ..progress import Progress
-from .arguments import STDOUT, add_input, add_overwrite, as_json, command, mesh_of, tell_lost
+from .arguments import STDOUT, add_input, add_overwrite, command, mesh_of, tell_lost
 from .kind import VOLUMES, Kind
 from .outputs import check_pictures, check_places
 
@@ -69,9 +69,9 @@ def _quality(arguments: Namespace) -> int:
         if arguments.output is not None:
             lost = kind.write(arguments.output, mesh.replaced(cell_data=kind.arrays(measured)))
         if to_file is not None:
-            write_text(to_file, as_json(summary))
+            write_text(to_file, summary.to_json() + "\n")
     if arguments.json == STDOUT:
-        print(as_json(summary), end="")
+        print(summary.to_json())
     else:
         print(summary)
         if summary.worst:

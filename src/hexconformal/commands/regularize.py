@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..cell_measures import corner_scaled_jacobian
 from ..mesh import HexMesh
 from ..options import Options
-from ..quality import corner_scaled_jacobian
 from ..regularize import Regularization
 from .arguments import add_choice, add_input, add_output, add_told, command, mesh_of
 from .kind import VOLUMES
