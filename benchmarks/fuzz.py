@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import logging
 import os
 import resource
 import signal
@@ -31,6 +32,7 @@ LIMIT = 60.0  # seconds for one file
 MEMORY = 6 << 30  # bytes a process may ask for
 WORDS = [b"-1", b"0", b"1", b"99999999999", b"2147483647", b"4294967295", b"nan", b"1e308", b"1e999", b"x", b""]
 NUMBERS = [0, 1, -1, 2**31 - 1, 2**32 - 1, 2**40, 2**62, -(2**31)]
+REFUSED = ("mfem.mesh",)  # sound files of a format that is known by name only
 BYTES = [0x00, 0xFF, 0x7F, 0x80, *b'09-. \n"<>/']
 
 
@@ -121,6 +123,8 @@ def _volumes(folder: Path) -> Iterator[Path]:
             yield path
     meshio.write(folder / "tagged.mesh", tagged)
     yield folder / "tagged.mesh"
+    (folder / "mfem.mesh").write_text(_mfem(points, cells))
+    yield folder / "mfem.mesh"
     image = pv.ImageData(dimensions=(3, 3, 3))
     image.cell_data["c"] = np.arange(8.0)
     for made, extension in (
@@ -146,6 +150,19 @@ def _gmsh(mesh: Any, entities: bool) -> Any:
         point_data={"gmsh:dim_tags": tags} if entities else {},
         cell_data={"gmsh:physical": numbers, "gmsh:geometrical": numbers},
     )
+
+
+def _mfem(points: Any, cells: Any) -> str:
+    elements = [f"1 5 {' '.join(map(str, cell))}" for cell in cells.tolist()]
+    sides = [f"1 3 {' '.join(map(str, cell[:4]))}" for cell in cells[:4].tolist()]
+    vertices = [" ".join(map(str, point)) for point in points.tolist()]
+    parts = [
+        ("dimension", ["3"]),
+        ("elements", [str(len(elements)), *elements]),
+        ("boundary", [str(len(sides)), *sides]),
+        ("vertices", [str(len(vertices)), "3", *vertices]),
+    ]
+    return "\n".join(["MFEM mesh v1.0", *("\n".join(["", name, *lines]) for name, lines in parts), ""])
 
 
 def _surfaces(folder: Path) -> Iterator[Path]:
@@ -174,7 +191,7 @@ def probe(path: Path) -> str:
     results = []
     readers: list[Any] = []
     if path.stem.startswith("surface"):
-        readers += [(surface.read, lambda mesh: surface.remesh(mesh, max_iterations=1)), (hc.io.read_surface, None)]
+        readers += [(surface.read, lambda mesh: surface.remesh(mesh, iterations=1)), (hc.io.read_surface, None)]
     else:
         readers += [(hc.read, _go_on)]
     for read, then in readers:
@@ -183,7 +200,7 @@ def probe(path: Path) -> str:
             results.append("mesh")
             if then is not None:
                 then(mesh)
-        except (hc.MeshError, hc.OptionError) as problem:
+        except hc.MeshError as problem:
             results.append(type(problem).__name__)
         except BaseException as problem:
             if isinstance(problem, KeyboardInterrupt):
@@ -215,10 +232,9 @@ def work(listing: Path, journal: Path) -> None:
     with tempfile.TemporaryFile() as printed, journal.open("a") as log:
         os.dup2(printed.fileno(), 1)
         os.dup2(printed.fileno(), 2)
-        _go_on(hc.HexMesh(*box((2, 2, 2))))  # compiles, and may say so
+        logging.getLogger("hexconformal").setLevel(logging.ERROR)  # that it compiles may be said
+        _go_on(hc.HexMesh(*box((2, 2, 2))))
         surface.remesh((np.eye(3), [[0, 1, 2]]))
-        os.ftruncate(1, 0)
-        os.lseek(1, 0, os.SEEK_SET)
         for name in listing.read_text().split("\n"):
             print(json.dumps(["begin", name, time.time()]), file=log, flush=True)
             verdict = probe(Path(name))
@@ -293,7 +309,7 @@ def main() -> int:
                 paths[-1].write_bytes(mutant(data, rng))
             found = verdicts([sample, *paths], folder)
             sound = found.pop(sample)
-            if sound != "mesh":
+            if sound != ("ReadError" if sample.name in REFUSED else "mesh"):
                 failures.append(f"{sample.name}, sound: {sound}")
             bad = {path: what for path, what in found.items() if what.startswith("!")}
             kinds = Counter(found.values())

@@ -22,7 +22,7 @@ ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity cell_measures",
     "meshes and files": "errors version plain files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
-    " format_limits sound_files abaqus exodus io",
+    " format_limits silence vtk_files sound_files abaqus conventions nastran io",
     "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
     " winding",
     "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix shaping target",

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+import pyvista as pv
 from test_mesh import block
 
+import hexconformal as hc
 from hexconformal.checks import as_mask, check, require_sound
 from hexconformal.elements import FACES
 from hexconformal.errors import MeshError, OptionError
+from hexconformal.generate import box, jittered
 from hexconformal.mesh import HexMesh
 from hexconformal.topology import boundary_quads, components, face_table
 
@@ -66,6 +69,56 @@ def test_different_cells_with_equal_sums_are_no_duplicates():
     assert sum(i * i for i in one) == sum(i * i for i in other)
     points = np.random.default_rng(0).random((103, 3))
     assert "duplicate cells" not in kinds(points, [one + rest, other + rest])
+
+
+def periodic(axes, count):
+    """A cube of cells whose opposite sides share their nodes along some axes."""
+    points, cells = block(count)
+    places = points.astype(int)
+    for axis in axes:
+        places[:, axis] %= count
+    _, first, number = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    return points[first], number.ravel()[cells]
+
+
+@pytest.mark.parametrize("count", [3, 4, 6])
+def test_a_mesh_without_boundary_is_refused(count):
+    points, cells = periodic((0, 1, 2), count)
+    found = kinds(points, cells)
+    assert found["no boundary"].severity == "error"
+    assert "periodic" in found["no boundary"].message
+    assert not {"mirrored", "foreign order"} & found.keys()
+    for refuses in (hc.regularize, hc.orient):
+        with pytest.raises(MeshError, match="there is no boundary"):
+            refuses((points, cells))
+
+
+@pytest.mark.parametrize("axes", [(0,), (2,), (0, 1)])
+def test_cells_that_close_a_periodic_mesh_are_named(axes):
+    points, cells = periodic(axes, 4)
+    found = kinds(points, cells)["wrapped cells"]
+    assert found.severity == "warning"
+    assert "periodic" in found.message
+    ends = np.ptp(points[cells], axis=1)[found.ids]
+    assert (ends == 3).any(axis=1).all()
+    assert len(found.ids) == (16 if len(axes) == 1 else 24)
+
+
+def test_tangled_cells_are_not_taken_for_a_periodic_mesh():
+    for seed in range(5):
+        points, cells = jittered(*box((4, 4, 4)), 1.0, seed=seed, valid=False)
+        assert "wrapped cells" not in kinds(points, cells)
+    mirrored = box((1, 2, 2))[0], box((1, 2, 2))[1][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    assert "wrapped cells" not in kinds(*mirrored)
+
+
+def test_anything_that_is_a_mesh_is_checked_and_oriented(tmp_path):
+    points, cells = block(2)
+    mirrored = cells[:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    hc.write(tmp_path / "a.vtu", HexMesh(points, mirrored))
+    for source in ((points, mirrored), tmp_path / "a.vtu", str(tmp_path / "a.vtu"), pv.read(tmp_path / "a.vtu")):
+        assert [finding.kind for finding in check(source)] == ["mirrored"]
+        np.testing.assert_array_equal(hc.orient(source)[0].cells, cells)
 
 
 def test_flat_cells_are_a_warning():

@@ -1,6 +1,7 @@
 """The command line, as a user meets it: what it writes, what it says, and how it ends."""
 
 import csv
+import errno
 import io
 import json
 import os
@@ -18,6 +19,7 @@ from numba import njit
 from program import error_line, interrupted, run
 
 import hexconformal as hc
+import surface
 from hexconformal import compiled, generate
 from hexconformal.canvas import require_rendering
 from hexconformal.cli import main
@@ -341,6 +343,26 @@ def test_orient_turns_mirrored_cells_round(here, capsys):
     assert run("check again.vtu") == 0
 
 
+def test_check_tells_of_surfaces_too(here, capsys):
+    points, faces = pv.Icosphere(nsub=1).points, pv.Icosphere(nsub=1).regular_faces
+    surface.write("sound.ply", (points, faces))
+    surface.write("spare.ply", (np.vstack([points, [[3.0, 0, 0]]]), faces))
+    surface.write("twice.ply", (points, np.vstack([faces, faces[:1]])))
+    surface.write("sound.vtu", (points, faces))
+    assert [run(f"check {name}") for name in ("sound.ply", "spare.ply", "twice.ply", "sound.vtu")] == [0, 0, 1, 0]
+    told = capsys.readouterr().out.splitlines()
+    assert told[:2] == ["sound.ply: 80 triangles, 0 quadrilaterals, 42 points", "can be worked on"]
+    assert told[3:5] == ["warning: points in no cell (kept): 1 (ids 42)", "can be worked on"]
+    assert told[6].startswith("error: cells with the same nodes as an earlier one: 1 (ids 80)")
+    assert told[8] == "can be worked on"
+
+
+def test_a_file_in_the_place_of_a_folder(here, capsys):
+    surface.write("ball.ply", pv.Icosphere(nsub=1))
+    assert run("flow ball.ply part.vtu --steps 1") == 1
+    assert capsys.readouterr().err == "error: cannot make the folder part.vtu: it is a file\n"
+
+
 def test_check_reports_points_that_are_not_finite(here, capsys):
     mesh = hc.read("part.vtu")
     points = mesh.points.copy()
@@ -348,6 +370,8 @@ def test_check_reports_points_that_are_not_finite(here, capsys):
     hc.write("nan.vtu", mesh.replaced(points=points))
     assert run("check nan.vtu") == 1
     assert "NaN or infinite coordinates: 1 (ids 7)" in capsys.readouterr().out
+    assert run("quality nan.vtu") == 1
+    assert "nan.vtu: points with NaN or infinite coordinates: 1 (ids 7)" in capsys.readouterr().err
 
 
 def test_demo_leaves_all_it_speaks_of(here, capsys):
@@ -411,6 +435,23 @@ def test_compiling_is_announced_once(monkeypatch, tmp_path, caplog, quiet):
             compiled.loop(slowly_compiled)(3)
             compiled.loop(slowly_compiled)(3.0)
     assert [record.name for record in caplog.records] == ["hexconformal"] * (not quiet)
+
+
+def test_without_a_folder_to_keep_it_in_the_code_is_compiled_at_every_run(monkeypatch, caplog):
+    monkeypatch.setattr(compiled.FunctionCache._impl_class, "_locator_classes", [])
+    monkeypatch.setattr(compiled._ANNOUNCEMENT, "_said", False)
+    monkeypatch.setattr(compiled._ANNOUNCEMENT, "kept", True)
+    assert compiled.loop(slowly_compiled)(3) == compiled.strict_loop(slowly_compiled)(3) == 3.0
+    assert ["NUMBA_CACHE_DIR" in record.message for record in caplog.records] == [True]
+
+
+def test_a_full_disk_does_not_stop_what_is_compiled(monkeypatch, tmp_path):
+    def full(*words):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
+    assert compiled.loop(slowly_compiled)(4) == 6.0
 
 
 def slowly_compiled(count):

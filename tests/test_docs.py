@@ -32,6 +32,9 @@ def test_pages_run(page, tmp_path, monkeypatch, capsys):
     names = {}
     for block in blocks(page):
         exec(compile(block, f"{page.name}: {block.splitlines()[0]}", "exec"), names)
+        told = capsys.readouterr().out.splitlines()
+        for promised in re.findall(r"^print\(.*\)\n# (.+)$", block, re.MULTILINE):
+            assert promised in told
     assert names
 
 

@@ -427,6 +427,65 @@ def test_exodus_has_an_order_of_its_own_for_curved_cells(name, tmp_path):
         np.testing.assert_array_equal(y[8:], [y[list(p)].mean(axis=0) for p in PARENTS[: len(y) - 8]])
 
 
+SOLIDS = {
+    "hexahedron": (block(1)[0][block(1)[1][0]], ()),
+    "hexahedron20": (block(1)[0][block(1)[1][0]], EDGES),
+    "tetra": (np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), ()),
+    "tetra10": (
+        np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+        [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    ),
+    "wedge": (np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]]), ()),
+    "pyramid": (np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]]), ()),
+}
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_med_has_solid_cells_the_other_way_round(name, tmp_path):
+    """As in Salome's documentation, and in what Gmsh writes: seen from inside, bases go round counter-clockwise."""
+    pytest.importorskip("h5py")
+    corners, edges = SOLIDS[name]
+    points = np.concatenate([corners, *(corners[[edge]].mean(axis=1) for edge in edges)]).astype(float)
+    x, cells = block(1)
+    mixed = meshio.Mesh(
+        np.concatenate([points, x + 5]), [(name, [range(len(points))]), ("hexahedron", cells + len(points))]
+    )
+    mesh = as_hex_mesh(mixed, other_cells="keep", linearise=True)
+    path = tmp_path / "a.med"
+    io.write(path, mesh)
+    raw = meshio.read(path)
+    there = next(block_.data[0] for block_ in raw.cells if block_.type == name)
+    y = raw.points[there]
+    top = {"hexahedron": 4, "tetra": 3, "wedge": 3, "pyramid": 4}[name.rstrip("0123456789")]
+    base = np.cross(y[1] - y[0], y[2] - y[1])
+    assert base @ (y[top] - y[0]) < 0
+    for middle, edge in zip(y[len(corners) :], edges, strict=True):
+        np.testing.assert_array_equal(middle, y[list(edge)].mean(axis=0))
+    back = io.read(path, other_cells="keep", linearise=True)
+    np.testing.assert_array_equal(back.cells, mesh.cells)
+    np.testing.assert_array_equal(
+        next(block_.data[0] for block_ in back.origin.source.cells if block_.type == name), np.arange(len(points))
+    )
+
+
+def test_med_families_may_be_in_no_group(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "a.med"
+    points, cells = block(2)
+    mesh = meshio.Mesh(points, [("hexahedron", cells)], cell_data={"cell_tags": [np.repeat([-6, -7], 4)]})
+    mesh.cell_tags = {-6: ["left", "größe"], -7: ["right"]}
+    io.write(path, mesh)
+    with h5py.File(path, "a") as file:
+        families = next(iter(file["FAS"].values()))["ELEME"]
+        del families["FAM_-7_right"]["GRO"]
+    for _ in range(2):
+        mesh = io.read(path)
+        tags = mesh.origin.source.cell_tags
+        assert {int(key): names for key, names in tags.items()} == {-7: [], -6: ["left", "größe"]}
+        np.testing.assert_array_equal(mesh.cell_data["cell_tags"], np.repeat([-6, -7], 4))
+        io.write(path, mesh)
+
+
 def test_exodus_elements_have_many_names(tmp_path):
     netcdf = pytest.importorskip("netCDF4")
     path = tmp_path / "a.exo"
@@ -765,6 +824,30 @@ def test_a_writer_that_fails_halfway(tmp_path, monkeypatch):
     with pytest.raises(WriteError, match="No space left"):
         io.write(tmp_path / "a.msh", HexMesh(*block(1)))
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("extension", [".bdf", ".nas", ".fem"])
+def test_nastran_holds_negative_and_tiny_coordinates(extension, tmp_path):
+    points, cells = block(2)
+    points = (points - points.mean(axis=0)) / 3 + 1e-17 / 3
+    points[0] = -1e-200 / 3, -1e150 / 3e110, 9.999999999999e9
+    path = tmp_path / f"a{extension}"
+    io.write(path, HexMesh(points, cells))
+    np.testing.assert_allclose(io.read(path).points, points, rtol=1e-8)
+
+
+@pytest.mark.parametrize("begin", ["", "SOL 101\nCEND\nbegin bulk\n", "BEGIN BULK\n"])
+def test_nastran_may_begin_at_once(begin, tmp_path):
+    """As Gmsh writes it: bulk data alone, in fields of eight characters."""
+    points, cells = block(1)
+    lines = ["$ Created by Gmsh"]
+    lines += [f"GRID    {k:<8d}0       " + "".join(f"{x:<8.5f}" for x in point) for k, point in enumerate(points, 1)]
+    nodes = "".join(f"{k:<8d}" for k in cells[0] + 1)
+    lines += [f"CHEXA   1       1       {nodes[:48]}+E1", f"+E1     {nodes[48:]}", "ENDDATA"]
+    (tmp_path / "a.bdf").write_text(begin + "\n".join(lines) + "\n")
+    mesh = io.read(tmp_path / "a.bdf")
+    np.testing.assert_array_equal(mesh.cells, cells)
+    np.testing.assert_allclose(mesh.points, points, atol=1e-5)
 
 
 def test_the_companion_of_xdmf(tmp_path, monkeypatch):

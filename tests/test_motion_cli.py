@@ -45,6 +45,16 @@ def moved(folder, run, *words):
     return main(["move", *arguments, *words])
 
 
+def test_move_tells_its_last_step(lifted, capsys):
+    folder, _ = lifted
+    assert moved(folder, "run") == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[-2].startswith("step ")
+    assert "reached 100%" in told[-2]
+    assert moved(folder, "quiet", "--quiet") == 0
+    assert capsys.readouterr().out == ""
+
+
 def test_move_leaves_frames_with_velocity_and_history(lifted):
     folder, lid = lifted
     assert moved(folder, "run") == 0

@@ -585,3 +585,10 @@ def test_sizes_that_make_no_sense_are_refused(sizes, words):
         hc.regularize(generate.box((2, 2, 2)), sizes=sizes)
     with pytest.raises(hc.OptionError, match="sizes goes with energy='barrier'"):
         hc.Options(sizes=sizes, energy="quaternionic")
+
+
+def test_nothing_is_said_of_others_around_cells_that_cannot_move():
+    points, cells = generate.jittered(*generate.ball(3, 2), amount=1.0, seed=1, valid=False)
+    notes = hc.regularize((points, cells), fixed=range(len(points))).report.notes
+    assert [note for note in notes if note.startswith("cells that cannot be unfolded")]
+    assert not [note for note in notes if "others stay inverted" in note]

@@ -49,3 +49,8 @@ __all__ = [
     "regularize",
     "write",
 ]
+
+
+def __dir__() -> list[str]:
+    # What the Tab key offers: not the modules that all this is made of.
+    return __all__

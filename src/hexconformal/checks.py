@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import MeshError, OptionError, first_ids, odd_points
+from .io import as_hex_mesh
 from .mesh import HexMesh
-from .orient import best_order, center_determinants
+from .orient import NO_BOUNDARY, best_order, center_determinants
 from .topology import components, face_table
 
 __all__ = ["Finding", "as_mask", "check", "require_sound"]
@@ -20,6 +21,8 @@ _COINCIDENT = 1e-12
 _FLAT = 1e-10
 _HANGING = 1e-6
 _SAMPLE = 20_000
+# Of the bounding box: what reaches across it, and what the usual cell is short of.
+_SPANNING, _SHORT = 0.95, 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +33,8 @@ class Finding:
     ----------
     kind
         A word for programs: "not finite", "bad index", "repeated nodes", "duplicate cells", "crowded faces",
-        "mirrored", "foreign order" (errors); "coincident points", "flat cells", "hanging nodes", "pieces",
-        "unreferenced points" (warnings).
+        "no boundary", "mirrored", "foreign order" (errors); "coincident points", "flat cells", "wrapped cells",
+        "hanging nodes", "pieces", "unreferenced points" (warnings).
     severity
         "error" if the mesh has to be refused, "warning" if it can be worked on.
     ids
@@ -55,7 +58,7 @@ def require_sound(mesh: HexMesh) -> tuple[Finding, ...]:
     return findings
 
 
-def check(mesh: HexMesh) -> tuple[Finding, ...]:
+def check(mesh: Any) -> tuple[Finding, ...]:
     """Look for everything in a mesh that makes work on it impossible or doubtful.
 
     Inverted cells are not among it: those are what the work is for.
@@ -63,7 +66,7 @@ def check(mesh: HexMesh) -> tuple[Finding, ...]:
     Parameters
     ----------
     mesh
-        The mesh.
+        Anything :func:`hexconformal.as_hex_mesh` takes.
 
     Returns
     -------
@@ -77,6 +80,7 @@ def check(mesh: HexMesh) -> tuple[Finding, ...]:
     >>> check(HexMesh(CORNERS, [range(8)]))
     ()
     """
+    mesh = as_hex_mesh(mesh)
     found = _check_numbers(mesh)
     if not found:
         found = [*_check_cells(mesh), *_check_points(mesh)]
@@ -114,7 +118,27 @@ def _check_cells(mesh: HexMesh) -> list[Finding]:
     flat = np.flatnonzero(np.abs(volumes) <= _FLAT * sizes)
     if len(flat):
         found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat)}"))
+    wrapped = _wrapped(mesh, np.flatnonzero(volumes < 0))
+    if len(wrapped):
+        text = f"inverted cells that reach from one end of the mesh to the other: {first_ids(wrapped)}"
+        advice = "if the mesh is periodic, give them nodes of their own at one end"
+        found.append(_warning("wrapped cells", wrapped, f"{text}; {advice}"))
     return found
+
+
+def _wrapped(mesh: HexMesh, inverted: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Inverted cells that span the mesh along an axis along which others are short: where a periodic one is closed."""
+    if not 0 < len(inverted) < len(mesh.cells) / 2:
+        return inverted[:0]
+    whole = np.ptp(mesh.points, axis=0)
+    usual = np.median(np.ptp(mesh.points[mesh.cells[:: _stride(mesh)]], axis=1), axis=0)
+    spans = np.ptp(mesh.points[mesh.cells[inverted]], axis=1) > _SPANNING * whole
+    return inverted[(spans & (usual < _SHORT * whole)).any(axis=1)]
+
+
+def _stride(mesh: HexMesh) -> int:
+    # What holds for most cells is asked of a sample.
+    return max(len(mesh.cells) // _SAMPLE, 1)
 
 
 def _twins(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -163,8 +187,9 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         cells = np.unique(faces.cells[crowded])
         text = f"faces shared by more than two cells: {len(crowded)} (nodes {names}), of cells {first_ids(cells)}"
         found.append(_error("crowded faces", cells, text))
-    sample = mesh.cells[:: max(len(mesh.cells) // _SAMPLE, 1)]
-    order = best_order(mesh.points, sample)
+    if (faces.uses > 1).all():
+        return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
+    order = best_order(mesh.points, mesh.cells[:: _stride(mesh)])
     odd = faces.cells[(faces.turn != 1) & (faces.uses == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"

@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     []
     >>> main(["check", "box.vtu"])
     box.vtu: 8 hexahedra, 27 points, 0 inverted, 0 invalid
-    sound
+    can be worked on
     0
     """
     try:
@@ -76,10 +76,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _failed(f"error: {problem}", 1)
     except MemoryError:
         return _failed("error: not enough memory for this mesh", 1)
-    except BrokenPipeError:
-        # Whoever read our output has had enough; Python would complain again at exit.
+    except OSError as problem:
+        # Whoever reads our output has had enough, or has no room; Python would complain again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        return 1 if isinstance(problem, BrokenPipeError) else _failed(f"error: {problem}", 1)
 
 
 def _failed(message: str, code: int) -> int:

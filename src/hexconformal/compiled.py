@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, TypeVar
 
 from numba import njit
 from numba.core import event
+from numba.core.caching import FunctionCache
 from numba.extending import register_jitable
 
 __all__ = ["algebra", "loop", "strict_loop"]
@@ -38,9 +40,21 @@ def strict_loop(function: Function) -> Function:
 
 
 def _compiled(function: Function, **options: Any) -> Function:
-    compiled: Any = njit(nogil=True, cache=True, **options)(function)
+    compiled: Any = njit(nogil=True, **options)(function)
+    try:
+        compiled._cache = _Cache(function)
+    except RuntimeError:  # neither the package's folder nor the user's can be written to
+        _ANNOUNCEMENT.kept = False
     _ANNOUNCEMENT.loops.add(compiled)
     return compiled  # type: ignore[no-any-return]
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Numba's, but that a full disk costs the next process its time, and not this one its run."""
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(OSError):
+            super().save_overload(sig, data)
 
 
 class _Announcement(event.Listener):  # type: ignore[misc]
@@ -48,6 +62,7 @@ class _Announcement(event.Listener):  # type: ignore[misc]
 
     def __init__(self) -> None:
         self.loops: set[Any] = set()
+        self.kept = True
         self._said = False
 
     def on_start(self, event: Any) -> None:
@@ -56,6 +71,9 @@ class _Announcement(event.Listener):  # type: ignore[misc]
             self._said = True
             logging.getLogger("hexconformal").warning(
                 "hexconformal: compiling, at the first run only; this takes some twenty seconds"
+                if self.kept
+                else "hexconformal: compiling, which takes some twenty seconds at every run, as there is no folder to "
+                "keep the result in: set NUMBA_CACHE_DIR to one that can be written to"
             )
 
     def on_end(self, event: Any) -> None:

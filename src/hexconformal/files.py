@@ -135,4 +135,7 @@ def _as_write_error(path: Path) -> Iterator[None]:
 
 
 def _reason(problem: Any) -> str:
-    return str(problem) if isinstance(problem, OSError) else f"{type(problem).__name__}: {problem}"
+    if not isinstance(problem, OSError):
+        return f"{type(problem).__name__}: {problem}"
+    # NumPy only counts the numbers that it got rid of.
+    return str(problem) if problem.errno or isinstance(problem, WriteError) else f"{problem}; is the disk full?"

@@ -52,7 +52,10 @@ class HistoryFile:
         return self
 
     def __exit__(self, *problem: Any) -> None:
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError as failed:
+            raise WriteError(f"cannot write {self._path}: {failed}") from failed
 
     def add(self, record: Any) -> None:
         """Append an iteration, a dataclass; the names of its fields are the header."""

@@ -13,8 +13,9 @@ from .errors import OptionError
 from .files import check_writable, reading, saving
 from .mesh import HexMesh
 from .meshio_mesh import from_meshio
-from .parsers import read_meshio, read_vtk, write_meshio, write_vtk
+from .parsers import read_meshio, write_meshio
 from .pyvista_mesh import from_pyvista, triangles
+from .vtk_files import read_vtk, write_vtk
 
 __all__ = [
     "READ_EXTENSIONS",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
+from math import isnan
 from typing import Any
 
 from .asked import require_choices, require_numbers
@@ -172,7 +173,7 @@ class Record:
     phase
         The solver at work.
     energy
-        The energy that is minimized, in the mesh's own units.
+        The energy that is minimized, in the mesh's own units; NaN where cells are inverted still.
     gradient
         Norm of its admissible gradient, relative to the input's; NaN where the energy changes as the run goes.
     step
@@ -188,6 +189,8 @@ class Record:
     --------
     >>> print(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36))
     7 lbfgs  energy 4.685e+00  gradient 1.3e-02  min 0.9873  mean 0.9994  inverted 0  1.4 s
+    >>> print(Record(0, "input", float("nan"), float("nan"), 1.0, -0.25, 0.73, 4, 0.02))  # NaN: not told
+    0 input  min -0.2500  mean 0.7300  inverted 4  0.0 s
     """
 
     iteration: int
@@ -201,8 +204,10 @@ class Record:
     seconds: float
 
     def __str__(self) -> str:
+        energy = "" if isnan(self.energy) else f"  energy {self.energy:.3e}"
+        gradient = "" if isnan(self.gradient) else f"  gradient {self.gradient:.1e}"
         return (
-            f"{self.iteration} {self.phase}  energy {self.energy:.3e}  gradient {self.gradient:.1e}"
+            f"{self.iteration} {self.phase}{energy}{gradient}"
             f"  min {self.min_scaled_jacobian:.4f}  mean {self.mean_scaled_jacobian:.4f}"
             f"  inverted {self.inverted}  {self.seconds:.1f} s"
         )

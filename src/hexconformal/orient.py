@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .elements import CORNER_EDGES, CORNERS
 from .errors import MeshError, first_ids
+from .io import as_hex_mesh
 from .mesh import HexMesh
 from .topology import face_table
 
-__all__ = ["Order", "OrientReport", "best_order", "center_determinants", "orient"]
+__all__ = ["NO_BOUNDARY", "Order", "OrientReport", "best_order", "center_determinants", "orient"]
+
+NO_BOUNDARY = (
+    "there is no boundary: every face has a cell on both sides, as where the ends of a periodic mesh are one; "
+    "give the cells at one end nodes of their own"
+)
 
 _MIRROR = [4, 5, 6, 7, 0, 1, 2, 3]
 
@@ -55,7 +62,7 @@ class OrientReport:
         return self.order != "VTK" or len(self.mirrored) > 0
 
 
-def orient(mesh: HexMesh) -> tuple[HexMesh, OrientReport]:
+def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     """Put all cells into VTK's node order, none of them mirrored; points stay where they are.
 
     The node order is the one of a few known ones in which most cells are sound. Then cells are turned round so
@@ -66,19 +73,20 @@ def orient(mesh: HexMesh) -> tuple[HexMesh, OrientReport]:
     Parameters
     ----------
     mesh
-        The mesh.
+        Anything :func:`hexconformal.as_hex_mesh` takes.
 
     Returns
     -------
     mesh : HexMesh
-        The mesh with cells in VTK order; the same object if there was nothing to do.
+        The mesh with cells in VTK order; as it was if there was nothing to do.
     report : OrientReport
         What was done.
 
     Raises
     ------
     MeshError
-        If no choice makes all neighbours agree (a Moebius band of cells).
+        If no choice makes all neighbours agree (a Moebius band of cells), or there is no boundary that tells in
+        from out.
 
     Examples
     --------
@@ -87,6 +95,7 @@ def orient(mesh: HexMesh) -> tuple[HexMesh, OrientReport]:
     >>> mesh.cells, report.mirrored
     (array([[0, 1, 2, 3, 4, 5, 6, 7]]), array([0]))
     """
+    mesh = as_hex_mesh(mesh)
     order = best_order(mesh.points, mesh.cells)
     cells = mesh.cells[:, order.places]
     mirrored = _mirrored(mesh.points, cells)
@@ -158,6 +167,8 @@ def _mirrored(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[
 
     count = len(cells)
     faces = face_table(cells)
+    if (faces.uses > 1).all():
+        raise MeshError(NO_BOUNDARY)
     joined = (faces.uses == 2) & (faces.turn != 0)
     a, b = faces.cells[joined].T
     swap = faces.turn[joined] < 0

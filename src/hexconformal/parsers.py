@@ -1,27 +1,25 @@
-"""The readers and writers of meshio and VTK, kept from printing, exiting, guessing and losing quietly."""
+"""The readers and writers of meshio, kept from printing, exiting, guessing and losing quietly."""
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
-import warnings
-from collections.abc import Iterator
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import exodus
 from .abaqus import read_deck, replaced_nodes
+from .conventions import EXODUS_NAMES, from_vtk, med_families, to_vtk, write_med_families
 from .convert import to_meshio
 from .errors import ReadError, WriteError
 from .format_limits import GMSH_TAGS, drop_unknown_cells, drop_what_is_not_kept
 from .mesh import HexMesh
+from .nastran import in_a_field, read_bulk
 from .selection import SourceFile
-from .sound_files import require_announced, require_cells, require_survival, require_whole
+from .silence import quiet
 
-__all__ = ["read_meshio", "read_vtk", "write_meshio", "write_vtk"]
+__all__ = ["read_meshio", "write_meshio"]
 
 # Formats that have the extension of another one: how they begin, and what to do.
 _NAMESAKES = {
@@ -29,13 +27,14 @@ _NAMESAKES = {
     "abaqus": (rb"(#.*\s+)*\d+([ \t]+\d+){4}\s*\n", "this is an AVS UCD file: give it the extension .avs"),
     "gmsh": (rb"\$NOD", "this is a Gmsh 1 file: let Gmsh save it again, in version 2.2 or 4.1"),
 }
+_IN_HDF5, _HDF5_HEAD = ("exodus", "med", "xdmf"), 100_000
 # meshio writes the last Abaqus name it knows for a type: a hybrid brick, an axisymmetric pore pressure quadrilateral.
 _ABAQUS = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10MH": "C3D10", "C3D20RH": "C3D20"}
 
 
 def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
     """Read a file with meshio's parser of that name: the meshio.Mesh, its file, and the parser's warnings."""
-    with _quiet() as said:
+    with quiet() as said:
         from unittest import mock
 
         import meshio
@@ -54,12 +53,15 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             raise ReadError("not a sound ply file (its header has no end)")
         try:
             # meshio.read() would try several parsers, print their complaints, and exit.
-            gmsh = mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data)
-            with gmsh, mock.patch.dict("meshio.exodus._exodus.exodus_to_meshio_type", exodus.NAMES):
+            with (
+                mock.patch("meshio.gmsh._gmsh22.cell_data_from_raw", _split_cell_data),
+                mock.patch.dict("meshio.exodus._exodus.exodus_to_meshio_type", EXODUS_NAMES),
+                mock.patch("meshio.med._med._read_families", med_families),
+            ):
                 if name == "abaqus":
                     mesh, deck, notes = read_deck(path)
                     return mesh, SourceFile(path, deck=deck), notes
-                mesh = reader_map[name](str(path))
+                mesh = read_bulk(path) if name == "nastran" else reader_map[name](str(path))
         except (ImportError, MemoryError, ReadError):
             raise
         except (Exception, SystemExit) as problem:
@@ -70,8 +72,7 @@ def read_meshio(path: Path, name: str) -> tuple[Any, SourceFile, list[str]]:
             raise ReadError(f"not a sound {known} file ({reason})") from problem
     if not isinstance(mesh, meshio.Mesh) or len(mesh.points) == 0 or not sum(len(block.data) for block in mesh.cells):
         raise ReadError(f"the {name} file holds no mesh, or only the beginning of one")
-    if name == "exodus":
-        mesh.cells = exodus.to_vtk(mesh.cells)
+    mesh.cells = to_vtk(mesh.cells, name)
     return mesh, file, [line for line in said.getvalue().splitlines() if line.strip()]
 
 
@@ -91,17 +92,24 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
     if len(out.field_data.get("med:nom", ())) != len({*out.point_data, *out.cell_data} - {"point_tags", "cell_tags"}):
         # Names of components are told by position, which holds only as long as no array is added.
         out.field_data.pop("med:nom", None)
-    if name == "exodus":
-        out.cells = exodus.from_vtk(out.cells)
+    out.cells = from_vtk(out.cells, name)
+    if name in _IN_HDF5:
+        _require_room(target, out)
     options: dict[str, Any] = {}
     form = name
     if name == "gmsh":
         form, options, more = _gmsh_options(out, file)
         lost += more
-    with _quiet():
+    with quiet():
+        from unittest import mock
+
         import meshio
 
-        meshio.write(target, out, file_format=form, **options)
+        with (
+            mock.patch("meshio.nastran._nastran._float_to_nastran_string", in_a_field),
+            mock.patch("meshio.med._med._write_families", write_med_families),
+        ):
+            meshio.write(target, out, file_format=form, **options)
     if name == "abaqus":
         text = target.read_text()
         target.write_text(re.sub(r"(?<=TYPE=)\w+", lambda match: _ABAQUS.get(match[0], match[0]), text))
@@ -110,39 +118,14 @@ def write_meshio(target: Path, mesh: HexMesh, name: str) -> list[str]:
     return lost
 
 
-def read_vtk(path: Path) -> tuple[Any, SourceFile]:
-    """Read a VTK file; what VTK only warns of is an error here."""
-    import pyvista as pv
-
-    if path.suffix.lower() == ".vtk":
-        require_whole(path)
-        require_survival(path)
-    elif path.suffix.lower().startswith((".vt", ".pvt")):
-        require_announced(path)
-    with _quiet(), _vtk_messages() as messages:
-        try:
-            grid = pv.read(path)
-        except (ImportError, MemoryError):
-            raise
-        except (Exception, SystemExit) as problem:
-            raise ReadError(f"not a sound VTK file ({problem})") from problem
-    bad = [text for text in messages if "error" in text.lower()]
-    if bad:
-        raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
-    if isinstance(grid, pv.DataSet):
-        if grid.n_points == 0 or grid.n_cells == 0:
-            raise ReadError("the file holds no mesh, or only the beginning of one")
-        require_cells(grid)
-    return grid, SourceFile(path)
-
-
-def write_vtk(target: Path, grid: Any) -> None:
-    """Write a pyvista dataset in the format of the target's extension."""
-    with _quiet(), _vtk_messages() as messages:
-        grid.save(target)
-    bad = [text for text in messages if "error" in text.lower()]
-    if bad:
-        raise WriteError(bad[0].splitlines()[0])
+def _require_room(target: Path, out: Any) -> None:
+    # HDF5 may crash where a disk is full, or lose what it has not written yet.
+    arrays = [out.points, *(block.data for block in out.cells), *out.point_data.values()]
+    arrays += [part for parts in out.cell_data.values() for part in parts]
+    needed = sum(np.asarray(array).nbytes for array in arrays) + _HDF5_HEAD
+    free = shutil.disk_usage(target.parent).free
+    if free < needed:
+        raise WriteError(f"the disk is full: some {needed / 1e6:.1f} MB are needed, {free / 1e6:.1f} MB are free")
 
 
 def _head(path: Path) -> bytes:
@@ -216,32 +199,3 @@ def _one_block_per_type(mesh: Any) -> Any:
     for name in vars(mesh).keys() - vars(result).keys():
         setattr(result, name, getattr(mesh, name))
     return result
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[io.StringIO]:
-    """Keep parsers from printing, and return what they say."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield said
-
-
-@contextlib.contextmanager
-def _vtk_messages() -> Iterator[list[str]]:
-    """Collect what VTK would print."""
-    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-
-    messages: list[str] = []
-    window, before = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    vtkOutputWindow.SetInstance(window)
-    try:
-        yield messages
-    finally:
-        said: str | bytes = window.GetOutput()
-        text = said if isinstance(said, str) else said.decode("utf-8", "replace")
-        messages += [line for line in text.splitlines() if line.strip()]
-        vtkOutputWindow.SetInstance(before)
-        vtkLogger.SetStderrVerbosity(vtkLogger.ConvertToVerbosity(verbosity))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ class WorstCell:
     centre: tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary(Plain):
     """The quality of a mesh in a few numbers.
 
@@ -65,8 +65,10 @@ class Summary(Plain):
         head = f"{self.count} cells, {self.inverted} inverted, {self.invalid} invalid, volume {self.total_volume:.6g}"
         return "\n".join([head, *as_table({name: getattr(self, name) for name in MEASURES})])
 
+    __repr__ = __str__
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Quality:
     """Measures of every cell, each an (m,) array.
 
@@ -100,8 +102,12 @@ class Quality:
     edge_ratio: Floats
     volume: Floats
     valid: NDArray[np.bool_]
-    points: Floats = field(repr=False)
-    cells: Ints = field(repr=False)
+    points: Floats
+    cells: Ints
+
+    def __repr__(self) -> str:
+        inverted, invalid = int((self.scaled_jacobian <= 0).sum()), int((~self.valid).sum())
+        return f"Quality({len(self.valid)} cells, {inverted} inverted, {invalid} invalid)"
 
     def summary(self, worst: int = 5) -> Summary:
         """Reduce to a few numbers.

@@ -32,7 +32,7 @@ Field = NDArray[np.float64]
 _WORTH_TELLING = 0.95  # bounds of the smallest scaled Jacobian above this say little
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """What came out.
 
@@ -52,6 +52,9 @@ class Result:
     points: Field
     report: Report
     history: tuple[Record, ...]
+
+    def __repr__(self) -> str:
+        return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
 
     @property
     def converged(self) -> bool:

@@ -12,7 +12,7 @@ from .quality import Summary
 __all__ = ["Report"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report(Plain):
     """What a run did: the mesh before and after, what moved, and why it stopped.
 
@@ -119,6 +119,8 @@ class Report(Plain):
                 *(f"note: {note}" for note in self.notes),
             ]
         )
+
+    __repr__ = __str__
 
     def _shape(self) -> list[str]:
         """What became of the boundary and of the sizes, in lines."""

@@ -121,6 +121,8 @@ class RunFolder:
         WriteError
             If the folder cannot be made.
         """
+        if self.path.is_file():
+            raise WriteError(f"cannot make the folder {self.path}: it is a file")
         there = self.checkpoint.exists()
         if resume and not there:
             raise OptionError(f"there is no run in {self.path} to resume: {self.checkpoint.name} is missing")

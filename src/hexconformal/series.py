@@ -80,7 +80,7 @@ class Series:
             If the file cannot be written.
         """
         from .convert import to_pyvista
-        from .parsers import write_vtk
+        from .vtk_files import write_vtk
 
         time = float(time)
         if not isfinite(time) or (self.frames and time <= self.frames[-1][0]):

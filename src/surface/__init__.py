@@ -12,6 +12,7 @@ One call::
         print(moment.record.energy)
 """
 
+from . import flow
 from .flow import Evolution, Flow, Helfrich, MeanCurvature, Moment, PWillmore, Stepping, Willmore, evolve
 from .io import as_surface_mesh, read, write
 from .mesh import SurfaceMesh
@@ -38,9 +39,15 @@ __all__ = [
     "Willmore",
     "as_surface_mesh",
     "evolve",
+    "flow",
     "quality",
     "read",
     "remesh",
     "remeshing",
     "write",
 ]
+
+
+def __dir__() -> list[str]:
+    # What the Tab key offers: not the modules that all this is made of.
+    return __all__

@@ -10,8 +10,9 @@ from hexconformal.convert import to_pyvista
 from hexconformal.errors import OptionError
 from hexconformal.files import check_writable, reading, saving
 from hexconformal.meshio_mesh import MeshioOrigin
-from hexconformal.parsers import read_meshio, read_vtk, write_meshio, write_vtk
+from hexconformal.parsers import read_meshio, write_meshio
 from hexconformal.selection import SourceFile
+from hexconformal.vtk_files import read_vtk, write_vtk
 
 from .convert import carried, from_arrays, from_meshio, from_pyvista, in_runs, polydata, polygons
 from .mesh import SurfaceMesh

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ class WorstCell:
     centre: tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary(Plain):
     """The quality of a surface in a few numbers.
 
@@ -81,8 +81,10 @@ class Summary(Plain):
         head = f"{self.count} cells, {self.inverted} inverted, area {self.area:.6g}, {ratio}"
         return "\n".join([head, *as_table(self.distributions)])
 
+    __repr__ = __str__
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Quality:
     """Measures of every cell, each an (m,) array: triangles first, then quadrilaterals.
 
@@ -117,7 +119,10 @@ class Quality:
     dilatation: Floats
     conformal_distortion: Floats
     area: Floats
-    mesh: SurfaceMesh = field(repr=False)
+    mesh: SurfaceMesh
+
+    def __repr__(self) -> str:
+        return f"Quality({len(self.area)} cells, smallest angle {self.min_angle.min():.4g})"
 
     def summary(self, worst: int = 0) -> Summary:
         """Reduce to a few numbers.

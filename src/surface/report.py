@@ -12,7 +12,7 @@ from .quality import Summary
 __all__ = ["Report"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report(Plain):
     """The surface before and after, how well its shape was kept, and why the run stopped.
 
@@ -72,3 +72,5 @@ class Report(Plain):
             f"{self.turned} cells turned over"
         )
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    __repr__ = __str__

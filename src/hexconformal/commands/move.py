@@ -60,15 +60,21 @@ def _move(arguments: Namespace) -> int:
     boundary = read_boundary(arguments.boundary)
     place = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
     place.prepare(arguments.resume, arguments.overwrite)
+    last: list[str] = []
     with Progress(arguments.quiet) as progress:
+
+        def tell(line: str) -> None:
+            last[:] = [line]
+            progress.say(line)
+
         progress.say(f"reading {arguments.input}")
         mesh = mesh_of(arguments)
         motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
         run = MotionRun(motion, boundary)
-        stopped = place.follow(run, arguments.resume, arguments.every, progress.say)
+        stopped = place.follow(run, arguments.resume, arguments.every, tell)
     if not arguments.quiet:
-        for note in motion.notes:
-            print(f"note: {note}")
+        for line in [*(f"note: {note}" for note in motion.notes), *last]:
+            print(line)
         print(f"wrote {place.frames}, {place.history.name}, {place.last.name}")
     if stopped is not None:
         print(f"interrupted after step {run.step}: --resume goes on from there", file=sys.stderr)

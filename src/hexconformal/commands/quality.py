@@ -9,7 +9,7 @@ from typing import Any
 import surface
 from surface.commands.kind import SURFACES
 
-from ..errors import MeshError, OptionError, ReadError
+from ..errors import MeshError, OptionError, ReadError, odd_points
 from ..files import check_writable, write_text
 from ..io import READ_EXTENSIONS
 from ..progress import Progress
@@ -17,7 +17,7 @@ from .arguments import STDOUT, add_input, add_overwrite, command, mesh_of, tell_
 from .kind import VOLUMES, Kind
 from .outputs import check_pictures, check_places
 
-__all__ = ["add_quality"]
+__all__ = ["add_quality", "any_mesh"]
 
 
 def add_quality(added: Any) -> None:
@@ -53,7 +53,10 @@ def _quality(arguments: Namespace) -> int:
     check_pictures(arguments.plot, arguments.picture)
     with Progress() as progress:
         progress.say(f"measuring {arguments.input}")
-        kind, mesh = _any_mesh(arguments)
+        kind, mesh = any_mesh(arguments)
+        odd, text = odd_points(mesh.points)
+        if len(odd):
+            raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:
             check_writable(arguments.output, kind.extensions)
         measured = kind.measure(mesh)
@@ -80,7 +83,7 @@ def _quality(arguments: Namespace) -> int:
     return 0
 
 
-def _any_mesh(arguments: Namespace) -> tuple[Kind, Any]:
+def any_mesh(arguments: Namespace) -> tuple[Kind, Any]:
     """A mesh of hexahedra, or of triangles and quadrilaterals if there are none."""
     extension = Path(arguments.input).suffix.lower()
     is_surface_file = extension in SURFACES.extensions

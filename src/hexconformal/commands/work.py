@@ -89,7 +89,7 @@ def carry_out(arguments: Namespace, kind: Kind, prepare: Callable[[], Work]) -> 
         print(finished.result.report.to_json())
     elif not arguments.quiet:
         print(finished.result.report)
-        print(f"wrote {', '.join(outputs.named())}")
+        print(f"wrote {', '.join(filter(os.path.exists, outputs.named()))}")
     tell_lost(arguments.output, finished.lost)
     return ended(finished, arguments.output)
 
@@ -126,18 +126,26 @@ def run_work(work: Work, outputs: Outputs, progress: Progress) -> Finished:
         progress.say(f"writing {outputs.mesh}")
         result = run.result()
         lost = _write_or_rescue(outputs.mesh, work, result.mesh)
-        if outputs.report is not None:
-            write_text(outputs.report, result.report.to_json() + "\n")
-        drawings = (
-            (outputs.plot, work.kind.histogram),
-            (outputs.picture, work.kind.before_after),
-            (outputs.worst_picture, work.kind.worst_cells),
-        )
-        for path, draw in drawings:
-            if path is not None:
-                progress.say(f"drawing {path}")
-                draw(path, work.mesh, work.mesh.replaced(result.points))
+        try:
+            _tell(work, result, outputs, progress)
+        except WriteError as problem:
+            stopped_by = stopped_by or problem
     return Finished(result, lost, stopped_by)
+
+
+def _tell(work: Work, result: Any, outputs: Outputs, progress: Progress) -> None:
+    """Write the report and draw the pictures that are asked for."""
+    if outputs.report is not None:
+        write_text(outputs.report, result.report.to_json() + "\n")
+    drawings = (
+        (outputs.plot, work.kind.histogram),
+        (outputs.picture, work.kind.before_after),
+        (outputs.worst_picture, work.kind.worst_cells),
+    )
+    for path, draw in drawings:
+        if path is not None:
+            progress.say(f"drawing {path}")
+            draw(path, work.mesh, work.mesh.replaced(result.points))
 
 
 def ended(finished: Finished, place: str) -> int:
