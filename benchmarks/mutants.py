@@ -210,9 +210,8 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "surface.flow.step": (
-        ("test_flow.py",),
+        ("test_flow_step.py", "test_flow.py"),
         [
-            ("rcond=1e-9", "rcond=0.0"),
             ("np.where(fixed[:, None], 0.0, -gradient)", "-gradient"),
             ("loads = loads * free[:, None]", "loads = loads * 1.0"),
             ("coupling = hold @ state.stiffness", "coupling = 1.0 * state.stiffness"),

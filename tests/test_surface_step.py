@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from surface_shapes import mixed_sphere, shaken
+from surface_shapes import grid, mixed_sphere, shaken
 
 from surface import step
 from surface.barrier import Barrier
-from surface.features import detect_features, holding
+from surface.features import CURVE, curve_tangents, detect_features, holding
 from surface.geometry import transport_vectors
 from surface.reference import reference_shapes
-from surface.step import Linear, solve_constrained
+from surface.step import Linear, displacement, solve_constrained
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +47,25 @@ def test_without_relaxation_nobody_moves_in_a_held_direction_and_who_stays_stays
         open_ = np.eye(3) - held
         left = np.einsum("nij,nj->ni", open_, (hessian @ v.ravel()).reshape(-1, 3) - rhs)
         assert np.abs(left[some]).max() < 1e-7 * np.abs(rhs).max()
+
+
+def test_nodes_of_a_curve_move_along_its_tangent_half_way():
+    # Part of a sphere between four great circles.
+    points, cells, inner = grid(8, jitter=0.3)
+    points = 2 * points - [1, 1, -1]
+    points[~inner, :2] += 0.05 * np.sin(5 * points[~inner, :2]) * (np.abs(points[~inner, :2]) < 1)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    features = detect_features(points, cells, None)
+    curve = features.kind == CURVE
+    assert curve.sum() == 28
+    energy = Barrier(cells, reference_shapes("equilateral", points, cells), len(points))
+    v = displacement(energy, points, cells, features, 1e-12)[0][curve]
+    assert np.linalg.norm(v, axis=1).max() > 0.02
+    away = []
+    for share in (0.0, 0.5):
+        moved = points.copy()
+        moved[curve] += share * v
+        t = curve_tangents(moved, features)[curve]
+        away.append(np.linalg.norm(v - (v * t).sum(axis=1, keepdims=True) * t, axis=1).max())
+    assert away[0] > 0.02
+    assert away[1] < 0.005 * away[0]
