@@ -43,6 +43,17 @@ def test_a_cylinder_slides_along_its_axis_and_in_its_flat_ends_only():
     assert (projectors[mantle & ~end] == np.diag([0.0, 0.0, 1.0])).all()
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_edges_in_a_coordinate_plane_stay_in_it_to_the_last_bit(axis):
+    points, cells = generate.box((3, 3, 3))
+    end = np.isin(points[:, axis], (0.0, 1.0))
+    turned = points @ Rotation.from_rotvec(0.4 * np.eye(3)[axis]).as_matrix().T
+    turned[:, axis] = points[:, axis]
+    projectors = boundary_constraint(turned, boundary_quads(cells)[0]).projections(len(points))
+    assert not projectors[end][:, axis].any()
+    assert (np.trace(projectors[end], axis1=1, axis2=2).round() == 1).sum() == 16
+
+
 def test_a_ball_does_not_slide_at_all():
     points, cells = generate.ball(3, 2)
     surface = np.unique(boundary_quads(cells)[0])
