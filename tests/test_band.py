@@ -64,6 +64,21 @@ def test_curvature_is_the_second_derivative_outwards(cylinder):
         assert way.ravel() @ full @ way.ravel() == pytest.approx(second, rel=1e-2)
 
 
+def test_beyond_the_end_of_a_curve_the_way_back_along_it_is_felt():
+    # A node of an edge of a box, pulled out beyond the corner in which the edge ends.
+    points, cells = generate.box((3, 3, 3))
+    node = np.flatnonzero((np.abs(points - [2 / 3, 0, 0]) < 1e-9).all(axis=1))
+    moved = points.copy()
+    moved[node, 0] = 1.003
+    band = band_of(points, boundary_quads(cells)[0])
+    _, forces, full = felt(band, moved, cells)
+    way = np.zeros_like(points)
+    way[node, 0] = 1.0
+    ahead, here, behind = (band.value(moved + s * 1e-5 * way) for s in (1, 0, -1))
+    assert forces[node, 0] == pytest.approx((ahead - behind) / 2e-5, rel=1e-4)
+    assert way.ravel() @ full @ way.ravel() == pytest.approx((ahead - 2 * here + behind) / 1e-10, rel=1e-2)
+
+
 def test_a_hole_is_felt_from_the_original_surface_alone():
     # The corner of a plate is cut off: all that is left lies on the original, which misses the corner.
     points, cells = generate.box((4, 4, 1))

@@ -205,8 +205,11 @@ def test_polyline_stays_on_the_curve_asked_for():
         np.testing.assert_allclose(there.distances, exact, atol=1 - np.cos(np.pi / 64))
         assert (there.faces // 64 == curve).all()
         np.testing.assert_allclose(there.positions[:, 2], curve)
-    with pytest.raises(OptionError, match="no such curves: 100"):
-        both.closest(places, np.full(100, 2))
+    for none in (2, -1):
+        with pytest.raises(OptionError, match="no such curves: 100"):
+            both.closest(places, np.full(100, none))
+    with pytest.raises(OptionError, match="no such curves: 1"):
+        Polyline(points, edges, np.where(np.arange(64) < 32, 0, 2)).closest([[0.0, 0, 0]], [1])
 
 
 def test_polyline_walk_goes_along_its_curve_and_stops_at_the_end():

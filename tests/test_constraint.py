@@ -1,12 +1,14 @@
 """Where nodes may go on cubes, cylinders and under masks."""
 
+import meshio
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.constraint import boundary_constraint
+from hexconformal.constraint import Constraint, boundary_constraint, fixed_components
+from hexconformal.io import as_hex_mesh
 from hexconformal.topology import boundary_quads
 
 
@@ -35,6 +37,21 @@ def test_a_cylinder_slides_along_its_axis_and_in_its_flat_ends_only():
     assert (rank[surface[mantle[surface] & ~end[surface]]] == 1).all()
     assert (rank[mantle & end] == 0).all()
     assert (rank[end & ~mantle] == 2).all()
+    # To the last bit: an end stays flat, and the mantle's nodes keep their place across the axis.
+    projectors = boundary_constraint(points, boundary_quads(cells)[0]).projections(len(points))
+    assert (projectors[end & ~mantle] == np.diag([1.0, 1.0, 0.0])).all()
+    assert (projectors[mantle & ~end] == np.diag([0.0, 0.0, 1.0])).all()
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_edges_in_a_coordinate_plane_stay_in_it_to_the_last_bit(axis):
+    points, cells = generate.box((3, 3, 3))
+    end = np.isin(points[:, axis], (0.0, 1.0))
+    turned = points @ Rotation.from_rotvec(0.4 * np.eye(3)[axis]).as_matrix().T
+    turned[:, axis] = points[:, axis]
+    projectors = boundary_constraint(turned, boundary_quads(cells)[0]).projections(len(points))
+    assert not projectors[end][:, axis].any()
+    assert (np.trace(projectors[end], axis1=1, axis2=2).round() == 1).sum() == 16
 
 
 def test_a_ball_does_not_slide_at_all():
@@ -66,6 +83,41 @@ def test_projection_is_orthogonal_and_idempotent():
     once = constraint.project(field)
     assert np.abs(constraint.project(once) - once).max() < 1e-15
     assert abs(np.einsum("ij,ij->", once, field - once)) < 1e-12
+
+
+def test_components_that_are_left_out_are_those_that_are_most_forbidden():
+    points, cells = generate.box((3, 3, 3))
+    on = (np.isclose(points, 0) | np.isclose(points, 1)).sum(axis=1)
+    points = points @ Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix().T
+    constraint = boundary_constraint(points, boundary_quads(cells)[0])
+    held, projectors = constraint.held(len(points)), constraint.projections(len(points))
+    assert np.array_equal(held.sum(axis=1), on)
+    # A unit vector has a component of 1/3 at least, squared: so far from singular is what is left of a plane or line.
+    for node in np.flatnonzero((on == 1) | (on == 2)):
+        left = projectors[node][np.ix_(~held[node], ~held[node])]
+        assert np.linalg.det(left) > 1 / 3 - 1e-12
+
+
+def test_what_is_held_besides_is_not_added_to_the_sums_that_were_given():
+    sums, fixed = np.zeros((2, 3, 3)), np.zeros((2, 3), dtype=bool)
+    fixed[1, 2] = True
+    constraint = Constraint.from_sums(sums, fixed)
+    assert np.array_equal(constraint.nodes, [1])
+    assert np.array_equal(constraint.projectors, [np.diag([1.0, 1.0, 0.0])])
+    assert not sums.any()
+
+
+def test_nodes_of_cells_that_are_carried_along_are_held_besides_those_that_are_asked_for():
+    points, cells = generate.box((2, 2, 2))
+    tetrahedron = np.array([[0, 1, 3, len(points)]])
+    more = np.vstack([points, [-1.0, -1.0, -1.0]])
+    mesh = as_hex_mesh(meshio.Mesh(more, [("hexahedron", cells), ("tetra", tetrahedron)]), other_cells="keep")
+    mask = np.zeros((len(more), 3), dtype=bool)
+    mask[5, 1] = True
+    held = fixed_components(mesh, mask)
+    assert np.array_equal(np.flatnonzero(held.all(axis=1)), tetrahedron[0])
+    assert np.array_equal(held[5], [False, True, False])
+    assert held.sum() == 13
 
 
 def test_unknown_modes_are_refused():

@@ -75,6 +75,35 @@ def test_a_cycle_reduces_every_error():
         assert values.real.min() > 0.3
 
 
+def test_constrained_rows_and_columns_are_left_out_wherever_they_are():
+    matrix, free = laplace(9)
+    free &= np.random.default_rng(1).random(len(free)) < 0.7
+    b = np.random.default_rng(0).normal(size=(len(free), 3))
+    alone = Multigrid(matrix.tocsr()[free][:, free], np.ones(free.sum(), dtype=bool))
+    assert np.array_equal(Multigrid(matrix, free)(b)[free], alone(b[free]))
+
+
+def test_where_nothing_is_constrained_the_cycle_is_definite_too():
+    matrix, _ = laplace(8)
+    cycle = Multigrid(matrix, np.ones(matrix.shape[0], dtype=bool))
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        a, b = rng.normal(size=(2, matrix.shape[0], 3))
+        a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+        assert inner(a, cycle(b)) == pytest.approx(inner(b, cycle(a)), abs=1e-4 * inner(a, a))
+        assert 0 < inner(a, cycle(a)) < 100 * inner(a, a)
+
+
+def test_the_cycle_does_not_depend_on_the_global_random_state():
+    matrix, free = laplace(12)
+    b = np.random.default_rng(0).normal(size=(len(free), 3))
+    cycles = []
+    for seed in (1, 2):
+        np.random.seed(seed)
+        cycles.append(Multigrid(matrix, free)(b))
+    assert np.array_equal(*cycles)
+
+
 def test_iterations_do_not_grow_with_the_mesh():
     counts = [iterations(*system, Multigrid(*system)) for system in map(laplace, (8, 16, 32))]
     assert counts[-1] <= 14

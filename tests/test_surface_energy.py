@@ -60,6 +60,40 @@ def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
     assert np.linalg.eigvalsh(hessian)[0] > -1e-10 * np.abs(hessian).max()
 
 
+def test_the_area_of_a_frame_is_one_where_it_is_perfect_in_every_unit():
+    x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.75**0.5, 0.0]])
+    cells = Cells(np.array([[0, 1, 2]]), none(4))
+    energy = Barrier(cells, reference_shapes("equilateral", x, cells), 3)
+    for unit in (1e-3, 1.0, 1e3):
+        assert energy.areas(unit * x) == pytest.approx(1.0, rel=1e-14)
+        assert energy.areas(unit * x * [2.0, 1.0, 1.0]) == pytest.approx(0.8, rel=1e-14)  # 2 s / (1 + s^2)
+    energy.normals = np.array([[0.0, 0.0, -1.0]])
+    assert energy.areas(x) == pytest.approx(-1.0, rel=1e-14)
+
+
+def test_where_the_worst_are_lifted_they_count_more_the_worse_they_are():
+    points, cells = shaken(mixed_sphere(5), 0.05)
+    energy = energies((points, cells))["barrier"]
+    plain = energy.densities(points)
+    relative = plain / energy.frames.weights
+    energy.lift = True
+    energy.settle(points)
+    counted = (energy.densities(points) / plain)[np.argsort(relative)]
+    assert 1.0 <= counted[0] < 1.1
+    assert (np.diff(counted) >= -1e-12).all()
+    assert counted[-1] == pytest.approx(1 + relative.max() / 2, rel=1e-12)
+
+
+def test_ease_is_a_factor_of_the_mildness():
+    points, cells = shaken(mixed_sphere(5), 0.05)
+    shapes = reference_shapes("equilateral", points, cells)
+    eased, mild = (Barrier(cells, shapes, len(points), m, 0.1) for m in (0.05, 0.15))
+    eased.ease = 3.0
+    np.testing.assert_allclose(eased.densities(points), mild.densities(points), rtol=1e-12)
+    np.testing.assert_allclose(eased.gradient(points), mild.gradient(points), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(eased.second(points), mild.second(points), rtol=1e-12, atol=1e-12)
+
+
 def test_frozen_normals_majorize():
     points, cells = shaken(mixed_sphere(5), 0.1)
     energy = energies((points, cells))["quaternionic"]
