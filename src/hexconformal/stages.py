@@ -36,6 +36,7 @@ _RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back into its b
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _FIRST_STEPS = 2  # on the whole distortion, before the angles take over
 _FIRM = 25.0  # how much firmer sizes are that were asked for
+_ALONE = 4.0  # weight of sizes beside the distortion alone
 _FINE = 1e-6  # relative decrease at which the distortion alone is minimal
 
 
@@ -171,7 +172,7 @@ class Stages:
         """The whole distortion: a few steps before the lift, or until it is minimal, with other sizes too."""
         if self._options.lifts and not self._options.resizes:
             return islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _FIRST_STEPS)
-        return projected_newton(shaping, points, Emphasis(size=SIZE), _FINE)
+        return projected_newton(shaping, points, Emphasis(size=_ALONE), _FINE)
 
     def _shaping(self, boundary: Boundary | None = None) -> Shaping:
         frame, boundary = self._frame, self.boundary if boundary is None else boundary
