@@ -59,7 +59,7 @@ def test_regularize_writes_everything_that_is_asked_for(here, capsys):
     np.testing.assert_array_equal(after["tag"], before["tag"])
     np.testing.assert_array_equal(after["wall"], before["wall"])
     regular = generate.box((5, 5, 5))[0]
-    assert np.abs(after.points - regular).max() < 1e-4
+    assert np.abs(after.points - regular).max() < 1e-5
     assert after["scaled_jacobian"].min() > 0.999
 
     with open("run.csv", newline="") as file:

@@ -37,6 +37,14 @@ def test_what_restores_the_area_moves_no_node_that_stays():
     assert np.array_equal(state.points[~inner], points[~inner])
 
 
+def test_an_area_that_no_surface_with_this_boundary_has_is_not_reached():
+    points, cells, inner = hill()
+    state = State(Elements(cells, len(points)), points)
+    conserved = Conserved(("area",), state)
+    conserved.values = np.array([0.8])  # the flat square has 1
+    assert restored(state, conserved, ~inner) is None
+
+
 def test_on_a_sphere_where_area_and_volume_say_the_same_both_are_kept():
     points, cells = icosphere(2)
     moments = list(evolve(Willmore((points, cells.triangles), ("area", "volume")), steps=5, stall=0.0))

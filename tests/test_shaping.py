@@ -187,7 +187,7 @@ def test_the_solver_finds_the_solution_in_the_admissible_space():
     x, _ = matrix.solve(-gradient, projectors, 1e-10, 500, 0.0)
     assert np.abs(np.einsum("nij,nj->ni", projectors, x) - x).max() == 0.0
     residual = (full @ x.ravel()).reshape(-1, 3) + gradient
-    assert np.abs(np.einsum("nij,nj->ni", projectors, residual)).max() < 1e-6 * np.abs(gradient).max()
+    assert np.abs(np.einsum("nij,nj->ni", projectors, residual)).max() < 1e-9 * np.abs(gradient).max()
 
 
 def test_newton_converges_to_the_perfect_mesh():

@@ -27,7 +27,7 @@ def test_winding_numbers_of_tangled_cells_add_up_to_that_of_the_boundary():
     rng, seen = np.random.default_rng(1), set()
     for point in rng.uniform(0, 1, (60, 3)):
         single = [winding_number(point, points[cell[FACES]]) for cell in cells]
-        assert np.abs(np.round(single) - single).max() < 1e-10
+        assert np.abs(np.round(single) - single).max() < 1e-12
         assert sum(single) == pytest.approx(winding_number(point, boundary), abs=1e-9)
         seen |= set(np.round(single).astype(int).tolist())
     assert -1 in seen
