@@ -38,7 +38,7 @@ _SHARES = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the way, where the e
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """What came out.
 
@@ -58,6 +58,9 @@ class Result:
     points: Floats
     report: Report
     history: tuple[Record, ...]
+
+    def __repr__(self) -> str:
+        return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
 
 
 class Remeshing:
