@@ -61,6 +61,15 @@ def test_cells_that_shall_not_be_regular_are_compared_by_their_energy():
     assert result.report.energy_after < 1e-3 * result.report.energy_before
 
 
+@pytest.mark.parametrize("energy", ["barrier", "quaternionic"])
+def test_cells_that_have_the_shape_they_shall_have_stay_to_the_last_bit(energy):
+    points, cells, _ = grid(6, 0.3)
+    for unit in (1.0, 1e6):
+        start = unit * points
+        result = surface.remesh((start, cells.triangles), reference="input", energy=energy, iterations=3)
+        assert np.array_equal(result.points, start)
+
+
 def test_a_result_is_left_alone():
     # Bounds on area and distance count from the surface that comes in: there always is a little to gain again.
     points, triangles = scattered_sphere(700, seed=3)

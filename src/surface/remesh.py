@@ -183,7 +183,11 @@ class Remeshing:
 
     @property
     def _worth(self) -> Worth:
-        return Worth(self.options, self.mesh.cells, self.history[0])
+        return Worth(self.options, self.mesh.cells, self.history[0], self._scale)
+
+    @property
+    def _scale(self) -> float:
+        return 1.0 if self.options.energy == "barrier" else self._unit**2
 
     def _descent(self, spoiled: NDArray[np.bool_], patience: int | None = None) -> Iterator[Record]:
         """Descend from the input; marks the cells that turn over, or get thinner than the thinnest of the input.
@@ -213,10 +217,9 @@ class Remeshing:
         self._reason, self._converged, self._ended = outcome.reason, outcome.converged, True
 
     def _record(self, at: Iterate, angles: Floats, turned: NDArray[np.bool_]) -> Record:
-        scale = 1.0 if self.options.energy == "barrier" else self._unit**2
         return Record(
             iteration=len(self.history),
-            energy=scale * self._measure.value(at.points) / len(self.mesh.cells),
+            energy=self._scale * self._measure.value(at.points) / len(self.mesh.cells),
             decrease=at.decrease,
             step=at.step,
             min_angle=float(angles.min()),

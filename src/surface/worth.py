@@ -30,11 +30,14 @@ class Worth:
         Of the surface.
     first
         Record of the input.
+    scale
+        An energy of one cell that is all wrong, in the unit of the records.
     """
 
     options: Options
     cells: Cells
     first: Record
+    scale: float = 1.0
 
     @property
     def _by_energy(self) -> bool:
@@ -43,7 +46,7 @@ class Worth:
     def no_worse(self, now: Record) -> bool:
         """Whether no more cells are turned over, and neither the smallest nor the mean angle is smaller."""
         if self._by_energy:
-            better = now.energy <= self.first.energy * (1 + _ROUNDING)
+            better = now.energy < self.first.energy - _ROUNDING * self.scale
         else:
             better = min(now.min_angle - self.first.min_angle, now.mean_angle - self.first.mean_angle) >= -_ROUNDING
         return better and now.turned <= self.first.turned
