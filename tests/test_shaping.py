@@ -15,7 +15,7 @@ from hexconformal.lift import lift, lift_patches
 from hexconformal.shaping import Emphasis, Shaping, projected_newton, rings
 from hexconformal.sizes import cell_volumes
 from hexconformal.topology import boundary_quads
-from hexconformal.untangle import folded, harmonic, untangle
+from hexconformal.untangle import brought_back, folded, harmonic, untangle
 from hexconformal.validity import is_valid
 
 CUBES = np.empty((0, 1, 3, 3))
@@ -316,6 +316,19 @@ def test_a_cell_folded_inside_with_sound_corners_is_unfolded():
     surface = np.unique(boundary_quads(cells)[0])
     assert np.array_equal(better[surface], points[surface])
     assert unfold_inside(problem, better) is better
+
+
+def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_where_nothing_else_is_near():
+    start, cells = generate.jittered(*generate.box((4, 4, 4)), 1.0, seed=0, valid=False)
+    straight = generate.box((4, 4, 4))[0]
+    worse = straight.copy()
+    worse[62] += [0.6, 0.0, 0.0]  # an inner node past its neighbours
+    assert corner_scaled_jacobian(worse, cells).min() < corner_scaled_jacobian(start, cells).min() < 0.0
+    assert brought_back(straight, start, cells, lambda _: True) is straight
+    assert brought_back(worse, start, cells, lambda _: False) is start
+    back = corner_scaled_jacobian(brought_back(worse, start, cells, lambda _: True), cells)
+    assert back.min() >= corner_scaled_jacobian(start, cells).min()
+    assert back.mean() > corner_scaled_jacobian(start, cells).mean() + 0.1
 
 
 def test_the_harmonic_start_puts_inner_nodes_between_their_neighbours():

@@ -147,7 +147,7 @@ class Stages:
             return self.boundary.band is None or self.boundary.band.excess(trial) <= _WITHIN
 
         back = brought_back(points, self._frame.start, self._frame.cells, near)
-        if not np.array_equal(back, points):
+        if back is not self._frame.start and not np.array_equal(back, points):
             self.notes.append("around them others stay inverted, so that the worst is no worse than in the input")
         return Step("bring back", back, float("nan"))
 
