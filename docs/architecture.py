@@ -24,7 +24,7 @@ ROOMS: dict[str, str] = {
     "meshes and files": "errors version plain files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
     " format_limits silence vtk_files sound_files abaqus conventions nastran io",
     "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
-    " winding",
+    " winding connections",
     "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",

@@ -592,3 +592,32 @@ def test_nothing_is_said_of_others_around_cells_that_cannot_move():
     notes = hc.regularize((points, cells), fixed=range(len(points))).report.notes
     assert [note for note in notes if note.startswith("cells that cannot be unfolded")]
     assert not [note for note in notes if "others stay inverted" in note]
+
+
+def rough_and_tangled(mesh, seed):
+    """A tangled mesh with a rough surface."""
+    points, cells = generate.jittered(*mesh, 2.2, seed=seed, valid=False)
+    edge = np.linalg.norm(np.diff(mesh[0][cells[:, :2]], axis=1), axis=2).mean()
+    return points + 0.2 * edge * np.random.default_rng(seed).normal(size=points.shape), cells
+
+
+@pytest.mark.parametrize(("mesh", "seed"), [(generate.box((4, 4, 4)), 17), (generate.cylinder(3, 2, 3), 33)])
+def test_what_does_not_unfold_within_the_bound_is_unfolded_from_farther_away(mesh, seed):
+    result = hc.regularize(rough_and_tangled(mesh, seed), hausdorff=0.02)
+    assert {"untangle with more room", "return to the surface"} <= {record.phase for record in result.history}
+    assert result.report.before.inverted > 50
+    assert result.report.after.inverted == result.report.after.invalid == 0
+    assert 0.0 < result.report.hausdorff <= 0.02
+
+
+def test_where_the_bound_is_too_narrow_the_report_tells_how_much_would_do():
+    points, cells = rough_and_tangled(generate.box((4, 4, 4)), 17)
+    result = hc.regularize((points, cells), hausdorff=0.005)
+    report = result.report
+    assert 0 < report.after.inverted < 0.5 * report.before.inverted
+    assert report.hausdorff <= 0.005
+    assert report.after.scaled_jacobian.min >= report.before.scaled_jacobian.min
+    (note,) = [note for note in report.notes if "allow more" in note]
+    needed = float(note.split("up to ")[1].split()[0])
+    assert 0.005 < needed < 0.03
+    assert hc.regularize((points, cells), hausdorff=1.5 * needed).report.after.invalid == 0

@@ -15,7 +15,7 @@ from hexconformal.lift import lift, lift_patches
 from hexconformal.shaping import Emphasis, Shaping, projected_newton, rings
 from hexconformal.sizes import cell_volumes
 from hexconformal.topology import boundary_quads
-from hexconformal.untangle import brought_back, folded, harmonic, untangle
+from hexconformal.untangle import _unfold_patches, brought_back, folded, harmonic, untangle
 from hexconformal.validity import is_valid
 
 CUBES = np.empty((0, 1, 3, 3))
@@ -329,6 +329,11 @@ def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_
     back = corner_scaled_jacobian(brought_back(worse, start, cells, lambda _: True), cells)
     assert back.min() >= corner_scaled_jacobian(start, cells).min()
     assert back.mean() > corner_scaled_jacobian(start, cells).mean() + 0.1
+    away = straight.copy()
+    away[0] = 0.9  # a corner through the box: no worse, but too far from the surface
+    near = brought_back(away, start, cells, lambda x: bool(np.linalg.norm(x[0]) < 0.5))
+    assert np.linalg.norm(near[0]) < 0.5
+    assert (corner_scaled_jacobian(near, cells) <= 0).sum() < 5
 
 
 def test_the_harmonic_start_puts_inner_nodes_between_their_neighbours():
@@ -338,3 +343,32 @@ def test_the_harmonic_start_puts_inner_nodes_between_their_neighbours():
     assert np.abs(smooth - generate.box((4, 4, 4))[0]).max() < 5e-3
     surface = np.unique(boundary_quads(cells)[0])
     assert np.array_equal(smooth[surface], points[surface])
+
+
+class Wall:
+    """A surface that one node has to stay near to."""
+
+    def __init__(self, node, place):
+        self.node, self.place = node, place
+
+    def value(self, points):
+        return 0.0 if np.linalg.norm(points[self.node] - self.place) < 0.5 else np.inf
+
+    def restricted(self, nodes, moving, points):
+        """As a patch that does not watch what is around it."""
+        return
+
+
+def test_patches_that_leave_the_surface_are_not_unfolded_and_the_others_are():
+    points, cells = generate.box((3, 3, 3))
+    tangled = 3 * points
+    corners = [int(np.argmin(points.sum(axis=1))), int(np.argmax(points.sum(axis=1)))]
+    tangled[corners[0]] += 1.8
+    tangled[corners[1]] -= 1.8
+    cores = [np.arange(len(points)) == corner for corner in corners]
+    for node, opened in (None, [True, True]), (corners[0], [False, True]), (corners[1], [True, False]):
+        surface = None if node is None else Wall(node, tangled[node])
+        problem = Shaping(cells, CUBES, everywhere(points), surface)
+        found = _unfold_patches(problem, tangled, tangled, cores)
+        still = folded(problem, found)
+        assert [not still[(cells == corner).any(axis=1)].any() for corner in corners] == opened

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .connections import doubled_corners
 from .errors import MeshError, OptionError, first_ids, odd_points
 from .io import as_hex_mesh
 from .mesh import HexMesh
@@ -34,7 +35,7 @@ class Finding:
     kind
         A word for programs: "not finite", "bad index", "repeated nodes", "duplicate cells", "crowded faces",
         "no boundary", "mirrored", "foreign order" (errors); "coincident points", "flat cells", "wrapped cells",
-        "hanging nodes", "pieces", "unreferenced points" (warnings).
+        "hanging nodes", "doubled corners", "pieces", "unreferenced points" (warnings).
     severity
         "error" if the mesh has to be refused, "warning" if it can be worked on.
     ids
@@ -206,6 +207,11 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         first = np.unique(labels, return_index=True)[1]
         text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first)}"
         found.append(_warning("pieces", first, text))
+    doubled = doubled_corners(faces, mesh.cells)
+    if len(doubled):
+        text = f"nodes with two faces between the same two edges: {first_ids(doubled)}"
+        advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"
+        found.append(_warning("doubled corners", doubled, f"{text}; {advice}"))
     hanging = _hanging(mesh.points, faces.quads[faces.uses == 1])
     if len(hanging):
         text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging)}; they are not tied to it"

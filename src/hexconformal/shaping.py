@@ -131,6 +131,10 @@ class Shaping:
             total += self.surface.value(points)
         return total
 
+    def near(self, points: Field) -> bool:
+        """Whether the boundary is within its limit."""
+        return self.surface is None or bool(np.isfinite(self.surface.value(points)))
+
     def value_gradient_hessian(self, points: Field, emphasis: Emphasis) -> tuple[float, Field, BlockMatrix]:
         """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
         gradient, matrix = np.zeros_like(points), self._matrix

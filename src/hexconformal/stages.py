@@ -10,6 +10,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from .band import Band
 from .boundary import Boundary, boundary_of
 from .cell_measures import corner_scaled_jacobian
 from .errors import first_ids
@@ -33,6 +34,7 @@ _GOOD = 0.98  # smallest scaled Jacobian that needs no lifting
 _WHOLE = 200_000  # cells up to which the whole mesh is lifted; beyond, patches around the worst cells
 _PATIENCE = 1  # rounds of patches without success before other features are tried
 _RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back into its band
+_ROOM, _GENTLE = 0.2, 12.5  # diagonals that the boundary may move to unfold what resists; steepness of its way back
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _FIRST_STEPS = 2  # on the whole distortion, before the angles take over
 _FIRM = 25.0  # how much firmer sizes are that were asked for
@@ -64,6 +66,7 @@ class Stages:
         self.notes: list[str] = []
         self.problem: Shaping | None = None
         self._frame, self.boundary, self._options = frame, boundary, options
+        self._hausdorff_needed = 0.0
         self.wanted = wanted_volumes(options.sizes, frame.mesh, frame.valid)
 
     def __iter__(self) -> Iterator[Step]:
@@ -86,7 +89,8 @@ class Stages:
         if not self._frame.valid.all():
             shaping, points, bad = yield from self._untangle(shaping)
         if bad.any():
-            shaping = self._without(shaping, points, bad)
+            shaping, points, bad = self._without(shaping, points, bad)
+            yield Step("hold what stays inverted", points)
         self.problem = shaping
         if bad.any() or self.boundary.band is not None or self._options.resizes:
             for points, energy in self._shape(shaping, points):
@@ -105,8 +109,6 @@ class Stages:
         for step in self._return(shaping, points):
             points = step.points
             yield step
-        if bad.any():
-            yield self._bring_back(points)
 
     def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
@@ -115,6 +117,10 @@ class Stages:
         for phase, points, energy in untangle(shaping, points, *((_PATIENCE,) if others else ())):
             yield Step(phase, points, energy)
         bad = folded(shaping, points)
+        band = self.boundary.band
+        room = band is not None and band.reference is None and band.bound < _ROOM * self._frame.diagonal
+        if bad.any() and band is not None and room:
+            shaping, points, bad = yield from self._from_afar(band, shaping, points, bad)
         for features in others:
             if not bad.any():
                 break
@@ -130,26 +136,39 @@ class Stages:
         yield Step("unfold inside", points, float("nan"))
         return shaping, points, bad
 
+    def _from_afar(
+        self, band: Band, shaping: Shaping, points: Field, bad: Mask
+    ) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
+        """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
+        wide = self._shaping(replace(self.boundary, band=replace(band, bound=_ROOM * self._frame.diagonal)))
+        afar = self._frame.start
+        for step in untangle(wide, afar, _PATIENCE):
+            afar = step[1]
+            yield Step("untangle with more room", points)
+        if folded(wide, afar).any():
+            return shaping, points, bad
+        before, closer = self.boundary, replace(band, steepness=_GENTLE)
+        self.boundary = replace(before, band=closer)
+        problem = self._shaping()
+        for way_back in self._return(problem, afar):
+            afar = way_back.points
+            yield replace(way_back, points=points)
+        needed = closer.excess(afar)
+        if needed <= _WITHIN:
+            return problem, afar, folded(problem, afar)
+        self.boundary = before
+        self._hausdorff_needed = needed * self._options.hausdorff
+        return shaping, points, bad
+
     def _return(self, shaping: Shaping, points: Field) -> Iterator[Step]:
         """Bring samples back that a patch has let out of the band, with a steeper penalty each time."""
         band = self.boundary.band
         for _ in range(_RETURNS):
-            if band is None or band.reference is not None or band.excess(points) <= _WITHIN:
+            if band is None or self._near(points):
                 return
             band.steepness *= 4.0
             for points, energy in islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _RETURN_STEPS):
                 yield Step("return to the surface", points, energy)
-
-    def _bring_back(self, points: Field) -> Step:
-        """Where cells stay folded: the worst no worse than in the input."""
-
-        def near(trial: Field) -> bool:
-            return self.boundary.band is None or self.boundary.band.excess(trial) <= _WITHIN
-
-        back = brought_back(points, self._frame.start, self._frame.cells, near)
-        if back is not self._frame.start and not np.array_equal(back, points):
-            self.notes.append("around them others stay inverted, so that the worst is no worse than in the input")
-        return Step("bring back", back, float("nan"))
 
     def _energy_of_input(self) -> float:
         """Energy of what came in; NaN where it is infinite."""
@@ -186,8 +205,8 @@ class Stages:
             _FIRM if self._options.resizes else 1.0,
         )
 
-    def _without(self, shaping: Shaping, points: Field, bad: NDArray[np.bool_]) -> Shaping:
-        """The rest of the mesh, where folded cells cannot be unfolded: their nodes are held."""
+    def _without(self, shaping: Shaping, points: Field, bad: Mask) -> tuple[Shaping, Field, Mask]:
+        """The rest of the mesh, where cells cannot be unfolded: these are held, the worst no worse than it was."""
         cells = np.flatnonzero(bad)
         held = ~shaping.free[shaping.cells[cells]]
         why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
@@ -197,9 +216,23 @@ class Stages:
         if len(found):
             nodes = np.unique(quads[found])
             self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
+        if self._hausdorff_needed:
+            away = f"up to {self._hausdorff_needed:.2g} diagonals away"
+            self.notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
+        points = brought_back(points, self._frame.start, shaping.cells, self._near)
+        others = folded(shaping, points) & ~bad
+        if others.any():
+            ids = first_ids(np.flatnonzero(others))
+            self.notes.append(f"others around them stay inverted, so that the worst is no worse than it was: {ids}")
+        bad = folded(shaping, points)
         projectors = shaping.projectors.copy()
-        projectors[shaping.cells[cells]] = 0.0
+        projectors[shaping.cells[bad]] = 0.0
         inverses = shaping.inverses[~bad] if len(shaping.inverses) > 1 else shaping.inverses
         sizes = shaping.sizes[~bad] if len(shaping.sizes) else shaping.sizes
         cells = np.ascontiguousarray(shaping.cells[~bad])
-        return Shaping(cells, inverses, projectors, shaping.surface, sizes, shaping.firmness)
+        return Shaping(cells, inverses, projectors, shaping.surface, sizes, shaping.firmness), points, bad
+
+    def _near(self, points: Field) -> bool:
+        """Whether the boundary is within its bound."""
+        band = self.boundary.band
+        return band is None or band.reference is not None or band.excess(points) <= _WITHIN

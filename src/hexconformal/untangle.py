@@ -59,32 +59,34 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
         before = _amount(problem, points)
         if before[0] == 0 or stalled == patience:
             return
-        for core in islands(problem.cells, rings(problem.cells, len(points), folded(problem, points), width)):
-            points = _unfold_patch(problem, points, first, core)
+        cores = islands(problem.cells, rings(problem.cells, len(points), folded(problem, points), width))
+        points = _unfold_patches(problem, points, first, cores)
         yield "untangle patches", points, float("nan")
         stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
 
 
 def brought_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
-    """Points at which the worst cell is no worse than it was at the start.
+    """Points at which the worst cell is no worse than it was at the start, and the boundary near enough.
 
     Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
-    of their way back, with the fewest inverted cells (never more than at the start) near enough to the surface; all of
-    them go back where that is not to be had.
+    of their way back, such that the fewest cells are inverted, never more than at the start; all of them go back where
+    that is not to be had.
     """
-    first = corner_scaled_jacobian(start, cells)
-    now = corner_scaled_jacobian(points, cells)
-    if now.min() >= first.min() and now.mean() >= first.mean():
+    first, now = corner_scaled_jacobian(start, cells), corner_scaled_jacobian(points, cells)
+    worse = now < first.min()
+    if not near(points):
+        worse |= now <= 0.0
+    elif not worse.any():
         return points
     best, fewest = start, int((first <= 0.0).sum())
     for width in range(_ROUNDS):
-        nodes = rings(cells, len(points), now < first.min(), width)
+        nodes = rings(cells, len(points), worse, width)
         for way in _WAYS_BACK:
             trial = np.where(nodes[:, None], points + way * (start - points), points)
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
-            as_good = quality.min() >= first.min() and quality.mean() >= first.mean()
-            if as_good and inverted <= fewest and near(trial) and (inverted < fewest or best is start):
+            fewer = inverted < fewest or (inverted == fewest and best is start)
+            if fewer and quality.min() >= first.min() and near(trial):
                 best, fewest = trial, inverted
     return best
 
@@ -137,6 +139,20 @@ def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps:
     sigma = max(_EASIER, 1.0 - last[1] / last[0])
     m = (1.0 - sigma) * 0.5 * (smallest + np.sqrt(eps**2 + smallest**2))
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
+
+
+def _unfold_patches(problem: Shaping, points: Field, first: Field, cores: list[Mask]) -> Field:
+    """The points with one patch after the other unfolded, without those that leave the surface."""
+    trial = points
+    for core in cores:
+        trial = _unfold_patch(problem, trial, first, core)
+    if problem.near(trial):
+        return trial
+    # A patch watches the surface around itself only; one of them came to where others are.
+    for core in cores:
+        trial = _unfold_patch(problem, points, first, core)
+        points = trial if problem.near(trial) else points
+    return points
 
 
 def _unfold_patch(problem: Shaping, points: Field, first: Field, core: Mask) -> Field:
