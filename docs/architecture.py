@@ -27,7 +27,7 @@ ROOMS: dict[str, str] = {
     " winding connections",
     "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix shaping target",
     "solvers": "solver multigrid preconditioner",
-    "the boundary": "features creases nearest closest hausdorff constraint band boundary frame",
+    "the boundary": "features creases nearest closest hausdorff constraint band boundary ordering frame",
     "what is asked and told": "asked options report",
     "regularize": "regularize outcome stages step minimize untangle inside lift volume",
     "move": "motion extension motion_table motion_run",

@@ -119,23 +119,20 @@ def test_a_curved_boundary_slides_the_same_in_every_unit_and_far_away(shape):
     assert plain.report.after.scaled_jacobian.mean > plain.report.before.scaled_jacobian.mean
     for size, shift in ((1e-6, 0.0), (1e6, 0.0), (1.0, 1e4 * diagonal)):
         moved = hc.regularize((size * points + shift, cells))
-        assert np.abs((moved.points - shift) / size - plain.points).max() < 1e-6 * diagonal
+        # The worst cells are raised until that stalls: on the noisy ball a round multiplies rounding a hundred times.
+        assert np.abs((moved.points - shift) / size - plain.points).max() < 1e-4 * diagonal
         assert moved.report.hausdorff == pytest.approx(plain.report.hausdorff, rel=1e-3)
 
 
 @pytest.mark.parametrize("shape", CURVED)
-def test_a_curved_boundary_slides_as_well_in_another_order_of_nodes_and_cells(shape):
-    # The worst cells are raised until that stalls, not to convergence: as good, but not the same to the last digit.
+def test_a_curved_boundary_slides_the_same_in_another_order_of_nodes_and_cells(shape):
     points, cells = rough(CURVED[shape])
     plain = hc.regularize((points, cells))
     rng = np.random.default_rng(1)
     nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
     permuted = hc.regularize((points[nodes], np.argsort(nodes)[cells[order]]))
     assert permuted.report.hausdorff <= permuted.report.hausdorff_bound
-    assert np.abs(permuted.points - plain.points[nodes]).max() < 0.03 * plain.report.diagonal
-    one, other = plain.report.after.scaled_jacobian, permuted.report.after.scaled_jacobian
-    assert other.min == pytest.approx(one.min, abs=5e-3)
-    assert other.mean == pytest.approx(one.mean, abs=5e-3)
+    assert np.abs(permuted.points - plain.points[nodes]).max() < 1e-8 * plain.report.diagonal
 
 
 def test_runs_with_a_curved_boundary_are_bit_identical_with_any_number_of_threads(monkeypatch):
@@ -621,3 +618,42 @@ def test_where_the_bound_is_too_narrow_the_report_tells_how_much_would_do():
     needed = float(note.split("up to ")[1].split()[0])
     assert 0.005 < needed < 0.03
     assert hc.regularize((points, cells), hausdorff=1.5 * needed).report.after.invalid == 0
+
+
+def test_messages_name_cells_and_nodes_by_their_ids_in_the_mesh():
+    points, cells = generate.box((3, 3, 3))
+    bad = points.copy()
+    inner = np.setdiff1d(np.arange(len(points)), boundary_quads(cells)[0])
+    bad[inner[0]] = bad[inner[-1]] + 0.2
+    inverted = np.flatnonzero(hc.quality((bad, cells)).scaled_jacobian <= 0)
+    with pytest.raises(hc.MeshError, match=rf"{len(inverted)} \((first )?ids {', '.join(map(str, inverted[:5]))}"):
+        hc.regularize((points, cells), target=bad)
+    bad = points.copy()
+    bad[0] = bad[1]
+    with pytest.raises(hc.MeshError, match=r"no length at nodes 1 \(ids 0\)"):
+        hc.regularize((bad, cells), energy="quaternionic")
+    sizes = np.full(len(cells), 1 / 27)
+    sizes[[5, 7]] = -1.0
+    with pytest.raises(hc.OptionError, match=r"2 \(ids 5, 7\)"):
+        hc.regularize((points, cells), sizes=sizes)
+
+
+def test_options_for_single_cells_and_nodes_hold_for_those_in_the_mesh():
+    points, cells = generate.jittered(*generate.box((4, 4, 4)), 0.3, seed=5)
+    rng = np.random.default_rng(3)
+    nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
+    shuffled = points[nodes], np.argsort(nodes)[cells[order]]
+    held = rng.random(len(points)) < 0.2
+    sizes = rng.uniform(0.5, 2.0, len(cells)) / len(cells)
+    boxes = rng.uniform(0.5, 2.0, (len(cells), 3))
+    reference = generate.jittered(*generate.box((4, 4, 4)), 0.3, seed=6)[0]
+    for one, other in (
+        ({"fixed": held}, {"fixed": held[nodes]}),
+        ({"sizes": sizes}, {"sizes": sizes[order]}),
+        ({"target": boxes}, {"target": boxes[order]}),
+        ({"target": reference}, {"target": reference[nodes]}),
+    ):
+        plain, permuted = hc.regularize((points, cells), **one), hc.regularize(shuffled, **other)
+        assert np.abs(plain.points - points).max() > 1e-2
+        assert np.abs(permuted.points - plain.points[nodes]).max() < 1e-8
+    assert np.array_equal(hc.regularize((points, cells), fixed=held).points[held], points[held])

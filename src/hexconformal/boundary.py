@@ -62,12 +62,12 @@ def boundary_of(frame: Frame, options: Options) -> Boundary:
     MeshError
         If the surface to slide on is not that of the mesh.
     """
-    fixed = fixed_components(frame.mesh, options.fixed)
+    fixed = fixed_components(frame.mesh, options.fixed)[frame.nodes]
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
-        return Boundary(boundary_constraint(frame.start, frame.quads, options.boundary, fixed))
+        return Boundary(boundary_constraint(frame.start, frame.quads, options.boundary, fixed, frame.nodes))
     tolerance = options.hausdorff * frame.diagonal
     reference = _reference(frame, options.surface)
-    tags = surface_tags(frame.mesh, frame.quads)
+    tags = surface_tags(frame.mesh, frame.nodes[frame.quads])
     features = find_features(frame.start, frame.quads, tags=tags, mode=options.features, tolerance=tolerance)
     sums = np.zeros((len(frame.start), 3, 3))
     if not features.soft and reference is None:
@@ -127,7 +127,7 @@ def _reference(frame: Frame, surface: Any) -> Surface | None:
 
 def _require_near(frame: Frame, given: Surface) -> None:
     """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
-    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.used]
+    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.nodes[frame.used]]
     boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
     sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
     apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))

@@ -112,7 +112,11 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
 
 
 def boundary_constraint(
-    points: Field, quads: NDArray[np.int64], boundary: str = "slide", fixed: NDArray[np.bool_] | None = None
+    points: Field,
+    quads: NDArray[np.int64],
+    boundary: str = "slide",
+    fixed: NDArray[np.bool_] | None = None,
+    ids: NDArray[np.int64] | None = None,
 ) -> Constraint:
     """The constraint of a boundary mode, with further components held by a mask.
 
@@ -128,6 +132,8 @@ def boundary_constraint(
         not at all. "free" leaves the boundary alone.
     fixed
         (n, 3) components that are held besides.
+    ids
+        (n,) what to call the nodes in messages, if not by their places.
 
     Raises
     ------
@@ -153,7 +159,7 @@ def boundary_constraint(
     if boundary == "fixed":
         sums[np.unique(quads)] = np.eye(3)
     elif boundary == "slide":
-        sums = planar_normals(points, quads)
+        sums = planar_normals(points, quads, ids)
     return Constraint.from_sums(sums, fixed)
 
 
@@ -171,7 +177,7 @@ def _admissible(sums: Field) -> tuple[NDArray[np.bool_], Field]:
     return values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None], vectors
 
 
-def planar_normals(points: Field, quads: NDArray[np.int64]) -> Field:
+def planar_normals(points: Field, quads: NDArray[np.int64], ids: NDArray[np.int64] | None = None) -> Field:
     """(n, 3, 3) sums of n n^T over the triangles that the boundary quads around a node are made of."""
     x = points[quads] - points[quads[:, :1]]
     sums = np.zeros((len(points), 3, 3))
@@ -182,7 +188,9 @@ def planar_normals(points: Field, quads: NDArray[np.int64]) -> Field:
         length = np.linalg.norm(normal, axis=1)
         size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
         if not size.all():
-            raise MeshError(f"boundary quads with an edge of no length at nodes {first_ids(quads[size == 0, corner])}")
+            bad = quads[size == 0, corner]
+            bad = np.unique(bad if ids is None else ids[bad])
+            raise MeshError(f"boundary quads with an edge of no length at nodes {first_ids(bad)}")
         # Three corners on a line (or nearly) say nothing about the plane; the other corners do.
         says = length > 1e-3 * size
         unit = normal[says] / length[says, None]

@@ -1,4 +1,7 @@
-"""The frame a run works in: centred, with edges of unit length on average, so that no unit and no origin matters."""
+"""The frame a run works in: its own unit, origin and order, so that those of the mesh do not matter.
+
+Edges have unit length on average. Solves that are not carried to the end depend on the order of nodes and cells.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import MeshError, first_ids
 from .mesh import HexMesh
+from .ordering import spatial_order
 from .sizes import cell_volumes, edge_lengths
 from .target import stretched_boxes
 from .topology import boundary_quads
@@ -27,11 +31,15 @@ class Frame:
     ----------
     mesh
         A sound mesh.
+    ordered
+        Whether nodes and cells come in an order of the frame's own.
 
     Attributes
     ----------
+    nodes, order
+        (n,), (m,) ids that the nodes and cells of this frame have in the mesh.
     start
-        (n, 3) its points in this frame.
+        (n, 3) the mesh's points in this frame.
     cells
         (m, 8) its cells, writable.
     used
@@ -45,13 +53,17 @@ class Frame:
         If most cells have negative volume, or all edges have no length.
     """
 
-    def __init__(self, mesh: HexMesh) -> None:
+    def __init__(self, mesh: HexMesh, ordered: bool = False) -> None:
         self.mesh = mesh
-        self.cells = np.array(mesh.cells)
+        self.nodes, self.order = np.arange(len(mesh.points)), np.arange(len(mesh.cells))
+        if ordered:
+            self.nodes, self.order = spatial_order(mesh.points, mesh.cells)
+        self.cells = np.argsort(self.nodes)[mesh.cells[self.order]]
+        points = mesh.points[self.nodes]
         self.used = np.zeros(len(mesh.points), dtype=bool)
         self.used[self.cells] = True
-        self._corner = mesh.points[self.used].min(axis=0)
-        start = np.array(mesh.points - self._corner)
+        self._corner = points[self.used].min(axis=0)
+        start = points - self._corner
         self.unit = float(edge_lengths(start, self.cells).mean())
         if self.unit == 0.0:
             raise MeshError("all edges have no length")
@@ -59,13 +71,15 @@ class Frame:
         volumes = cell_volumes(self.start, self.cells)
         if (volumes < 0).mean() > 0.5:
             raise MeshError(
-                f"cells with negative volume: {first_ids(np.flatnonzero(volumes < 0))} of {len(volumes)}; the mesh is "
-                "mirrored or its nodes are in a foreign order: hexconformal.orient(mesh) puts them right"
+                f"cells with negative volume: {first_ids(np.sort(self.order[volumes < 0]))} of {len(volumes)}; "
+                "the mesh is mirrored or its nodes are in a foreign order: hexconformal.orient(mesh) puts them right"
             )
 
     def to_user(self, points: Field) -> Field:
-        """Points in the user's frame; what did not move is bit-identical to the input."""
-        return self.mesh.points + self.unit * (points - self.start)
+        """Points in the user's frame and order; what did not move is bit-identical to the input."""
+        moved = self.mesh.points.copy()
+        moved[self.nodes] += self.unit * (points - self.start)
+        return moved
 
     def from_user(self, points: Field) -> Field:
         """Points of the user's frame in this one."""
@@ -75,9 +89,10 @@ class Frame:
         """A target in this frame: "auto" is decided, points of a reference mesh are scaled, others have no unit."""
         if isinstance(target, str) and target == "auto":
             return "cube" if self.stretched is None else self.stretched
-        if isinstance(target, str) or np.shape(target) != self.start.shape:
+        if isinstance(target, str) or np.shape(target) not in (self.start.shape, (len(self.cells), 3)):
             return target
-        return self.from_user(np.asarray(target, dtype=np.float64))
+        values = np.asarray(target, dtype=np.float64)
+        return self.from_user(values[self.nodes]) if len(values) == len(self.nodes) else values[self.order]
 
     @cached_property
     def stretched(self) -> Field | None:

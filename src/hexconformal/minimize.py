@@ -103,7 +103,7 @@ class Minimization:
         if options.weight == "volume":
             volumes = np.abs(cell_volumes(frame.start, frame.cells))
             scales = volumes / volumes.mean()
-        inverses = inverse_targets(frame.target(options.target), frame.start, frame.cells, options.rule)
+        inverses = inverse_targets(frame.target(options.target), frame.start, frame.cells, options.rule, frame.order)
         eps = None if options.energy == "quaternionic" else 0.0
         return Distortion(frame.cells, len(frame.start), scales, inverses, eps, options.rule)
 

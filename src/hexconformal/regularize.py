@@ -114,7 +114,7 @@ class Regularization:
         self.history: list[Record] = []
         notes = [finding.message for finding in require_sound(self.mesh)]
         self._notes = tuple(notes) + self.mesh.notes
-        self._frame = Frame(self.mesh)
+        self._frame = Frame(self.mesh, ordered=True)
         self._boundary = boundary_of(self._frame, self.options)
         if self.options.energy == "quaternionic" and len(self._boundary.constraint.nodes) < 2:
             raise OptionError(
@@ -150,7 +150,7 @@ class Regularization:
             after=after.summary(),
             energy_before=self.history[0].energy if self.history else float("nan"),
             energy_after=self._last_energy(),
-            boundary_moved=int((moved[np.unique(self._frame.quads)] > 0).sum()),
+            boundary_moved=int((moved[np.unique(self._frame.nodes[self._frame.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=self._frame.diagonal * self._frame.unit,
             iterations=max(len(self.history) - 1, 0),
@@ -160,7 +160,7 @@ class Regularization:
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
-            size_ratios=size_ratios(after.volume, self._stages.wanted),
+            size_ratios=size_ratios(after.volume[self._frame.order], self._stages.wanted),
         )
         better = self.mesh.replaced(
             points=points,
@@ -214,7 +214,8 @@ class Regularization:
         held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
         bound, cell = held_bound(self._frame.start, self._frame.cells, held)
         if bound < _WORTH_TELLING:
-            notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {cell} is held")
+            which = self._frame.order[cell]
+            notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
         return tuple(notes)
 
     def _record(self, step: Step) -> Record:

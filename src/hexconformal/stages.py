@@ -28,6 +28,7 @@ from .winding import inside_out
 __all__ = ["Stages"]
 
 Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _GOOD = 0.98  # smallest scaled Jacobian that needs no lifting
@@ -67,7 +68,7 @@ class Stages:
         self.problem: Shaping | None = None
         self._frame, self.boundary, self._options = frame, boundary, options
         self._hausdorff_needed = 0.0
-        self.wanted = wanted_volumes(options.sizes, frame.mesh, frame.valid)
+        self.wanted = self._wanted_volumes()
 
     def __iter__(self) -> Iterator[Step]:
         yield Step("input", self._frame.start, self._energy_of_input())
@@ -195,7 +196,7 @@ class Stages:
 
     def _shaping(self, boundary: Boundary | None = None) -> Shaping:
         frame, boundary = self._frame, self.boundary if boundary is None else boundary
-        inverses = inverse_targets(frame.target(self._options.target), frame.start, frame.cells, "corners")
+        inverses = inverse_targets(frame.target(self._options.target), frame.start, frame.cells, "corners", frame.order)
         return Shaping(
             frame.cells,
             np.empty((0, 1, 3, 3)) if inverses is None else inverses,
@@ -210,11 +211,11 @@ class Stages:
         cells = np.flatnonzero(bad)
         held = ~shaping.free[shaping.cells[cells]]
         why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
-        self.notes.append(f"cells that cannot be unfolded: {first_ids(cells)}; {why}")
+        self.notes.append(f"cells that cannot be unfolded: {first_ids(self._ids(bad))}; {why}")
         quads = self._frame.quads
         found = inside_out(points, quads, np.flatnonzero(np.isin(quads, shaping.cells[cells]).any(axis=1)))
         if len(found):
-            nodes = np.unique(quads[found])
+            nodes = np.unique(self._frame.nodes[quads[found]])
             self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
         if self._hausdorff_needed:
             away = f"up to {self._hausdorff_needed:.2g} diagonals away"
@@ -222,7 +223,7 @@ class Stages:
         points = brought_back(points, self._frame.start, shaping.cells, self._near)
         others = folded(shaping, points) & ~bad
         if others.any():
-            ids = first_ids(np.flatnonzero(others))
+            ids = first_ids(self._ids(others))
             self.notes.append(f"others around them stay inverted, so that the worst is no worse than it was: {ids}")
         bad = folded(shaping, points)
         projectors = shaping.projectors.copy()
@@ -231,6 +232,16 @@ class Stages:
         sizes = shaping.sizes[~bad] if len(shaping.sizes) else shaping.sizes
         cells = np.ascontiguousarray(shaping.cells[~bad])
         return Shaping(cells, inverses, projectors, shaping.surface, sizes, shaping.firmness), points, bad
+
+    def _ids(self, cells: Mask) -> Ints:
+        """Their ids in the mesh."""
+        return np.sort(self._frame.order[cells])
+
+    def _wanted_volumes(self) -> Field:
+        valid = np.empty_like(self._frame.valid)
+        valid[self._frame.order] = self._frame.valid
+        wanted = wanted_volumes(self._options.sizes, self._frame.mesh, valid)
+        return wanted[self._frame.order] if len(wanted) else wanted
 
     def _near(self, points: Field) -> bool:
         """Whether the boundary is within its bound."""

@@ -28,7 +28,9 @@ def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gaus
     return np.einsum("qai,mak->mqki", shape_gradients(places), x)
 
 
-def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadrature: str) -> Field | None:
+def inverse_targets(
+    target: Any, points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[np.int64] | None = None
+) -> Field | None:
     """Inverse target frames W^-1 for :class:`hexconformal.assembly.Distortion`.
 
     Parameters
@@ -40,6 +42,8 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
         The mesh.
     quadrature
         "gauss" or "corners".
+    ids
+        (m,) what to call the cells in messages, if not by their places.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
         if target == "cube":
             return None
         if target == "input":
-            return _inverted(points, cells, quadrature)
+            return _inverted(points, cells, quadrature, ids)
         try:
             target = [float(part) for part in target.split(":")]
         except ValueError:
@@ -75,7 +79,7 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
             raise OptionError(f"a box target has three positive edge lengths, not {values.tolist()}")
         return np.diag(1.0 / values)[None, None]
     if values.shape == points.shape:
-        return _inverted(values, cells, quadrature)
+        return _inverted(values, cells, quadrature, ids)
     if values.shape == (len(cells), 3):
         if not (np.isfinite(values).all() and (values > 0).all()):
             raise OptionError("box targets have positive edge lengths")
@@ -83,12 +87,13 @@ def inverse_targets(target: Any, points: Field, cells: NDArray[np.int64], quadra
     raise OptionError(f"a target is three edge lengths or reference points of shape {points.shape}, not {values.shape}")
 
 
-def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str) -> Field:
+def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[np.int64] | None) -> Field:
     if not np.isfinite(points[cells]).all():
         raise MeshError("target shapes need a valid reference mesh; this one has NaN or infinite coordinates")
     frames = cell_frames(points, cells, quadrature)
     bad = np.flatnonzero((np.linalg.det(frames) <= 0).any(axis=1))
     if len(bad):
+        bad = bad if ids is None else np.sort(ids[bad])
         raise MeshError(f"target shapes need a valid reference mesh; its inverted or flat cells: {first_ids(bad)}")
     return np.linalg.inv(frames).astype(np.float64, copy=False)
 
