@@ -351,8 +351,8 @@ class Wall:
     def __init__(self, node, place):
         self.node, self.place = node, place
 
-    def value(self, points):
-        return 0.0 if np.linalg.norm(points[self.node] - self.place) < 0.5 else np.inf
+    def excess(self, points):
+        return 2.0 * np.linalg.norm(points[self.node] - self.place)
 
     def restricted(self, nodes, moving, points):
         """As a patch that does not watch what is around it."""

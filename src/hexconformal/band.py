@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block_matrix import BlockMatrix
-from .closest import Polyline, Surface
+from .closest import Closest, Polyline, Surface
 from .compiled import loop
 from .features import Features
 from .hausdorff import surface_samples
@@ -163,8 +163,8 @@ class Band:
 
     def excess(self, points: Field) -> float:
         """Largest distance of any sample, in both directions, in units of the bound."""
-        ahead, _ = self._ahead(points, np.arange(len(self._of)))
-        back, _ = self._backward(points, np.arange(len(self._places)))
+        ahead, _ = self._ahead(points, np.arange(len(self._of)), everywhere=True)
+        back, _ = self._backward(points, np.arange(len(self._places)), everywhere=True)
         worst = max(ahead.distances.max(initial=0.0), back.distances.max(initial=0.0))
         return float(worst / self.bound)
 
@@ -186,8 +186,8 @@ class Band:
         back_bound = self._back_distance + moved[self._back]
         near = np.flatnonzero(self._ahead_take & (self._is_node | (ahead_bound >= onset)))
         behind = np.flatnonzero(self._back_take & (back_bound >= onset))
-        ahead, faces = self._ahead(x, near)
-        back, back_faces = self._backward(x, behind)
+        ahead, faces = self._ahead(x, near, everywhere=refresh)
+        back, back_faces = self._backward(x, behind, everywhere=refresh)
         if refresh:
             self._ahead_distance, self._back_distance = ahead_bound, back_bound
             self._onto[near], self._ahead_distance[near] = faces, ahead.distances
@@ -214,27 +214,36 @@ class Band:
                 width, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_everywhere, len(nodes)),
             )  # fmt: skip
 
-    def _ahead(self, x: Field, samples: Ints) -> tuple[_Rows, Ints]:
+    def _ahead(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Rows, Ints]:
         """From samples of the moved surface to the original, or to the reference."""
         surface = self.original if self.reference is None else self.reference
         nodes, weights = self.original.faces[self._of[samples]], self._weights[samples]
         places = np.einsum("kj,kji->ki", weights, x[nodes])
-        there = surface.walked(places, self._onto[samples])
+        there = self._closest(surface, places, self._onto[samples], everywhere)
         residuals = places - there.positions
         return _Rows(
             nodes, weights, residuals, there.distances, self.bound, _ATTRACTION * self._is_node[samples], _ONSET,
             partial(_directions, residuals, there.distances, self.bound, surface, there.faces),
         ), there.faces  # fmt: skip
 
-    def _backward(self, x: Field, samples: Ints) -> tuple[_Rows, Ints]:
+    def _backward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Rows, Ints]:
         """From samples of the original surface to the moved one."""
         moved = self.original if len(samples) == 0 else self.original.moved(x)
-        there = moved.walked(self._places[samples], self._back[samples])
+        there = self._closest(moved, self._places[samples], self._back[samples], everywhere)
         residuals = there.positions - self._places[samples]
         return _Rows(
             moved.faces[there.faces], there.weights, residuals, there.distances, self.bound, 0.0, _ONSET,
             partial(_directions, residuals, there.distances, self.bound, moved, there.faces),
         ), there.faces  # fmt: skip
+
+    def _closest(self, surface: Surface, places: Field, start: Ints, everywhere: bool) -> Closest:
+        """Closest points by walking; those too far away are looked for everywhere: a walk may end in a dead end."""
+        there = surface.walked(places, start)
+        if everywhere and (far := there.distances > _LIMIT * self.bound).any():
+            start = there.faces.copy()
+            start[far] = surface.closest(places[far], start[far]).faces
+            there = surface.walked(places, start)
+        return there
 
     def _penalty(self, rows: _Rows) -> tuple[float, Field, Field]:
         """Summed penalty, of each distance its slope over the distance, and its second derivative."""

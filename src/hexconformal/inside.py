@@ -7,6 +7,8 @@ The parts' nodes depend linearly on the cell's, x = S X, and so do the forces, S
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -26,23 +28,27 @@ Mask = NDArray[np.bool_]
 _WIDTHS = 0, 1, 2  # rings of cells around the invalid ones that move with them
 _ROUNDS, _STEPS = 12, 100  # eps per patch, and steps at each
 _FIRST_EPS, _SHRINK = 0.5, 0.5  # eps in smallest determinants, and how much smaller that share is each round
+_LARGER_EPS = 2.0  # where that has not been enough
 _LEAST_EPS = 1e-3
 
 
 def unfold_inside(problem: Shaping, points: Field) -> Field:
     """Points at which cells are valid that were invalid though none of their corners is folded, as far as possible.
 
-    Only inner nodes move, no corner becomes folded, and no valid cell becomes invalid.
+    Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
+    invalid, and the boundary stays as near to the surface as it has to be.
     """
-    for width in _WIDTHS:
+    ways = (problem.inner, _FIRST_EPS), (problem.free, _FIRST_EPS), (problem.free, _LARGER_EPS)
+    for (movable, first_eps), width in product(ways, _WIDTHS):
         cores = _folded_inside(problem, points)
         if not cores.any():
             break
         for core in islands(problem.cells, rings(problem.cells, len(points), cores, width)):
-            patch, nodes = problem.restricted(core & problem.inner, points)
+            patch, nodes = problem.restricted(core & movable, points)
             if patch.free.any():
-                points = points.copy()
-                points[nodes] = _unfold(patch, points[nodes])
+                trial = points.copy()
+                trial[nodes] = _unfold(patch, points[nodes], first_eps)
+                points = trial if problem.excess(trial) <= max(1.0, problem.excess(points)) else points
     return points
 
 
@@ -51,31 +57,33 @@ def _folded_inside(problem: Shaping, points: Field) -> Mask:
     return np.asarray((problem.measures(points).determinant > 0.0) & ~is_valid(points, problem.cells))
 
 
-def _unfold(patch: Shaping, points: Field) -> Field:
+def _unfold(patch: Shaping, points: Field, first_eps: float) -> Field:
     """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
     from scipy.optimize import minimize
 
-    free, valid = patch.free, is_valid(points, patch.cells)
+    free, projectors, valid = patch.free, patch.projectors[patch.free], is_valid(points, patch.cells)
     folded = patch.measures(points).determinant <= 0.0
     cells = patch.cells[~folded]
     weights, parts = _parts(cells, len(points))
-    moved = points.copy()
+    moved, start = points.copy(), np.zeros(3 * int(free.sum()))
 
     def at(unknowns: Field) -> Field:
-        moved[free] = unknowns.reshape(-1, 3)
+        moved[free] = points[free] + np.einsum("nij,nj->ni", projectors, unknowns.reshape(-1, 3))
         return moved
 
     for k in range(_ROUNDS):
         worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
-        eps = max(_LEAST_EPS, _FIRST_EPS * worst) * _SHRINK**k
+        eps = max(_LEAST_EPS, first_eps * worst) * _SHRINK**k
         energy = Distortion(parts, weights.shape[0], eps=eps, quadrature="corners")
 
         def value_gradient(unknowns: Field, energy: Distortion = energy) -> tuple[float, Field]:
             value, forces = energy.value_gradient(weights @ at(unknowns))
-            return value, (weights.T @ forces)[free].ravel()
+            nearness, pull = patch.surface_force(moved)
+            return value + nearness, np.einsum("nij,nj->ni", projectors, (weights.T @ forces + pull)[free]).ravel()
 
-        found = minimize(value_gradient, moved[free].ravel(), jac=True, method="L-BFGS-B", options={"maxiter": _STEPS})
-        now = is_valid(at(found.x), patch.cells)
+        found = minimize(value_gradient, start, jac=True, method="L-BFGS-B", options={"maxiter": _STEPS})
+        start = found.x
+        now = is_valid(at(start), patch.cells)
         unfolded = (patch.measures(moved).determinant > 0.0) | folded
         if now.sum() > valid.sum() and now[valid].all() and unfolded.all():
             return moved

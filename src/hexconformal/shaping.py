@@ -85,6 +85,7 @@ class SurfacePenalty(Protocol):
     """What keeps nodes of the boundary near the surface: a penalty, and a limit that is never crossed."""
 
     def value(self, points: Field) -> float: ...
+    def excess(self, points: Field) -> float: ...
     def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
     def restricted(self, nodes: Ints, moving: Mask, points: Field) -> SurfacePenalty: ...
 
@@ -131,9 +132,9 @@ class Shaping:
             total += self.surface.value(points)
         return total
 
-    def near(self, points: Field) -> bool:
-        """Whether the boundary is within its limit."""
-        return self.surface is None or bool(np.isfinite(self.surface.value(points)))
+    def excess(self, points: Field) -> float:
+        """Largest distance of the boundary from the surface, in units of its bound."""
+        return 0.0 if self.surface is None else self.surface.excess(points)
 
     def value_gradient_hessian(self, points: Field, emphasis: Emphasis) -> tuple[float, Field, BlockMatrix]:
         """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
@@ -152,6 +153,11 @@ class Shaping:
         if emphasis.size > 0.0 and len(self.sizes):
             total += float(size_sums(points, self.cells, self.sizes, emphasis.size * self.firmness, *where))
         return total
+
+    def surface_force(self, points: Field) -> tuple[float, Field]:
+        """What keeps the boundary near the surface alone: its energy and gradient (n, 3)."""
+        gradient = np.zeros_like(points)
+        return 0.0 if self.surface is None else self.surface.add(points, gradient, self._matrix), gradient
 
     def measures(self, points: Field) -> Measures:
         """Figures of every cell, as the energy sees it."""

@@ -35,7 +35,8 @@ _GOOD = 0.98  # smallest scaled Jacobian that needs no lifting
 _WHOLE = 200_000  # cells up to which the whole mesh is lifted; beyond, patches around the worst cells
 _PATIENCE = 1  # rounds of patches without success before other features are tried
 _RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back into its band
-_ROOM, _GENTLE = 0.2, 12.5  # diagonals that the boundary may move to unfold what resists; steepness of its way back
+_ROOMS = 0.05, 0.1, 0.2  # diagonals that the boundary may move to unfold what resists
+_GENTLE = 12.5  # steepness of its way back
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _FIRST_STEPS = 2  # on the whole distortion, before the angles take over
 _FIRM = 25.0  # how much firmer sizes are that were asked for
@@ -67,7 +68,7 @@ class Stages:
         self.notes: list[str] = []
         self.problem: Shaping | None = None
         self._frame, self.boundary, self._options = frame, boundary, options
-        self._hausdorff_needed = 0.0
+        self._hausdorff_needed = np.inf
         self.wanted = self._wanted_volumes()
 
     def __iter__(self) -> Iterator[Step]:
@@ -110,6 +111,11 @@ class Stages:
         for step in self._return(shaping, points):
             points = step.points
             yield step
+        unfolded = unfold_inside(shaping, points)
+        if unfolded is not points:
+            yield Step("unfold inside", unfolded)
+            for phase, points, energy in lift_patches(shaping, unfolded) if self._options.lifts else ():
+                yield Step(phase, points, energy)
 
     def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
@@ -119,9 +125,9 @@ class Stages:
             yield Step(phase, points, energy)
         bad = folded(shaping, points)
         band = self.boundary.band
-        room = band is not None and band.reference is None and band.bound < _ROOM * self._frame.diagonal
-        if bad.any() and band is not None and room:
-            shaping, points, bad = yield from self._from_afar(band, shaping, points, bad)
+        for room in _ROOMS:
+            if bad.any() and band is not None and band.reference is None and band.bound < room * self._frame.diagonal:
+                shaping, points, bad = yield from self._from_afar(room, band, shaping, points, bad)
         for features in others:
             if not bad.any():
                 break
@@ -138,10 +144,10 @@ class Stages:
         return shaping, points, bad
 
     def _from_afar(
-        self, band: Band, shaping: Shaping, points: Field, bad: Mask
+        self, room: float, band: Band, shaping: Shaping, points: Field, bad: Mask
     ) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
         """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
-        wide = self._shaping(replace(self.boundary, band=replace(band, bound=_ROOM * self._frame.diagonal)))
+        wide = self._shaping(replace(self.boundary, band=replace(band, bound=room * self._frame.diagonal)))
         afar = self._frame.start
         for step in untangle(wide, afar, _PATIENCE):
             afar = step[1]
@@ -158,7 +164,7 @@ class Stages:
         if needed <= _WITHIN:
             return problem, afar, folded(problem, afar)
         self.boundary = before
-        self._hausdorff_needed = needed * self._options.hausdorff
+        self._hausdorff_needed = min(self._hausdorff_needed, needed * self._options.hausdorff)
         return shaping, points, bad
 
     def _return(self, shaping: Shaping, points: Field) -> Iterator[Step]:
@@ -217,7 +223,7 @@ class Stages:
         if len(found):
             nodes = np.unique(self._frame.nodes[quads[found]])
             self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
-        if self._hausdorff_needed:
+        if np.isfinite(self._hausdorff_needed):
             away = f"up to {self._hausdorff_needed:.2g} diagonals away"
             self.notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
         points = brought_back(points, self._frame.start, shaping.cells, self._near)

@@ -146,12 +146,13 @@ def _unfold_patches(problem: Shaping, points: Field, first: Field, cores: list[M
     trial = points
     for core in cores:
         trial = _unfold_patch(problem, trial, first, core)
-    if problem.near(trial):
+    limit = max(1.0, problem.excess(points))
+    if problem.excess(trial) <= limit:
         return trial
     # A patch watches the surface around itself only; one of them came to where others are.
     for core in cores:
         trial = _unfold_patch(problem, points, first, core)
-        points = trial if problem.near(trial) else points
+        points = trial if problem.excess(trial) <= limit else points
     return points
 
 
