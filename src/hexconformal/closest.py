@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import MeshError, OptionError, first_ids
 from .nearest import closest_range, segment_range, walk_range
+from .ordering import along_curve
 from .threads import parallel_ranges
 
 __all__ = ["Closest", "Polyline", "Surface"]
@@ -138,12 +139,7 @@ class Surface:
     def _codes(self, places: Floats) -> Ints:
         """Where places lie along the space-filling curve (Morton's) through the box of the centres of the faces."""
         low, size = self._extent
-        cells = np.clip((places - low) / size * 1023, 0, 1023).astype(np.int64)
-        code = np.zeros(len(places), dtype=np.int64)
-        for bit in range(10):
-            for axis in range(3):
-                code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
-        return code
+        return along_curve((places - low) / size)
 
     @cached_property
     def _extent(self) -> tuple[Floats, float]:

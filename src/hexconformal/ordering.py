@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["spatial_order"]
+__all__ = ["along_curve", "spatial_order"]
 
 Ints = NDArray[np.int64]
 
@@ -43,12 +43,22 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     """
     places = points - points.min(axis=0)
     heights = places @ _DIRECTION
-    width = float(places.max()) * _BEYOND
-    steps = (places * (2**_BITS / width if width > 0.0 else 0.0)).astype(np.int64)
-    keys = np.zeros(len(points), dtype=np.int64)
+    nodes = np.lexsort((heights, along_curve(places / max(_BEYOND * float(places.max()), 1e-300))))
+    first = np.argsort(nodes)[cells].min(axis=1)
+    return nodes, np.lexsort((heights[cells].sum(axis=1), first))
+
+
+def along_curve(places: NDArray[np.float64]) -> Ints:
+    """Where places (n, 3) in the unit cube lie along Morton's curve through it; others count as on its surface.
+
+    Examples
+    --------
+    >>> (along_curve(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 1.0, 1.0]])) / 8.0**10).round(3)
+    array([0.   , 0.125, 1.   ])
+    """
+    steps = np.clip(places * 2**_BITS, 0, 2**_BITS - 1).astype(np.int64)
+    keys = np.zeros(len(places), dtype=np.int64)
     for bit in range(_BITS):
         for axis in range(3):
             keys |= ((steps[:, axis] >> bit) & 1) << (3 * bit + axis)
-    nodes = np.lexsort((heights, keys))
-    first = np.argsort(nodes)[cells].min(axis=1)
-    return nodes, np.lexsort((heights[cells].sum(axis=1), first))
+    return keys
