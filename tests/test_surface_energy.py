@@ -172,3 +172,24 @@ def test_step_scales_with_the_unit_of_length():
     v, _ = displacement(energy, points, cells, features, 1e-4)
     w, _ = displacement(energy, 1e3 * points, cells, features, 1e-4 * 1e6)
     assert np.abs(w - 1e3 * v).max() < 1e-10 * 1e3
+
+
+def test_new_normals_raise_the_energy_by_no_more_than_they_may():
+    points, cells, _ = grid(6, 0.2)
+    shapes = reference_shapes("equilateral", points, cells)
+    energy = Barrier(cells, shapes, len(points))
+    count = len(cells.triangles)
+    upright = np.tile([0.0, 0.0, 1.0], (count, 1))
+    rng = np.random.default_rng(2)
+    tilted = upright + 0.3 * rng.normal(size=(count, 3))
+    tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
+    energy.renew(points, upright, np.inf)
+    before = energy.value(points)
+    energy.renew(points, tilted, np.inf)
+    rise = energy.value(points) - before
+    energy.renew(points, upright, 0.0)
+    assert energy.value(points) == before  # what lowers it is always taken
+    energy.renew(points, tilted, rise / 4)
+    assert before < energy.value(points) <= before + rise / 4
+    taken = (energy.normals == tilted).all(axis=1)
+    assert 0 < taken.sum() < count

@@ -80,3 +80,12 @@ def test_a_result_is_left_alone():
     again = surface.remesh((first.points, triangles))
     assert np.array_equal(again.points, first.points)
     assert "the input is about as good already" in again.report.reason
+
+
+def test_a_run_at_its_limit_of_iterations_moves_nodes_for_a_tenth_only():
+    points, cells, _ = grid(12, 0.15)
+    whole = surface.remesh((points, cells.triangles))
+    near = surface.remesh((whole.points + 0.03 * (points - whole.points), cells.triangles), iterations=1)
+    assert near.report.iterations == 1
+    assert near.report.largest_displacement == 0
+    assert "too little was gained" in near.report.reason

@@ -74,6 +74,26 @@ class Barrier(Distortion):
         size = 0.5 * (dot(f1, f1) + dot(f2, f2))
         return np.asarray(dot(self._upward(f1, f2), cross(f1, f2)) / np.maximum(size, _TINY))
 
+    def renew(self, points: Floats, normals: Floats, gain: float) -> None:
+        """Take new normals, those of which the energy falls or rises least first, as far as it rises by `gain`."""
+        kept, self.normals = self.normals, normals
+        if kept is None or gain == np.inf:
+            return
+        rise = self.densities(points)
+        self.normals = kept
+        rise -= self.densities(points)
+        order = np.argsort(rise)
+        taken = order[np.cumsum(rise[order]) <= gain]
+        self.normals = kept.copy()
+        self.normals[taken] = normals[taken]
+
+    def own(self, points: Floats) -> float:
+        """The energy against the cells' own normals, where what is beyond the cap counts by its logarithm only."""
+        kept, self.normals = self.normals, None
+        relative = self.densities(points) / self._weights
+        self.normals = kept
+        return float((self.frames.weights * self.cap * np.log1p(relative / self.cap)).sum())
+
     def settle(self, points: Floats) -> None:
         """Suit the energy to these points.
 

@@ -27,6 +27,9 @@ _CAP, _WIDE = 10.0, 100.0  # of the density, at first and at last: raised whenev
 _EASE = 64.0  # the energy's at first; lowered likewise, to 1
 _SETTLED = 0.05
 _STALL = 5  # iterations in a row that gain little
+_LATE = 0.01  # decrease from which on new normals may not raise the energy for long
+_BACK = 0.5  # of the last decrease, that new normals may take back from then on
+_VAIN = 10  # iterations from then on, in which against their own normals cells gain little
 _SLACK = 1e-4  # beyond that range
 _AGAIN = 5  # descents at the most, each after cells turned over at the end of the last have been turned back
 _FEW_TURNED = 5  # cells for which that is tried
@@ -77,20 +80,21 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
     Newton steps along the surface, put back onto it. A node goes as far as the cells around it allow: each has a
     share of its step, which shrinks where a cell would be spoiled, turn over, or leave the input, and recovers.
     First all try to go together.
-    The barrier is measured against the normals of the input, which are taken anew in every iteration; within one
-    the energy falls.
+    The barrier is measured against the normals of the input, which are taken anew in every iteration: late in a run
+    only as far as that takes back no more than half of what the last step gained, so that the energy falls for good.
     """
     energy, target = surface.energy, surface.target
     x, base = at.points, at.base
     share = np.ones(len(x))
     damping, cap, ease, slow, together = 1.0, _CAP, _EASE, 0, True
+    late, lowest, vain, value = False, np.inf, 0, np.inf
     decrease = step = 0.0
     held = 0
     while True:
         normals = None if target is None else target.project(base)[2]
         if isinstance(energy, Barrier):
-            energy.damping, energy.normals = damping, surface.frame_normals(x, normals)
-            energy.cap, energy.ease = cap, ease
+            energy.damping, energy.cap, energy.ease = damping, cap, ease
+            energy.renew(x, surface.frame_normals(x, normals), _BACK * decrease * value if late else np.inf)
             energy.settle(x)
         value = energy.value(x)
         yield Iterate(x, base, value, decrease, step, held)
@@ -129,8 +133,15 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
         surface.shape.accept()
         if target is not None and places is not None:
             target.places = places
-        slow = slow + 1 if decrease < tolerance and cap == _WIDE and ease == 1 else 0
-        if slow == _STALL:
+        eased = cap == _WIDE and ease == 1
+        late = late or (eased and decrease < _LATE)
+        slow = slow + 1 if decrease < tolerance and eased else 0
+        if late and isinstance(energy, Barrier):
+            reached = energy.own(x)
+            vain += 1
+            if reached < (1 - 0.5 * _VAIN * tolerance) * lowest:
+                lowest, vain = reached, 0
+        if slow == _STALL or vain == _VAIN:
             outcome.reason, outcome.converged = "iterations hardly lower the energy any more", True
             if held:
                 outcome.reason += f"; {held} nodes are held at the limits of the shape"

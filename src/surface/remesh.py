@@ -111,7 +111,7 @@ class Remeshing:
         self._start = (self.mesh.points - self.mesh.points[nodes].min(axis=0)) / self._unit
         self._points, self._best, self._last = self._start, 0, self._start
         self._diagonal = float(np.linalg.norm(np.ptp(self._start[nodes], axis=0)))
-        self._held, self._ended = np.zeros(len(self._start), dtype=bool), False
+        self._held, self._limited = np.zeros(len(self._start), dtype=bool), False
         self._closed = bool((edge_table(cells).uses == 2).all())
         self._core = self._surface()
 
@@ -164,19 +164,20 @@ class Remeshing:
         for patience in _PATIENCE:
             yield from self._descent(spoiled, patience)
             more = np.setdiff1d(self.mesh.cells.corners_of(spoiled), np.flatnonzero(self._held))
-            if not self._ended or len(more) == 0 or not self._worth.in_vain(self.history[self._best]):
+            if self._limited or len(more) == 0 or not self._worth.in_vain(self.history[self._best]):
                 break
             # A few cells stood in the way of all others.
             self._held[more] = True
             self._core = self._surface()
         if self._held.any():
             self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(np.flatnonzero(self._held))}")
-        if not self._ended:
-            return
-        if not self._worth.worthwhile(self.history[self._best]):
-            vain = spoiled.any() and self._worth.in_vain(self.history[self._best])
-            no_gain = "nothing better was found without spoiling a cell"
-            self._reason += f"; {no_gain if vain else 'the input is about as good already'}"
+        if len(self.history) > 1 and not self._worth.worthwhile(self.history[self._best]):
+            no_gain = "the input is about as good already"
+            if spoiled.any() and self._worth.in_vain(self.history[self._best]):
+                no_gain = "nothing better was found without spoiling a cell"
+            elif self._limited:
+                no_gain = "too little was gained to move nodes for it"
+            self._reason += f"; {no_gain}"
             self._points, self._best = self._start, 0
         elif self._best < len(self.history) - 1:
             self._reason += f"; iteration {self._best} is the last that is nowhere worse than the input"
@@ -194,7 +195,7 @@ class Remeshing:
 
         Ends after `patience` iterations if they were in vain for such cells.
         """
-        self._reason, self._ended = "interrupted", False
+        self._reason = "interrupted"
         outcome = Outcome()
         for number, at in enumerate(descend(self._core, self.options.tolerance, outcome)):
             if self.history and number == 0:
@@ -209,12 +210,12 @@ class Remeshing:
             spoiled |= turned | worth.thinner(angles)
             yield now
             if now.iteration >= self.options.iterations:
-                self._reason = f"reached iterations = {self.options.iterations}"
+                self._reason, self._limited = f"reached iterations = {self.options.iterations}", True
                 return
             if number == patience and spoiled.any() and worth.in_vain(self.history[self._best]):
                 outcome.reason = "cells that would be spoiled stand in the way"
                 break
-        self._reason, self._converged, self._ended = outcome.reason, outcome.converged, True
+        self._reason, self._converged = outcome.reason, outcome.converged
 
     def _record(self, at: Iterate, angles: Floats, turned: NDArray[np.bool_]) -> Record:
         return Record(
