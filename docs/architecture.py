@@ -21,7 +21,7 @@ SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
 ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity cell_measures",
-    "meshes and files": "errors version plain files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
+    "meshes and files": "errors interrupt version plain files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh parsers"
     " format_limits silence vtk_files sound_files abaqus conventions nastran io",
     "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
     " winding connections",
@@ -36,7 +36,7 @@ ROOMS: dict[str, str] = {
     "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .worth .remesh",
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"
     " .flow.moment .flow.evolve .flow.checkpoint .flow",
-    "runs in folders": "interrupt history checkpoint series run_folder",
+    "runs in folders": "history checkpoint series run_folder",
     "pictures": "canvas plots .plots .flow.plots",
     "commands": "__main__ cli commands.arguments commands.kind commands.outputs commands.work commands.regularize"
     " commands.move commands.quality commands.orient commands.check commands.demo .commands.kind .commands.remesh"

@@ -18,6 +18,7 @@ import hexconformal as hc
 import surface
 from hexconformal.cli import main
 from hexconformal.generate import box, jittered
+from hexconformal.interrupt import as_interruption
 from hexconformal.validity import is_valid
 
 MOMENTS = int(os.environ.get("HEXCONFORMAL_MOMENTS", "2"))
@@ -146,3 +147,14 @@ def test_a_run_goes_on_as_if_nothing_had_been(name, stop, inputs, tmp_path):
         assert len(pv.get_reader(place / "run" / "run.pvd").time_values) == len(
             pv.get_reader(whole / "run" / "run.pvd").time_values
         )
+
+
+def test_an_interruption_at_the_edge_of_compiled_code_is_one_and_other_errors_stay_themselves():
+    def left_with(cause):
+        with as_interruption():
+            raise SystemError("returned a result with an exception set") from cause
+
+    with pytest.raises(KeyboardInterrupt):
+        left_with(KeyboardInterrupt())
+    with pytest.raises(SystemError):
+        left_with(None)

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from .errors import MeshError, OptionError, ReadError, WriteError
+from .interrupt import uninterrupted
 
-__all__ = ["check_writable", "reading", "saving", "write_text"]
+__all__ = ["check_writable", "folder_beside", "reading", "saving", "write_text"]
 
 _WITH_COMPANION = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
 _SURFACES = (".obj", ".off", ".ply", ".stl", ".vtp")
@@ -90,16 +91,28 @@ def _unknown(extension: str, known: tuple[str, ...]) -> str:
 def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
     """Let `writer` make the file in a folder beside its place, then move it (and its companions) there at once."""
     place = _place(path)
-    with _as_write_error(path), tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent) as folder:
-        target = Path(folder) / place.name
+    with _as_write_error(path), folder_beside(place) as folder:
+        target = folder / place.name
         lost = writer(target) or []
         if not target.is_file() or target.stat().st_size == 0:
             raise WriteError("nothing was written; is the disk full?")
         # The file that names the others comes last.
-        files = sorted(Path(folder).iterdir(), key=lambda made: made == target)
+        files = sorted(folder.iterdir(), key=lambda made: made == target)
         for made in files:
             os.replace(made, place.parent / made.name)
     return lost
+
+
+@contextmanager
+def folder_beside(place: Path) -> Iterator[Path]:
+    """A hidden folder beside a file, gone afterwards, whenever an interruption comes."""
+    with uninterrupted():
+        folder = tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent)
+    try:
+        yield Path(folder.name)
+    finally:
+        with uninterrupted():
+            folder.cleanup()
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-__all__ = ["interruptible", "uninterrupted"]
+__all__ = ["as_interruption", "interruptible", "uninterrupted"]
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -17,8 +17,22 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 @contextmanager
 def interruptible() -> Iterator[None]:
     """Inside, SIGTERM raises KeyboardInterrupt as Ctrl-C does."""
-    with _handled(_interrupt):
+    with _handled(_interrupt), as_interruption():
         yield
+
+
+@contextmanager
+def as_interruption() -> Iterator[None]:
+    """Inside, an interruption is a KeyboardInterrupt also where compiled code was entered or left just then.
+
+    Python reports that as a SystemError: a result was returned with an exception set.
+    """
+    try:
+        yield
+    except SystemError as problem:
+        if isinstance(problem.__cause__, KeyboardInterrupt):
+            raise problem.__cause__ from None
+        raise
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 from .checkpoint import load_standing, save_standing
 from .errors import OptionError, WriteError
 from .history import HistoryFile, rows_until
-from .interrupt import uninterrupted
+from .interrupt import as_interruption, uninterrupted
 from .series import Series
 
 __all__ = ["FolderRun", "RunFolder", "Stage"]
@@ -164,20 +164,21 @@ class RunFolder:
         stopped: BaseException | None = None
         with HistoryFile(self.history, rows) as history, Series(self.frames, run.time if resume else None) as series:
             try:
-                for stage in run:
-                    with uninterrupted():
+                with as_interruption():
+                    for stage in run:
+                        with uninterrupted():
+                            if stage.record is not None:
+                                history.add(stage.record)
+                            if not stage.refused:
+                                last = stage
+                                if stage.wanted or stage.step % every == 0:
+                                    series.add(stage.time, stage.frame())
+                                # Last: what it counts as done is written.
+                                save_standing(self.checkpoint, run.version, run.problem, run.standing())
                         if stage.record is not None:
-                            history.add(stage.record)
-                        if not stage.refused:
-                            last = stage
-                            if stage.wanted or stage.step % every == 0:
-                                series.add(stage.time, stage.frame())
-                            # Last: what it counts as done is written.
-                            save_standing(self.checkpoint, run.version, run.problem, run.standing())
-                    if stage.record is not None:
-                        told(str(stage.record))
-                    if stage.refused:
-                        break
+                            told(str(stage.record))
+                        if stage.refused:
+                            break
             except KeyboardInterrupt as problem:
                 stopped = problem
             with uninterrupted():

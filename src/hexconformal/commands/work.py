@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from ..errors import WriteError
-from ..files import write_text
+from ..files import folder_beside, write_text
 from ..history import HistoryFile
-from ..interrupt import uninterrupted
+from ..interrupt import as_interruption, uninterrupted
 from ..progress import Progress
 from ..series import Series
 from .arguments import STDOUT, tell_lost
@@ -167,15 +167,16 @@ def _watch(work: Work, run: Any, outputs: Outputs, progress: Progress) -> BaseEx
         frames = None if outputs.frames is None else stack.enter_context(Series(outputs.frames))
         shown = -1
         try:
-            for record in run:
-                if history is not None:
-                    history.add(record)
-                if frames is not None and record.iteration % outputs.every == 0:
-                    shown = record.iteration
-                    frames.add(shown, work.frame(run))
-                progress.say(str(record))
-            if frames is not None and run.history and shown != run.history[-1].iteration:
-                frames.add(run.history[-1].iteration, work.frame(run))
+            with as_interruption():
+                for record in run:
+                    if history is not None:
+                        history.add(record)
+                    if frames is not None and record.iteration % outputs.every == 0:
+                        shown = record.iteration
+                        frames.add(shown, work.frame(run))
+                    progress.say(str(record))
+                if frames is not None and run.history and shown != run.history[-1].iteration:
+                    frames.add(run.history[-1].iteration, work.frame(run))
         except (KeyboardInterrupt, OSError, MemoryError) as problem:
             # What was reached is worth keeping, also when a disk is full.
             return problem
@@ -195,8 +196,8 @@ def _write_or_rescue(path: str, work: Work, mesh: Any) -> list[str]:
 def _rehearse(path: str, work: Work) -> None:
     """Write the input beside `path` and remove it: what a format cannot hold, or a disk, shows before the work."""
     place = Path(os.path.realpath(path))
-    with tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent) as folder:
-        trial = Path(folder) / place.name
+    with folder_beside(place) as folder:
+        trial = folder / place.name
         try:
             work.kind.write(trial, work.rehearsed())
         except WriteError as problem:
