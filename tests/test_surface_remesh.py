@@ -9,7 +9,7 @@ import surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
 from surface.core import Iterate, _turned_back
 from surface.features import CORNER, CURVE, detect_features
-from surface.geometry import Cells
+from surface.geometry import Cells, mean_edge_length
 from surface.guard import Shape
 
 
@@ -409,3 +409,14 @@ def test_a_cell_turned_over_by_a_hair_is_turned_back():
     (mended,) = _turned_back(core, Iterate(base, base, 0.0, 0.0, 0.0, 0))
     assert not core.shape.turned_over(mended.points).any()
     assert np.flatnonzero(np.linalg.norm(mended.base - base, axis=1) > 1e-6).size == 1
+
+
+def test_a_rough_surface_ends_where_only_a_few_hopeless_cells_still_gain():
+    points, cells = icosphere(2)
+    rng, edge = np.random.default_rng(0), mean_edge_length(points, cells)
+    rough = points * (1 + 0.25 * edge * rng.normal(size=(len(points), 1)))
+    rough = rough + 0.2 * edge * rng.normal(size=points.shape)
+    report = surface.remesh((rough, cells.triangles)).report
+    assert report.converged
+    assert report.iterations < 50
+    assert report.after.mean_angle > 44.0
