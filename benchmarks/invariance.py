@@ -1,6 +1,6 @@
 """Does it matter in which unit a mesh is, where it is, and how it is numbered? Largest difference of the results.
 
-    python benchmarks/invariance.py meshes/*.vtu >> docs/reliability.md
+    python benchmarks/invariance.py meshes/*.vtu    # the table of docs/reliability.md
 
 Every mesh is regularized with the defaults as it is, in units 10^6 times larger and smaller, 10^4 of its diagonals from
 the origin, and with its nodes and cells in random order.

@@ -113,9 +113,11 @@ class Stages:
             yield step
         unfolded = unfold_inside(shaping, points)
         if unfolded is not points:
-            yield Step("unfold inside", unfolded)
-            for phase, points, energy in lift_patches(shaping, unfolded) if self._options.lifts else ():
+            points = unfolded
+            yield Step("unfold inside", points)
+            for phase, points, energy in lift_patches(shaping, points) if self._options.lifts else ():
                 yield Step(phase, points, energy)
+            yield from self._return(shaping, points)
 
     def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
