@@ -1,5 +1,7 @@
 """Pictures of surfaces are there, and they show something."""
 
+import warnings
+
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -8,6 +10,7 @@ from surface_shapes import icosphere, mixed_sphere, none, quad_cube, shaken
 import surface
 from hexconformal import canvas
 from hexconformal.errors import MeshError, OptionError, WriteError
+from surface.flow.plots import plot_history
 from surface.geometry import Cells
 from surface.plots import before_after, histogram, worst_cells
 
@@ -101,3 +104,12 @@ def test_wrong_use_is_told(tmp_path):
         )
     with pytest.raises(OptionError, match="one or more, not 0"):
         worst_cells(tmp_path / "w.png", ball, count=0)
+
+
+@pytest.mark.parametrize("rows", ["", "0,0.0,nan,5.0,0.9,50.0,40.0\n", "0,0.0,0.0,5.0,0.9,50.0,40.0\n"])
+def test_the_history_of_a_flow_that_was_left_before_its_first_step_is_drawn_without_warnings(rows, tmp_path):
+    (tmp_path / "run.csv").write_text(f"step,time,tau,energy,reduced_volume,mean_angle,min_angle\n{rows}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", UserWarning)
+        plot_history(tmp_path / "run.png", tmp_path / "run.csv")
+    assert (tmp_path / "run.png").stat().st_size > 1000

@@ -63,9 +63,10 @@ def plot_history(path: Any, history: Any) -> None:
         if high - low < _FLAT * abs(high):
             # What is kept to rounding is a straight line, not its rounding.
             axes.set_ylim((low + high) / 2 - _FLAT * abs(high), (low + high) / 2 + _FLAT * abs(high))
-        if len(names) > 1:
+        if columns and len(names) > 1:
             axes.legend(frameon=False, fontsize=9)
-    panels[1, 1].set_yscale("log", nonpositive="mask")
+    if columns and any((columns[name] > 0.0).any() for name in _PANELS[-1][1]):
+        panels[1, 1].set_yscale("log", nonpositive="mask")
     canvas.save(path, figure)
 
 
