@@ -164,7 +164,7 @@ class Remeshing:
         for patience in _PATIENCE:
             yield from self._descent(spoiled, patience)
             more = np.setdiff1d(self.mesh.cells.corners_of(spoiled), np.flatnonzero(self._held))
-            if self._limited or len(more) == 0 or not self._worth.in_vain(self.history[self._best]):
+            if self._limited or len(more) == 0 or not self._stopped:
                 break
             # A few cells stood in the way of all others.
             self._held[more] = True
@@ -173,7 +173,7 @@ class Remeshing:
             self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(np.flatnonzero(self._held))}")
         if len(self.history) > 1 and not self._worth.worthwhile(self.history[self._best]):
             no_gain = "the input is about as good already"
-            if spoiled.any() and self._worth.in_vain(self.history[self._best]):
+            if spoiled.any() and self._stopped:
                 no_gain = "nothing better was found without spoiling a cell"
             elif self._limited:
                 no_gain = "too little was gained to move nodes for it"
@@ -185,6 +185,12 @@ class Remeshing:
     @property
     def _worth(self) -> Worth:
         return Worth(self.options, self.mesh.cells, self.history[0], self._scale)
+
+    @property
+    def _stopped(self) -> bool:
+        """Whether all was in vain, though there was something to gain."""
+        lowest = min(record.energy for record in self.history)
+        return self._worth.in_vain(self.history[self._best]) and self._worth.promising(lowest)
 
     @property
     def _scale(self) -> float:
