@@ -25,7 +25,8 @@ ROOMS: dict[str, str] = {
     " parsers format_limits silence vtk_files sound_files abaqus conventions nastran io",
     "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
     " winding connections",
-    "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix shaping target",
+    "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix grain shaping"
+    " target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary ordering frame",
     "what is asked and told": "asked options report",

@@ -15,6 +15,7 @@ from .boundary import Boundary, boundary_of
 from .cell_measures import corner_scaled_jacobian
 from .errors import first_ids
 from .frame import Frame
+from .grain import WHOLE
 from .inside import unfold_inside
 from .lift import lift, lift_patches
 from .minimize import Minimization
@@ -212,6 +213,7 @@ class Stages:
             boundary.band,
             self.wanted / frame.unit**3,
             _FIRM if self._options.resizes else 1.0,
+            WHOLE if self._options.lifts and not self._options.resizes else 0.0,
         )
 
     def _without(self, shaping: Shaping, points: Field, bad: Mask) -> tuple[Shaping, Field, Mask]:
@@ -239,7 +241,7 @@ class Stages:
         inverses = shaping.inverses[~bad] if len(shaping.inverses) > 1 else shaping.inverses
         sizes = shaping.sizes[~bad] if len(shaping.sizes) else shaping.sizes
         cells = np.ascontiguousarray(shaping.cells[~bad])
-        return Shaping(cells, inverses, projectors, shaping.surface, sizes, shaping.firmness), points, bad
+        return replace(shaping, cells=cells, inverses=inverses, projectors=projectors, sizes=sizes), points, bad
 
     def _ids(self, cells: Mask) -> Ints:
         """Their ids in the mesh."""
