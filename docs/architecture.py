@@ -30,7 +30,7 @@ ROOMS: dict[str, str] = {
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary ordering frame",
     "what is asked and told": "asked options report",
-    "regularize": "regularize outcome stages step minimize untangle inside lift volume",
+    "regularize": "regularize outcome stages step minimize untangle inside ease lift volume",
     "move": "motion extension motion_table motion_run",
     "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",
     "surface: energies": ".energy .barrier .reference .step",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .band import Band
 from .boundary import Boundary, boundary_of
 from .cell_measures import corner_scaled_jacobian
+from .ease import eased
 from .errors import first_ids
 from .frame import Frame
 from .grain import WHOLE
@@ -92,7 +93,7 @@ class Stages:
         if not self._frame.valid.all():
             shaping, points, bad = yield from self._untangle(shaping)
         if bad.any():
-            shaping, points, bad = self._without(shaping, points, bad)
+            whole, (shaping, points, bad) = shaping, self._without(shaping, points, bad)
             yield Step("hold what stays inverted", points)
         self.problem = shaping
         if bad.any() or self.boundary.band is not None or self._options.resizes:
@@ -118,7 +119,11 @@ class Stages:
             yield Step("unfold inside", points)
             for phase, points, energy in lift_patches(shaping, points) if self._options.lifts else ():
                 yield Step(phase, points, energy)
-            yield from self._return(shaping, points)
+            for step in self._return(shaping, points):
+                points = step.points
+                yield step
+        if bad.any():
+            yield Step("ease what stays inverted", eased(whole, points, bad))
 
     def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
