@@ -184,6 +184,14 @@ def test_coarse_surfaces_stay_within_the_bound_too():
     assert any("hausdorff left room" in note for note in notes)
 
 
+@pytest.mark.parametrize(("hausdorff", "told"), [(1e-4, True), (0.05, False)])
+def test_without_projection_the_bound_is_only_compared(hausdorff, told):
+    points, cells = shaken(icosphere(2), 0.05)
+    report = surface.remesh((points, cells.triangles), project=False, iterations=5, hausdorff=hausdorff).report
+    assert 1e-4 < report.hausdorff < 0.05
+    assert any("farther than hausdorff" in note for note in report.notes) is told
+
+
 def test_repeating_changes_nothing():
     shape = shaken(icosphere(3), 0.02)
     first = surface.remesh(as_input(shape))

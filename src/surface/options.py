@@ -48,7 +48,8 @@ class Options:
         Put the nodes back onto the input surface, keep the volume, and the area within 0.8 %: right for a surface
         that does not move.
     hausdorff
-        How far the result may be from the input, as a fraction of the bounding box's diagonal.
+        How far the result may be from the input, as a fraction of the bounding box's diagonal; for project=True only:
+        otherwise the report has a note where the distance is larger.
     features
         Edges whose cells meet at more than this (degrees) are sharp: nodes on them slide along them, corners stay.
         None: no edge is; or a (k, 2) array of edges.

@@ -267,8 +267,10 @@ class Remeshing:
         """
         start, change, shape, cells = self._start, self._points - self._start, self._core.shape, self.mesh.cells
         bound, distance = self.options.hausdorff * self._diagonal, shape.hausdorff(self._points)
-        if not self.options.project or not self.history or distance <= bound:
+        if not self.history or distance <= bound:
             return self._points, distance, []
+        if not self.options.project:
+            return self._points, distance, ["without projection the surface went farther than hausdorff"]
         for share in _SHARES:
             trial = start + share * change
             for _ in range(2):

@@ -47,7 +47,7 @@ formats: {" ".join(EXTENSIONS)}
     shape = parser.add_argument_group("how the shape is kept")
     shape.add_argument(
         "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far the surface may move, over the"
-        " diagonal of the bounding box (default %(default)g)",
+        " diagonal of the bounding box, where nodes are put back onto it (default %(default)g)",
     )  # fmt: skip
     shape.add_argument(
         "--features", default=Options.features, metavar="DEGREES|none", help="edges whose cells meet at more than this"
