@@ -331,7 +331,7 @@ def test_a_limit_on_iterations_is_a_result_with_a_reason():
         ({"boundary": "glide"}, "boundary is 'slide', 'fixed' or 'free'"),
         ({"target": "sphere"}, "target is 'auto', 'cube', 'input' or 'a:b:c'"),
         ({"target": "1:-1:2"}, "three positive edge lengths"),
-        ({"target": ["a", "b", "c"]}, "a target is a name, edge lengths, or points"),
+        ({"target": ["a", "b", "c"]}, "target is a name, edge lengths or points"),
         ({"target": np.zeros((3, 3))}, "three edge lengths or reference points"),
         ({"fixed": np.ones(3, dtype=bool)}, "fixed"),
         ({"fixed": [10**6]}, "fixed"),

@@ -118,7 +118,7 @@ def _reference(frame: Frame, surface: Any) -> Surface | None:
     """The surface to slide on, if the user gives one, in the run's frame."""
     if surface is None:
         return None
-    if isinstance(surface, (str, bytes)) or hasattr(surface, "__fspath__"):
+    if isinstance(surface, str) or hasattr(surface, "__fspath__"):
         surface = read_surface(surface)
     given = Surface.from_pyvista(surface)
     _require_near(frame, given)

@@ -267,7 +267,10 @@ def as_mask(value: Any, count: int, name: str) -> NDArray[np.bool_]:
     >>> as_mask([0, 2], 4, "fixed")
     array([ True, False,  True, False])
     """
-    array = np.asarray([] if value is None else value)
+    try:
+        array = np.asarray([] if value is None else value)
+    except ValueError as problem:
+        raise OptionError(f"{name} must be booleans per point or a list of point ids: {problem}") from problem
     if array.dtype == bool:
         if array.shape not in ((count,), (count, 3)):
             raise OptionError(f"{name} must be booleans of shape ({count},) or ({count}, 3), not {array.shape}")

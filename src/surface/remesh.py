@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.asked import made_of
+from hexconformal.asked import is_number, made_of
 from hexconformal.checks import as_mask
 from hexconformal.errors import OptionError, first_ids
 
@@ -118,7 +118,7 @@ class Remeshing:
     def _surface(self) -> Surface:
         options, cells, x = self.options, self.mesh.cells, self._start
         angle, edges = options.features, None
-        if angle is not None and not isinstance(angle, (int, float)):
+        if angle is not None and not is_number(angle):
             angle, edges = None, options.features
         fixed = as_mask(options.fixed, len(x), "fixed")
         if fixed.ndim != 1:
