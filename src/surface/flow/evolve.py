@@ -255,7 +255,7 @@ class Evolution:
         return self._singularity()
 
     def _singularity(self) -> str:
-        y = np.linalg.norm(self._state.lumped_curvature, axis=1)
+        y = np.linalg.norm(self._state.nodal_curvature, axis=1)
         node = int(np.argmax(y))
         place = ", ".join(f"{x:.6g}" for x in self._state.points[node] + self.origin)
         return (

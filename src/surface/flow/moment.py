@@ -44,7 +44,7 @@ class Moment:
         """The same as a :class:`surface.SurfaceMesh`."""
         cells = self._start.cells
         normals = unit_vectors(nodal_vectors(self.points, cells))
-        y = State(self._elements, self.points - self._origin).lumped_curvature
+        y = State(self._elements, self.points - self._origin).nodal_curvature
         arrays = {
             "normal": normals,
             "mean_curvature": -(y * normals).sum(axis=1) / 2,
