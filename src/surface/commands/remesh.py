@@ -110,7 +110,7 @@ class _Remesh:
 
     def frame(self, run: Any) -> Any:
         points = run.points
-        return as_pyvista(self.mesh.replaced(points, {"min_angle": smallest_angles(points, self.mesh.cells)}))
+        return as_pyvista(self.mesh.replaced(points, cell_data={"min_angle": smallest_angles(points, self.mesh.cells)}))
 
 
 def _angle(given: Any) -> float | None:

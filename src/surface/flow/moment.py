@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -51,5 +51,4 @@ class Moment:
             "curvature": np.linalg.norm(y, axis=1),
         }
         angles = smallest_angles(self.points, cells)
-        moved = self._start.replaced(self.points, {"min_angle": angles})
-        return replace(moved, point_data={**moved.point_data, **arrays})
+        return self._start.replaced(self.points, arrays, {"min_angle": angles})
