@@ -30,7 +30,7 @@ from .reference import reference_shapes
 from .report import Report
 from .worth import Worth
 
-__all__ = ["Remeshing", "Result", "remesh", "remeshing"]
+__all__ = ["Remeshing", "Result", "remesh"]
 
 _COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
 _PATIENCE = (40, 15, 15, None)  # iterations in vain before nodes are held, try by try
@@ -284,11 +284,6 @@ class Remeshing:
             if distance <= bound:
                 return trial, distance, [f"hausdorff left room for {share:.0%} of the way nodes would have gone"]
         return start, 0.0, ["hausdorff left no room: the input comes back"]
-
-
-def remeshing(mesh: Any, options: Options | None = None) -> Remeshing:
-    """A run to iterate over; see :class:`Remeshing`."""
-    return Remeshing(mesh, options)
 
 
 def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
