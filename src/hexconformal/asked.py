@@ -1,4 +1,4 @@
-"""What every kind of options checks: names that are known, choices, numbers, yes or no."""
+"""What every kind of options checks: names that are known, choices, numbers, yes or no, nodes."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import OptionError
+from .errors import OptionError, first_ids
 
 __all__ = [
     "array_of_numbers",
+    "as_mask",
     "is_number",
     "made_of",
     "require_choice",
@@ -110,3 +111,61 @@ def array_of_numbers(name: str, values: Any, expected: str = "an array of number
     if array.dtype.kind not in "iuf":
         raise OptionError(f"{name} is {expected}, not {shortened(values)}")
     return array.astype(np.float64)
+
+
+def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]] | None = None) -> NDArray[np.bool_]:
+    """A mask over the points from what a user may hand in.
+
+    Parameters
+    ----------
+    value
+        None (nothing), booleans (n,), node ids, or booleans (n, 3) that choose components x, y, z; or the name of one
+        of the `arrays`, which chooses where it is not zero.
+    count
+        Number of points n.
+    name
+        What to call it in messages.
+    arrays
+        Arrays over the points, where these have names.
+
+    Returns
+    -------
+    (n,) booleans, or (n, 3) if components were given.
+
+    Raises
+    ------
+    OptionError
+        If it is none of those, there is no such array, or ids are outside 0..n-1.
+
+    Examples
+    --------
+    >>> as_mask([0, 2], 4, "fixed")
+    array([ True, False,  True, False])
+    >>> as_mask("wall", 2, "fixed", {"wall": np.array([0.0, 0.5])})
+    array([False,  True])
+    """
+    if isinstance(value, str) and arrays is not None:
+        if value not in arrays:
+            known = ", ".join(map(repr, arrays)) or "none"
+            raise OptionError(f"{name}={value!r} names no point array; there are: {known}")
+        value = np.asarray(arrays[value]) != 0
+    try:
+        array = np.asarray([] if value is None else value)
+    except ValueError as problem:
+        raise OptionError(f"{name} must be booleans per point or a list of point ids: {problem}") from problem
+    if array.dtype == bool:
+        if array.shape not in ((count,), (count, 3)):
+            raise OptionError(f"{name} must be booleans of shape ({count},) or ({count}, 3), not {array.shape}")
+        return array.copy()
+    if array.size == 0:
+        return np.zeros(count, dtype=bool)
+    if array.dtype.kind not in "iu" or array.ndim != 1:
+        raise OptionError(f"{name} must be booleans per point or a list of point ids, not {array.dtype} {array.shape}")
+    if len(array) == count > 2 and np.isin(array, (0, 1)).all():
+        raise OptionError(f"{name} looks like a mask of zeros and ones: pass booleans")
+    bad = array[(array < 0) | (array >= count)]
+    if len(bad):
+        raise OptionError(f"{name} has ids outside 0..{count - 1}: {first_ids(bad)}")
+    mask = np.zeros(count, dtype=bool)
+    mask[array] = True
+    return mask

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .asked import array_of_numbers, is_number, require_choice, require_number
+from .asked import array_of_numbers, as_mask, is_number, require_choice, require_number
 from .assembly import Distortion
 from .cell_measures import corner_scaled_jacobian
-from .checks import as_mask, require_sound
+from .checks import require_sound
 from .constraint import Constraint, fixed_components, planar_normals
 from .errors import MeshError, OptionError, first_ids
 from .extension import EXTENSIONS

@@ -58,7 +58,7 @@ class Options:
     boundary
         Nodes of open boundaries: "slide" along them, or "fixed".
     fixed
-        Nodes that stay: (n,) booleans or node ids.
+        Nodes that stay: (n,) booleans, node ids, or the name of a point array that is not zero there.
 
     Raises
     ------

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.asked import is_number, made_of
-from hexconformal.checks import as_mask
-from hexconformal.errors import OptionError, first_ids
+from hexconformal.errors import first_ids
 
 from .barrier import Barrier
-from .checks import require_sound
+from .checks import held_nodes, require_sound
 from .core import Iterate, Outcome, descend
 from .energy import Distortion, Quaternionic
 from .features import detect_features, edge_table
@@ -61,6 +60,11 @@ class Result:
 
     def __repr__(self) -> str:
         return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
+
+    @property
+    def converged(self) -> bool:
+        """Whether the run ended because there was nothing left to gain."""
+        return self.report.converged
 
 
 class Remeshing:
@@ -120,9 +124,7 @@ class Remeshing:
         angle, edges = options.features, None
         if angle is not None and not is_number(angle):
             angle, edges = None, options.features
-        fixed = as_mask(options.fixed, len(x), "fixed")
-        if fixed.ndim != 1:
-            raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
+        fixed = held_nodes(self.mesh, options.fixed)
         features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion

@@ -28,7 +28,7 @@ class Flow:
     conserve
         "area", "volume", both or none, kept at every step by a scalar multiplier each.
     fixed
-        Further nodes that stay: (n,) booleans or node ids.
+        Further nodes that stay: (n,) booleans, node ids, or the name of a point array that is not zero there.
 
     Raises
     ------
