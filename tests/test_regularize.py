@@ -55,12 +55,12 @@ def test_solvers_agree_on_the_minimizer(method):
     assert np.abs(result.points - exact.points).max() < 1e-9
 
 
-def test_newton_converges_quadratically():
+def test_newton_converges_superlinearly():
     options = {"boundary": "fixed", "method": "newton", "lift": False, "tolerance": 1e-12}
     history = hc.regularize(generate.twisted_cube(5, 50), **options).history
     gradients = np.array([record.gradient for record in history if record.gradient > 1e-11])
     orders = np.log(gradients[2:]) / np.log(gradients[1:-1])
-    assert orders[-2:].max() > 1.3  # inexact solves: superlinear
+    assert orders[-2:].min() > 1.4  # systems are solved to the root of the gradient: order 3/2
 
 
 @pytest.mark.parametrize("energy", ENERGIES)
@@ -82,13 +82,15 @@ def test_rotation_translation_and_scale_carry_over(energy):
 
 
 def test_permuted_cells_and_nodes_give_the_permuted_result():
-    points, cells = jittered_box()
-    plain = hc.regularize((points, cells), boundary="fixed", tolerance=1e-10).points
-    rng = np.random.default_rng(1)
-    nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
-    place = np.argsort(nodes)
-    permuted = hc.regularize((points[nodes], place[cells[order]]), boundary="fixed", tolerance=1e-10).points
-    assert np.abs(permuted - plain[nodes]).max() < 1e-12
+    for amount in (0.2, 0.6):
+        points, cells = generate.jittered(*generate.box((5, 5, 5)), amount, seed=0, valid=False)
+        plain = hc.regularize((points, cells), boundary="fixed", tolerance=1e-10)
+        assert (plain.report.before.inverted > 0) == (amount == 0.6)
+        rng = np.random.default_rng(1)
+        nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
+        shuffled = points[nodes], np.argsort(nodes)[cells[order]]
+        permuted = hc.regularize(shuffled, boundary="fixed", tolerance=1e-10)
+        assert np.array_equal(permuted.points, plain.points[nodes])
 
 
 def test_two_runs_are_bit_identical():
@@ -132,7 +134,7 @@ def test_a_curved_boundary_slides_the_same_in_another_order_of_nodes_and_cells(s
     nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
     permuted = hc.regularize((points[nodes], np.argsort(nodes)[cells[order]]))
     assert permuted.report.hausdorff <= permuted.report.hausdorff_bound
-    assert np.abs(permuted.points - plain.points[nodes]).max() < 1e-8 * plain.report.diagonal
+    assert np.array_equal(permuted.points, plain.points[nodes])
 
 
 def test_runs_with_a_curved_boundary_are_bit_identical_with_any_number_of_threads(monkeypatch):
@@ -331,7 +333,7 @@ def test_a_limit_on_iterations_is_a_result_with_a_reason():
         ({"boundary": "glide"}, "boundary is 'slide', 'fixed' or 'free'"),
         ({"target": "sphere"}, "target is 'auto', 'cube', 'input' or 'a:b:c'"),
         ({"target": "1:-1:2"}, "three positive edge lengths"),
-        ({"target": ["a", "b", "c"]}, "a target is a name, edge lengths, or points"),
+        ({"target": ["a", "b", "c"]}, "target is a name, edge lengths or points"),
         ({"target": np.zeros((3, 3))}, "three edge lengths or reference points"),
         ({"fixed": np.ones(3, dtype=bool)}, "fixed"),
         ({"fixed": [10**6]}, "fixed"),
@@ -655,5 +657,5 @@ def test_options_for_single_cells_and_nodes_hold_for_those_in_the_mesh():
     ):
         plain, permuted = hc.regularize((points, cells), **one), hc.regularize(shuffled, **other)
         assert np.abs(plain.points - points).max() > 1e-2
-        assert np.abs(permuted.points - plain.points[nodes]).max() < 1e-8
+        assert np.array_equal(permuted.points, plain.points[nodes])
     assert np.array_equal(hc.regularize((points, cells), fixed=held).points[held], points[held])

@@ -7,7 +7,9 @@ from dataclasses import dataclass, fields
 from math import isnan
 from typing import Any
 
-from .asked import require_choices, require_numbers
+import numpy as np
+
+from .asked import array_of_numbers, require_choices, require_flags, require_numbers
 from .errors import OptionError
 
 __all__ = ["CHOICES", "Options", "Record"]
@@ -110,9 +112,12 @@ class Options:
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
         require_numbers(self, "tolerance", "max_iterations", "hausdorff")
+        require_flags(self, "conserve_volume", optional=["lift"])
+        if not isinstance(self.target, str):
+            array_of_numbers("target", self.target, "a name, edge lengths or points")
         if not 0.0 <= self.tolerance < 1.0:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
-        if self.max_iterations < 0:
+        if not self.max_iterations >= 0:
             raise OptionError(f"max_iterations is not negative, not {self.max_iterations!r}")
         if not 0.0 <= self.hausdorff < 1.0:
             raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
@@ -152,7 +157,7 @@ class Options:
 
 
 def _described(value: Any) -> Any:
-    if value is None or isinstance(value, (str, int, float)):
+    if value is None or isinstance(value, (str, int, float, np.generic)):
         return value
     if isinstance(value, os.PathLike):
         return os.fspath(value)
