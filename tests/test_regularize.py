@@ -6,7 +6,9 @@ from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.assembly import Distortion
 from hexconformal.sizes import cell_volumes
+from hexconformal.solver import lbfgs
 from hexconformal.topology import boundary_quads
 
 ENERGIES = ["barrier", "quaternionic"]
@@ -316,6 +318,62 @@ def test_records_come_one_by_one_and_the_run_can_be_left():
     assert not result.converged
     assert result.report.reason == "interrupted"
     assert result.history[3].energy < result.history[0].energy
+
+
+def test_a_run_that_was_left_goes_on_where_it_was():
+    mesh = generate.twisted_cube(6, 60)
+    run = hc.Regularization(mesh, hc.Options(boundary="fixed"))
+    for record in run:
+        if record.iteration == 3:
+            break
+    for _ in run:
+        pass
+    assert list(run) == []
+    whole = hc.regularize(mesh, boundary="fixed")
+    assert np.array_equal(run.points, whole.points)
+    assert [record.phase for record in run.history] == [record.phase for record in whole.history]
+
+
+def test_energies_of_all_phases_are_one_measure():
+    points, cells = rough(CURVED["cylinder"])
+    result = hc.regularize((points, cells), target="cube")
+    assert {record.phase for record in result.history} >= {"input", "shape", "angles", "stiffen", "worst cells"}
+    measure = Distortion(cells, len(points), eps=0.0, quadrature="corners")
+    for x, energy in ((points, result.report.energy_before), (result.points, result.report.energy_after)):
+        assert energy == pytest.approx(measure.cell_energies(x).sum(), rel=1e-10)
+    assert result.report.energy_after < 0.7 * result.report.energy_before
+    longest = max(record.energy for record in result.history)
+    assert longest == pytest.approx(result.report.energy_before, rel=1e-12)
+
+
+def test_what_is_given_in_vain_is_told():
+    given = {"weight": "volume", "quadrature": "gauss", "method": "newton", "tolerance": 0.5}
+    mesh = rough(CURVED["cylinder"])
+    told = hc.regularize(mesh, **given).report.notes
+    assert "without effect on this mesh: weight, quadrature, method, tolerance" in told
+    assert not any("without effect" in note for note in hc.regularize(mesh).report.notes)
+    assert not any("without effect" in note for note in hc.regularize(jittered_box(), **given).report.notes)
+
+
+def test_no_step_is_taken_beyond_the_last(monkeypatch):
+    from hexconformal import minimize
+
+    taken = []
+
+    def counted(problem, at):
+        for following in lbfgs(problem, at):
+            taken.append(following)
+            yield following
+
+    monkeypatch.setattr(minimize, "SOLVERS", {"lbfgs": counted})
+    for most in (0, 2):
+        taken.clear()
+        report = hc.regularize(jittered_box(), method="lbfgs", lift=False, max_iterations=most).report
+        assert (report.iterations, len(taken)) == (most, most)
+    taken.clear()
+    result = hc.regularize(jittered_box(), method="lbfgs", lift=False)
+    assert result.converged
+    assert len(taken) == result.report.iterations > 5
 
 
 def test_a_limit_on_iterations_is_a_result_with_a_reason():

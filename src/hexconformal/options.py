@@ -80,6 +80,12 @@ class Options:
     max_iterations
         Stop after so many.
 
+    Notes
+    -----
+    On curved boundaries, around cells that stay inverted, and with wanted volumes the sum is lowered by another method,
+    equation (11), as far as it is worth: `weight`, `quadrature`, `method` and `tolerance` have no effect there, and the
+    report says so if they were given.
+
     Raises
     ------
     OptionError
@@ -151,6 +157,12 @@ class Options:
         """Whether cells should get other sizes than they have."""
         return not (isinstance(self.sizes, str) and self.sizes in ("input", "free"))
 
+    @property
+    def of_minimization(self) -> tuple[str, ...]:
+        """What was given that has no effect where the sum is lowered by another method; see the notes above."""
+        names = ("weight", "quadrature", "method", "tolerance")
+        return tuple(name for name in names if getattr(self, name) != getattr(Options, name))
+
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays by their shape alone, for a report."""
         return {field.name: _described(getattr(self, field.name)) for field in fields(self)}
@@ -178,9 +190,10 @@ class Record:
     phase
         The solver at work.
     energy
-        The energy that is minimized, in the mesh's own units; NaN where cells are inverted still.
+        The summed distortion, in the mesh's own units; NaN where cells are inverted still. Raising the worst cells may
+        raise it.
     gradient
-        Norm of its admissible gradient, relative to the input's; NaN where the energy changes as the run goes.
+        Norm of its admissible gradient, relative to the input's; NaN where other things are minimized with it.
     step
         Length of the step taken, 1 for a full one.
     min_scaled_jacobian, mean_scaled_jacobian
