@@ -21,15 +21,16 @@ SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
 ROOMS: dict[str, str] = {
     "the kernel": "compiled quaternion distortion small_matrices",
     "cells": "elements topology sizes size_kernel threads sparsity validity cell_measures",
-    "meshes and files": "errors interrupt version plain files mesh selection convert meshio_mesh pyvista_mesh vtk_mesh"
-    " parsers format_limits silence vtk_files sound_files abaqus conventions nastran io",
+    "meshes and files": "errors interrupt version plain files arrays mesh selection convert meshio_mesh pyvista_mesh"
+    " vtk_mesh parsers format_limits silence vtk_files sound_files abaqus conventions nastran io",
     "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
     " winding connections",
-    "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix shaping target",
+    "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix grain shaping"
+    " target",
     "solvers": "solver multigrid preconditioner",
     "the boundary": "features creases nearest closest hausdorff constraint band boundary ordering frame",
     "what is asked and told": "asked options report",
-    "regularize": "regularize outcome stages step minimize untangle inside lift volume",
+    "regularize": "regularize outcome stages step minimize untangle inside ease lift volume",
     "move": "motion extension motion_table motion_run",
     "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",
     "surface: energies": ".energy .barrier .reference .step",

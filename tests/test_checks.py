@@ -6,7 +6,8 @@ import pyvista as pv
 from test_mesh import block
 
 import hexconformal as hc
-from hexconformal.checks import as_mask, check, require_sound
+from hexconformal.asked import as_mask
+from hexconformal.checks import check, require_sound
 from hexconformal.elements import FACES
 from hexconformal.errors import MeshError, OptionError
 from hexconformal.generate import box, jittered

@@ -127,6 +127,18 @@ def test_walk_does_not_jump_through_a_thin_wall():
     np.testing.assert_allclose(surface.walked(places, top).distances, 0.008, rtol=1e-9)
 
 
+@pytest.mark.parametrize("height", [0.0, 0.3])
+def test_rounding_does_not_choose_between_faces_that_meet_in_the_closest_point(height):
+    roof = Surface(np.vstack([SQUARE, [[0.0, 0, -1], [0, 1, -1]]]), np.array([[0, 1, 2, 3], [0, 3, 5, 4]]))
+    rng = np.random.default_rng(0)
+    # Above the ridge, or on it: both faces are equally close.
+    places = np.column_stack([np.full(200, -height), rng.uniform(0, 1, 200), np.full(200, height)])
+    for face in (0, 1):
+        there = roof.walked(places + 1e-15 * rng.normal(size=places.shape), np.full(200, face))
+        assert (there.faces == face).all()
+        np.testing.assert_allclose(there.distances, height * np.sqrt(2), atol=1e-14)
+
+
 def test_moved_surface_answers_for_its_new_place():
     points, quads = skin(box((3, 3, 3)))
     surface = Surface(points, quads)

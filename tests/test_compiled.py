@@ -1,5 +1,7 @@
 """Compiled loops do what they say: the same runs with the loops left to the interpreter come to the same points."""
 
+import os
+import subprocess
 import sys
 from contextlib import ExitStack, contextmanager
 from unittest import mock
@@ -128,3 +130,30 @@ def test_compiled_loops_are_the_python_they_come_from(run):
     with interpreted():
         plain = run()
     np.testing.assert_allclose(compiled, plain, rtol=1e-6, atol=1e-8)
+
+
+SOLVE = """
+import numpy as np
+from hexconformal.block_matrix import BlockMatrix
+from hexconformal.generate import box
+points, cells = box((4, 4, 4))
+rng = np.random.default_rng(0)
+matrix = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool))
+matrix.data[:] = rng.normal(size=matrix.data.shape)
+last = matrix.indptr[1:] - 1
+matrix.data[last] = np.eye(3) * 60 + matrix.data[last] + matrix.data[last].transpose(0, 2, 1)
+found, _ = matrix.solve(rng.normal(size=points.shape), np.tile(np.eye(3), (len(points), 1, 1)), 1e-8, 50, 1e-5)
+print(found.tobytes().hex())
+"""
+
+
+def test_the_run_that_compiles_and_one_that_loads_give_the_same_bits(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    first, second = (
+        subprocess.run(
+            [sys.executable, "-c", SOLVE], env=environment, capture_output=True, text=True, check=True
+        ).stdout
+        for _ in range(2)
+    )
+    assert list(tmp_path.rglob("block_matrix._conjugate_gradients*.nbc"))
+    assert first == second

@@ -359,9 +359,32 @@ def test_moments_carry_curvature_in_the_type_that_came_in():
     moment = next(iter(evolve(MeanCurvature(sphere), steps=1)))
     out = moment.mesh
     assert isinstance(out, pv.PolyData)
-    assert out.point_data["mean_curvature"] == pytest.approx(0.5, rel=0.15)
-    assert out.point_data["curvature"] == pytest.approx(1.0, rel=0.15)
+    assert out.point_data["mean_curvature"] == pytest.approx(0.5, rel=1e-3)
+    assert out.point_data["curvature"] == pytest.approx(1.0, rel=1e-3)
     assert (out.point_data["mine"] == np.arange(sphere.n_points)).all()
+
+
+@pytest.mark.parametrize(
+    ("make", "sizes", "rate"),
+    [(icosphere, (2, 3, 4), 3.5), (quad_sphere, (4, 8, 16), 10), (mixed_sphere, (4, 8, 16), 2)],
+)
+def test_curvature_converges_at_every_node_of_a_sphere(make, sizes, rate):
+    errors = []
+    for size in sizes:
+        points, cells = make(size)
+        state = State(Elements(cells, len(points)), points)
+        assert state.dual_areas.sum() == pytest.approx(state.area, rel=1e-12)
+        errors.append(np.abs(np.linalg.norm(state.nodal_curvature, axis=1) - 2).max())
+    assert errors[0] > rate * errors[1] > rate**2 * errors[2]
+    assert errors[2] < 1e-3
+
+
+def test_curvature_stays_finite_where_triangles_are_obtuse():
+    points, cells = shaken(icosphere(3), 0.05)
+    state = State(Elements(cells, len(points)), points)
+    masses = np.asarray(state.mass_matrix.sum(axis=1)).ravel()
+    assert (state.dual_areas >= 0.25 * masses).all()
+    assert (state.dual_areas < 0.26 * masses).any()
 
 
 @pytest.mark.parametrize(

@@ -99,6 +99,21 @@ def test_a_run_is_not_overwritten_unasked(ellipsoid, tmp_path, capsys):
     assert "another flow" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["history.csv", "history.png", "last.vtu", "run.pvd", "run_frames/run_0007.vtu"])
+def test_files_of_others_are_not_replaced_unasked(ellipsoid, tmp_path, capsys, name):
+    words = ["flow", str(ellipsoid), str(tmp_path / "run"), "--steps", "1", "--quiet"]
+    mine = tmp_path / "run" / name
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    assert main(words) == 2
+    assert mine.read_text() == "mine"
+    told = capsys.readouterr().err
+    assert "would be replaced" in told
+    assert name.partition("/")[0] in told
+    assert main([*words, "--overwrite"]) == 0
+    assert not mine.exists() or mine.read_bytes() != b"mine"
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -113,7 +113,7 @@ def asked(monkeypatch):
         raise hc.MeshError("enough")
 
     monkeypatch.setattr(hc, "Regularization", refused)
-    monkeypatch.setattr(surface, "remeshing", refused)
+    monkeypatch.setattr(surface, "Remeshing", refused)
     return seen
 
 

@@ -12,7 +12,7 @@ from hexconformal.distortion import barrier_factor, cofactor, determinant, frame
 from hexconformal.elements import CORNER_EDGES, CORNERS
 from hexconformal.inside import unfold_inside
 from hexconformal.lift import lift, lift_patches
-from hexconformal.shaping import Emphasis, Shaping, projected_newton, rings
+from hexconformal.shaping import Emphasis, Shaping, newton_step, projected_newton, rings
 from hexconformal.sizes import cell_volumes
 from hexconformal.topology import boundary_quads
 from hexconformal.untangle import _unfold_patches, brought_back, folded, harmonic, untangle
@@ -207,6 +207,25 @@ def test_a_patch_sees_the_energy_of_its_own_cells_and_moves_its_own_nodes_only()
     whole = Shaping(cells[around], CUBES, everywhere(points)).value(points, Emphasis())
     assert patch.value(points[nodes], Emphasis()) == pytest.approx(whole, rel=1e-13)
     assert np.array_equal(nodes[patch.free], np.flatnonzero(core))
+
+
+def test_a_step_with_a_grain_forgets_rounding_in_its_input_and_stays_admissible():
+    points, cells = generate.jittered(*generate.box((3, 3, 3)), 0.3, seed=3)
+    noise = 1e-13 * np.random.default_rng(0).normal(size=points.shape)
+    slanted = np.array([0.6, 0.0, 0.8])
+    projectors = np.tile(np.eye(3), (len(points), 1, 1))
+    projectors[::5] -= np.outer(slanted, slanted)
+    emphasis, moved = Emphasis(), {}
+    for grain in (0.0, 2.0**-10):
+        problem = Shaping(cells, np.empty((0, 1, 3, 3)), projectors, grain=grain)
+        moved[grain] = [
+            newton_step(problem, x, emphasis, 1e-5, lambda _: True)[0] - x for x in (points, points + noise)
+        ]
+        assert np.abs(moved[grain][0][::5] @ slanted).max() < 1e-15
+    differences = {grain: np.abs(one - other)[1::5].max() for grain, (one, other) in moved.items()}
+    assert differences[2.0**-10] < 1e-15 < 1e-13 < differences[0.0]
+    # Half the grain of an edge of a third is what it costs.
+    assert np.abs(moved[0.0][0] - moved[2.0**-10][0]).max() < 2.0**-11 / 3
 
 
 SIZES = Emphasis(0.0, size=1.0)

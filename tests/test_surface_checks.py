@@ -227,3 +227,42 @@ def test_open_surfaces_several_genera_and_slivers_are_sound():
 def test_a_folded_quadrilateral_is_taken():
     points = np.array([[0, 0, 0], [1, 0, 0], [0.2, 0.2, 0], [0, 1, 0.0]])
     assert require_sound(surface.SurfaceMesh(points, Cells(none(3), np.array([[0, 1, 2, 3]])))) == ()
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: ([[0, 0, 0]], [[0, 1, 2, 3, 4]]), r"an \(m, 3\) array of triangles, not \(1, 5\)"),
+        (lambda: (np.eye(3), [[0, 1, 1.5]]), "integer node ids, not float64"),
+        (lambda: (np.eye(3), [[0, 1], [2]]), "node ids"),
+        (lambda: (np.eye(3), Cells(none(4), none(3))), "no triangles or quadrilaterals"),
+        (lambda: (np.eye(3), Cells([[0, 1, 2]], [[0, 1, 2]])), r"\(m, 4\) array of quadrilaterals, not \(1, 3\)"),
+        (lambda: (np.eye(4), [[0, 1, 2]]), r"\(n, 3\) array, or \(n, 2\) in the plane, not \(4, 4\)"),
+        (lambda: (["a"], [[0, 1, 2]]), "real numbers"),
+        (lambda: (np.eye(3), [[0, 1, 2]], {"a": [1.0]}), r"point_data\['a'\] must have first axis 3"),
+        (lambda: (np.eye(3), [[0, 1, 2]], {}, {"a": [1.0, 2.0]}), r"cell_data\['a'\] must have first axis 1"),
+    ],
+)
+def test_a_mesh_that_makes_no_sense_is_not_made(made, said):
+    with pytest.raises(MeshError, match=said):
+        surface.SurfaceMesh(*made())
+
+
+def test_a_mesh_does_not_change():
+    points, quads = np.eye(4)[:, :3], np.array([[0, 1, 2, 3]])
+    given = np.arange(4.0)
+    mesh = surface.SurfaceMesh(points, quads, {"mine": given})
+    points += 1.0
+    quads[:] = 0
+    given[:] = 0.0
+    assert (mesh.points == np.eye(4)[:, :3]).all()
+    assert (mesh.cells.quads == [[0, 1, 2, 3]]).all()
+    assert (mesh.point_data["mine"] == np.arange(4)).all()
+    for array in (mesh.points, mesh.cells.quads, mesh.cells.triangles, mesh.point_data["mine"]):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+    moved = mesh.replaced(2 * mesh.points, {"new": np.zeros(4)})
+    assert moved.cells is mesh.cells
+    assert list(moved.point_data) == ["mine", "new"]
+    with pytest.raises(MeshError, match="3 points cannot take the place of 4"):
+        mesh.replaced(mesh.points[:3])

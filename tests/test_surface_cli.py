@@ -86,7 +86,7 @@ def test_options_reach_the_run(here, capsys):
         "iterations": 2,
         "tolerance": 1e-3,
         "project": False,
-        "fixed": "given",
+        "fixed": "pole",
     }
     before, after = surface.read("ball.ply"), surface.read("better.ply")
     pole = before.point_data["pole"] == 1
@@ -169,7 +169,7 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
         ("remesh ball.ply out.ply --reference round", 2, "reference is"),
         ("remesh ball.ply out.ply --reference round.ply", 1, "round.ply does not exist"),
         ("remesh ball.ply out.ply --features sharp", 2, "features is an angle in degrees, or none, not 'sharp'"),
-        ("remesh ball.ply out.ply --fixed walls", 2, "names no point array; there are: pole"),
+        ("remesh ball.ply out.ply --fixed walls", 2, "names no point array; there are: 'pole'"),
         ("remesh ball.ply out.ply --eps 0", 2, "eps"),
         ("remesh ball.ply out.ply --hausdorff -1", 2, "hausdorff"),
         ("remesh ball.ply out.ply --every 0", 2, "every"),

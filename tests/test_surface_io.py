@@ -61,7 +61,7 @@ def test_cells_stay_in_their_order_with_their_arrays(extension, tmp_path):
         assert lost == ["point array 'height'", "point array 'id'", "cell array 'tag'", "cell array 'size'"]
     # And once more through what was read, with points that moved.
     moved = tmp_path / f"moved{extension}"
-    surface.write(moved, again.replaced(2 * again.points, {"new": again.rows.astype(float)}))
+    surface.write(moved, again.replaced(2 * again.points, cell_data={"new": again.rows.astype(float)}))
     second = as_pyvista(surface.read(moved))
     np.testing.assert_array_equal(second.points, 2 * grid.points)
     np.testing.assert_array_equal(second.cell_connectivity, grid.cell_connectivity)

@@ -12,6 +12,8 @@ from surface.features import CORNER, CURVE, detect_features
 from surface.geometry import Cells, mean_edge_length
 from surface.guard import Shape
 
+STEPS = surface.Stepping(steps=1)
+
 
 def as_input(shape):
     points, cells = shape[:2]
@@ -182,6 +184,40 @@ def test_coarse_surfaces_stay_within_the_bound_too():
         assert abs(result.report.area_change) <= 0.008
         notes += result.report.notes
     assert any("hausdorff left room" in note for note in notes)
+
+
+@pytest.mark.parametrize(("hausdorff", "told"), [(1e-4, True), (0.05, False)])
+def test_without_projection_the_bound_is_only_compared(hausdorff, told):
+    points, cells = shaken(icosphere(2), 0.05)
+    report = surface.remesh((points, cells.triangles), project=False, iterations=5, hausdorff=hausdorff).report
+    assert 1e-4 < report.hausdorff < 0.05
+    assert any("farther than hausdorff" in note for note in report.notes) is told
+
+
+def test_nodes_are_held_by_the_name_of_a_point_array():
+    points, cells = shaken(icosphere(2), 0.05)
+    pole = points[:, 2] > 0.5
+    mesh = surface.SurfaceMesh(points, cells, {"pole": np.where(pole, 2.0, 0.0), "axes": np.ones((len(points), 3))})
+    named, given = (surface.remesh(mesh, fixed=fixed, iterations=3) for fixed in ("pole", pole))
+    assert (named.points == given.points).all()
+    assert (named.points[pole] == points[pole]).all()
+    moment = list(surface.evolve(surface.MeanCurvature(mesh, fixed="pole"), steps=2))[-1]
+    assert (moment.points[pole] == points[pole]).all()
+    assert (moment.points[~pole] != points[~pole]).any()
+    for call in (surface.remesh, lambda mesh, fixed: surface.Evolution(surface.Willmore(mesh, fixed=fixed), STEPS)):
+        with pytest.raises(OptionError, match="'wall' names no point array; there are: 'pole', 'axes'"):
+            call(mesh, fixed="wall")
+        with pytest.raises(OptionError, match="fixed holds whole nodes on a surface"):
+            call(mesh, fixed="axes")
+
+
+@pytest.mark.parametrize("iterations", [1, 100])
+def test_the_result_says_whether_it_converged(iterations):
+    run = surface.Remeshing(as_input(shaken(icosphere(2), 0.05)), surface.Options(iterations=iterations))
+    for _ in run:
+        pass
+    result = run.result()
+    assert result.converged is result.report.converged is run.converged is (iterations == 100)
 
 
 def test_repeating_changes_nothing():

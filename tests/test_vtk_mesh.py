@@ -163,7 +163,7 @@ def test_surfaces_of_both_kinds_with_lines_and_arrays():
     assert mesh.cells.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert mesh.cells.quads.tolist() == [[1, 4, 5, 2]]
     assert mesh.rows.tolist() == [2, 3, 1]  # as VTK counts them: the line first
-    out = surface.vtk_mesh.to_vtk(source, mesh.replaced(corners * 2, {"a": np.array([10.0, 11.0, 12.0])}))
+    out = surface.vtk_mesh.to_vtk(source, mesh.replaced(corners * 2, cell_data={"a": np.array([10.0, 11.0, 12.0])}))
     np.testing.assert_array_equal(array(out.GetCellData(), "a"), [np.nan, 12.0, 10.0, 11.0])
     np.testing.assert_array_equal(positions(out), corners * 2)
     np.testing.assert_array_equal(positions(source), corners)

@@ -1,7 +1,6 @@
 """Hooks of mkdocs: formulas become MathML, which browsers draw themselves, and files from outside docs/ come in.
 
-Formulas are written as `$...$` and `$$...$$`, as GitHub shows them too; `\\tag{7}` at its end numbers one
-and makes it the target of links to `#eq-7`.
+Formulas are written as `$...$` and `$$...$$`, as GitHub shows them too. Links are those of the repository.
 """
 
 from __future__ import annotations
@@ -13,29 +12,34 @@ import re
 from pathlib import Path
 from typing import Any
 
+from equations import TAG, anchored
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[2]
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
 _BAR = '<mo stretchy="false">&#x0007C;</mo>'
-_TAG = re.compile(r"\\tag\{(\d+)\}")
+# Folders beside docs/, which are inside it in the site.
+_BESIDE = re.compile(r"\]\(((?:\.\./)*)\.\./(?=(?:benchmarks|examples)/)")
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """The tables of the benchmarks with the scripts that make them, and the list of changes, where they are."""
-    for path in [*sorted((ROOT / "benchmarks").glob("*.md")), *sorted((ROOT / "benchmarks").glob("*.py"))]:
-        files.append(File.generated(config, f"benchmarks/{path.name}", abs_src_path=str(path)))
+    """The benchmarks' tables and the scripts that make them, the notebooks, and the list of changes."""
+    for pattern in ("benchmarks/*.md", "benchmarks/*.py", "examples/*.ipynb"):
+        for path in sorted(ROOT.glob(pattern)):
+            files.append(File.generated(config, path.relative_to(ROOT).as_posix(), abs_src_path=str(path)))
     files.append(File.generated(config, "CHANGELOG.md", abs_src_path=str(ROOT / "CHANGELOG.md")))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
-    """Numbered formulas get an anchor; links to benchmarks/, right in the repository, lead to the files in the site."""
-    markdown = re.sub(r"^(?=\$\$.*\\tag\{(\d+)\})", r'<div id="eq-\1"></div>\n\n', markdown, flags=re.MULTILINE)
+    """Numbered formulas get an anchor; links into and out of docs/, right in the repository, are right in the site."""
+    markdown = anchored(markdown)
     if page.file.src_uri == "api/cli.md":
         markdown = markdown.replace("<!-- help of all commands -->", _help_of_commands())
-    return re.sub(r"\]\(((?:\.\./)*)\.\./benchmarks/", r"](\1benchmarks/", markdown)
+    if page.file.src_uri.startswith("benchmarks/"):
+        return markdown.replace("](../docs/", "](../")
+    return _BESIDE.sub(r"](\1", markdown)
 
 
 def _help_of_commands() -> str:
@@ -64,8 +68,8 @@ def _drawn(found: re.Match[str]) -> str:
     if found[1] == "span":
         return convert(text.removeprefix("\\(").removesuffix("\\)").strip())
     text = text.removeprefix("\\[").removesuffix("\\]").strip()
-    tag = _TAG.search(text)
-    drawn = convert(_TAG.sub("", text).strip(), display="block")
+    tag = TAG.search(text)
+    drawn = convert(TAG.sub("", text).strip(), display="block")
     if tag is None:
         return f'<div class="equation">{drawn}</div>'
     return f'<div class="equation">{drawn}<span class="number">({tag[1]})</span></div>'

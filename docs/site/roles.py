@@ -15,7 +15,7 @@ PACKAGES = ("hexconformal", "surface", "surface.flow")
 MODULES = ("hexconformal.generate", "hexconformal.distortion", "hexconformal.validity", "hexconformal.quaternion")
 
 _ROLE = re.compile(r":(?:func|class|mod|meth|attr|data):`~?([\w.]+)`")
-_EQUATION = re.compile(r"\b([Ee]quation) \((\d+)\)")
+_EQUATION = re.compile(r"\b([Ee]quation) \((\d+[a-z]?)\)")
 _RETURNS = re.compile(r"^(Returns\n-------)\n((?:.+\n?)+)", re.MULTILINE)
 _ANGLE = re.compile(r"<(?=[A-Za-z])")  # inner products <N, v> are no tags
 _DOCTEST = re.compile(r"^(>>> )", re.MULTILINE)

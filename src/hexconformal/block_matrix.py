@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import loop
+from .compiled import algebra, loop
 from .elements import FACES
 from .sparsity import corner_incidences, find, node_pattern
 
@@ -132,7 +132,7 @@ def _project(indptr, indices, data, projectors, whole, shift):  # type: ignore[n
                     data[k, r, r] += shift * trace + 1e-30
 
 
-@loop
+@algebra
 def _inverse(data, k, out, i):  # type: ignore[no-untyped-def]
     """out[i] = data[k]^-1; where rounding has spoiled a block, its diagonal replaces it."""
     c0 = data[k, 1, 1] * data[k, 2, 2] - data[k, 1, 2] * data[k, 2, 1]
@@ -152,7 +152,7 @@ def _inverse(data, k, out, i):  # type: ignore[no-untyped-def]
             out[i, c, r] = (data[k, r1, c1] * data[k, r2, c2] - data[k, r1, c2] * data[k, r2, c1]) / det
 
 
-@loop
+@algebra
 def _forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
     """Solve (D + L) x = b."""
     for i in range(len(indptr) - 1):
@@ -166,7 +166,7 @@ def _forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-
             x[i, c] = inverses[i, c, 0] * a0 + inverses[i, c, 1] * a1 + inverses[i, c, 2] * a2
 
 
-@loop
+@algebra
 def _backward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
     """Solve (D + L^T) x = b; b becomes D x."""
     for i in range(len(indptr) - 2, -1, -1):

@@ -12,7 +12,7 @@ from .band import Band
 from .closest import Surface
 from .constraint import Constraint, boundary_constraint, fixed_components, free_directions
 from .errors import MeshError
-from .features import Features, find_features, surface_tags
+from .features import find_features, surface_tags
 from .frame import Frame
 from .io import read_surface
 from .options import Options
@@ -37,15 +37,12 @@ class Boundary:
         What nodes may do exactly: stay, slide along a straight line, slide in a plane.
     band
         Keeps curved parts near the surface; None where there are none that may move.
-    features
-        Feature curves and corners; None where nothing slides.
     notes
         What was decided, in words.
     """
 
     constraint: Constraint
     band: Band | None = None
-    features: Features | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -82,9 +79,9 @@ def boundary_of(frame: Frame, options: Options) -> Boundary:
         sliding[bent] = True
     notes = (f"features: {features.reason}",)
     if not (sliding & ~fixed.all(axis=1)).any():
-        return Boundary(constraint, None, features, notes)
+        return Boundary(constraint, None, notes)
     original = Surface(frame.start, frame.quads)
-    return Boundary(constraint, Band(original, tolerance, features, reference=reference), features, notes)
+    return Boundary(constraint, Band(original, tolerance, features, reference=reference), notes)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
@@ -118,7 +115,7 @@ def _reference(frame: Frame, surface: Any) -> Surface | None:
     """The surface to slide on, if the user gives one, in the run's frame."""
     if surface is None:
         return None
-    if isinstance(surface, (str, bytes)) or hasattr(surface, "__fspath__"):
+    if isinstance(surface, str) or hasattr(surface, "__fspath__"):
         surface = read_surface(surface)
     given = Surface.from_pyvista(surface)
     _require_near(frame, given)

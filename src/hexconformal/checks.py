@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .connections import doubled_corners
-from .errors import MeshError, OptionError, first_ids, odd_points
+from .errors import MeshError, first_ids, odd_points
 from .io import as_hex_mesh
 from .mesh import HexMesh
 from .orient import NO_BOUNDARY, best_order, center_determinants
 from .topology import components, face_table
 
-__all__ = ["Finding", "as_mask", "check", "require_sound"]
+__all__ = ["Finding", "check", "require_sound"]
 
 # Relative to the size of the mesh, and of a cell.
 _COINCIDENT = 1e-12
@@ -239,51 +239,6 @@ def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[n
     found = nodes[np.asarray(nearest)[hit]]
     # A corner of the quad itself is no hanging node: two of them may coincide.
     return np.unique(found[(quads[owner[hit]] != found[:, None]).all(axis=1)])
-
-
-def as_mask(value: Any, count: int, name: str) -> NDArray[np.bool_]:
-    """A mask over the points from what a user may hand in.
-
-    Parameters
-    ----------
-    value
-        None (nothing), booleans (n,), node ids, or booleans (n, 3) that choose components x, y, z.
-    count
-        Number of points n.
-    name
-        What to call it in messages.
-
-    Returns
-    -------
-    (n,) booleans, or (n, 3) if components were given.
-
-    Raises
-    ------
-    OptionError
-        If it is none of those, or ids are outside 0..n-1.
-
-    Examples
-    --------
-    >>> as_mask([0, 2], 4, "fixed")
-    array([ True, False,  True, False])
-    """
-    array = np.asarray([] if value is None else value)
-    if array.dtype == bool:
-        if array.shape not in ((count,), (count, 3)):
-            raise OptionError(f"{name} must be booleans of shape ({count},) or ({count}, 3), not {array.shape}")
-        return array.copy()
-    if array.size == 0:
-        return np.zeros(count, dtype=bool)
-    if array.dtype.kind not in "iu" or array.ndim != 1:
-        raise OptionError(f"{name} must be booleans per point or a list of point ids, not {array.dtype} {array.shape}")
-    if len(array) == count > 2 and np.isin(array, (0, 1)).all():
-        raise OptionError(f"{name} looks like a mask of zeros and ones: pass booleans")
-    bad = array[(array < 0) | (array >= count)]
-    if len(bad):
-        raise OptionError(f"{name} has ids outside 0..{count - 1}: {first_ids(bad)}")
-    mask = np.zeros(count, dtype=bool)
-    mask[array] = True
-    return mask
 
 
 def _error(kind: str, ids: ArrayLike, message: str) -> Finding:

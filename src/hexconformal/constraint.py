@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .checks import as_mask
+from .asked import as_mask
 from .errors import MeshError, OptionError, first_ids
 from .mesh import HexMesh
 
@@ -100,14 +100,7 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
         If the name is unknown, or the mask has another length.
     """
     held = mesh.held[:, None] | np.zeros((1, 3), dtype=bool)
-    if fixed is None:
-        return held
-    if isinstance(fixed, str):
-        if fixed not in mesh.point_data:
-            known = ", ".join(map(repr, mesh.point_data)) or "none"
-            raise OptionError(f"fixed={fixed!r} names no point array; there are: {known}")
-        fixed = np.asarray(mesh.point_data[fixed]) != 0
-    mask = as_mask(fixed, len(mesh.points), "fixed")
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
     return held | (mask if mask.ndim == 2 else mask[:, None])
 
 

@@ -215,11 +215,11 @@ class RemeshSurface(_Filter):
         self.set_option("hausdorff", value)
 
     def worked(self, source: Any) -> Any:
-        from surface import Options, remeshing
+        from surface import Options, Remeshing
         from surface.vtk_mesh import from_vtk, to_vtk
 
         result = self.watched(
-            remeshing(from_vtk(source), Options(**self.options)),
+            Remeshing(from_vtk(source), Options(**self.options)),
             self.options["iterations"],
             lambda at: f"iteration {at.iteration}, smallest angle {at.min_angle:.1f}",
         )

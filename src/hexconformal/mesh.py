@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import checked_cells, checked_data, checked_points
 from .errors import MeshError
 
 __all__ = ["HexMesh"]
@@ -54,10 +55,12 @@ class HexMesh:
     origin: Any = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", _checked_points(self.points))
-        object.__setattr__(self, "cells", _checked_cells(self.cells))
-        object.__setattr__(self, "point_data", _checked_data(self.point_data, len(self.points), "point_data"))
-        object.__setattr__(self, "cell_data", _checked_data(self.cell_data, len(self.cells), "cell_data"))
+        object.__setattr__(self, "points", checked_points(self.points))
+        object.__setattr__(self, "cells", checked_cells(self.cells, 8, "hexahedra"))
+        if len(self.cells) == 0:
+            raise MeshError("there are no hexahedra")
+        object.__setattr__(self, "point_data", checked_data(self.point_data, len(self.points), "point_data"))
+        object.__setattr__(self, "cell_data", checked_data(self.cell_data, len(self.cells), "cell_data"))
 
     def __repr__(self) -> str:
         return f"HexMesh({len(self.points)} points, {len(self.cells)} hexahedra)"
@@ -92,7 +95,7 @@ class HexMesh:
         MeshError
             If there are other than n points, or an array has another length.
         """
-        points = self.points if points is None else _checked_points(points)
+        points = self.points if points is None else checked_points(points)
         if len(points) != len(self.points):
             raise MeshError(f"{len(points)} points cannot take the place of {len(self.points)}")
         return replace(
@@ -118,57 +121,3 @@ class HexMesh:
         if self.origin is None:
             return self.points.copy(), self.cells.copy()
         return self if self.origin.file is not None else self.origin.built(self)
-
-
-def _checked_points(points: ArrayLike) -> NDArray[np.float64]:
-    try:
-        array = np.asarray(points)
-        if np.iscomplexobj(array):
-            raise TypeError("complex numbers")
-        result = _frozen(array, np.float64)
-    except (TypeError, ValueError) as problem:
-        raise MeshError(f"points must be an (n, 3) array of real numbers: {problem}") from problem
-    if result.ndim != 2 or result.shape[1] != 3:
-        raise MeshError(f"points must be an (n, 3) array, not {result.shape}")
-    return result
-
-
-def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
-    try:
-        array = np.asarray(cells)
-        result = _frozen(array, np.int64)
-        exact = array.dtype.kind in "iu" or (array.dtype.kind == "f" and bool((result == array).all()))
-    except (TypeError, ValueError, OverflowError) as problem:
-        raise MeshError(f"cells must be an (m, 8) array of node ids: {problem}") from problem
-    if result.size == 0:
-        raise MeshError("there are no hexahedra")
-    if result.ndim != 2 or result.shape[1] != 8:
-        raise MeshError(f"cells must be an (m, 8) array of hexahedra, not {result.shape}")
-    if not exact:
-        raise MeshError(f"cells must hold integer node ids, not {array.dtype}")
-    return result
-
-
-def _checked_data(data: Mapping[str, ArrayLike], count: int, name: str) -> dict[str, NDArray[Any]]:
-    result = {str(key): _frozen(value, None) for key, value in data.items()}
-    for key, array in result.items():
-        if array.ndim == 0 or len(array) != count:
-            raise MeshError(f"{name}[{key!r}] must have first axis {count}, but its shape is {array.shape}")
-    return result
-
-
-def _frozen(values: ArrayLike, dtype: Any) -> NDArray[Any]:
-    """A read-only, contiguous copy; the array itself if it is one already."""
-    array = np.asarray(values)
-    if (
-        type(values) is np.ndarray
-        and array.base is None
-        and not array.flags.writeable
-        and array.flags.c_contiguous
-        and dtype in (None, array.dtype)
-    ):
-        return array
-    with np.errstate(invalid="ignore"):
-        result = np.array(array, dtype=dtype, order="C", copy=True, subok=False)
-    result.setflags(write=False)
-    return result

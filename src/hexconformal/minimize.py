@@ -58,33 +58,33 @@ class Minimization:
         self._valid = is_valid(points, frame.cells)
         self._energy = self._distortion()
 
-    def energy(self) -> float:
-        """The energy at the start."""
-        return float(self._energy.cell_energies(self._start).sum())
+    def energy(self, points: Field) -> float:
+        """The energy at some points; infinite where a corner is folded and the energy is a barrier."""
+        return float(self._energy.cell_energies(points).sum())
 
     def __iter__(self) -> Iterator[Step]:
         metric = Metric(self._energy.laplacian(self._stiffness()), self._constraint, self._frame.used)
         problem = Problem(self._energy, self._constraint.project, metric, self._acceptable)
         at = start(problem, self._start)
-        first = at.norm
-        slow = 0
+        first, slow = at.norm, 0
+        if self._small(at, first):
+            return
         phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
         for phase in phases:
             for taken, following in enumerate(SOLVERS[phase](problem, at), 1):
-                if self._small(at, first):
-                    return
                 if following.step == 0.0:
                     break
                 slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0
                 at = following
                 yield Step(phase, at.points, at.energy, at.norm / first, at.step)
+                if self._small(at, first):
+                    return
                 if self._options.lifts and slow == 2:
                     self.reason = "the energy stalls"
                     return
                 if phase != phases[-1] and (taken == _HANDOVER or at.norm <= _TIGHT * first):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
-        self._small(at, first)
 
     def _small(self, at: Iterate, first: float) -> bool:
         """Whether the gradient is small enough."""

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .asked import require_choice
+from .asked import array_of_numbers, as_mask, is_number, require_choice, require_number
 from .assembly import Distortion
 from .cell_measures import corner_scaled_jacobian
-from .checks import as_mask, require_sound
+from .checks import require_sound
 from .constraint import Constraint, fixed_components, planar_normals
 from .errors import MeshError, OptionError, first_ids
 from .extension import EXTENSIONS
@@ -149,6 +149,7 @@ class MeshMotion:
     ) -> None:
         require_choice("reference", reference, ("initial", "current"))
         require_choice("operator", operator, OPERATORS)
+        require_number("tolerance", tolerance)
         if not 0.0 < tolerance < 1.0:
             raise OptionError(f"tolerance lies in (0, 1), not {tolerance!r}")
         self.mesh = as_hex_mesh(mesh)
@@ -203,10 +204,10 @@ class MeshMotion:
             If the displacement has another shape or is not finite, or `dt` is not positive.
         """
         began = time.perf_counter()
-        goal = np.asarray(displacement, dtype=np.float64)
+        goal = array_of_numbers("displacement", displacement)
         if goal.shape != self._driven.shape or not np.isfinite(goal).all():
             raise OptionError(f"the displacement is a finite array {self._driven.shape}, not {goal.shape}")
-        if dt is not None and not dt > 0:
+        if dt is not None and not (is_number(dt) and dt > 0):
             raise OptionError(f"dt is positive, not {dt!r}")
         before, origin = self.points, self._driven
         goal = goal / self._frame.unit
@@ -313,7 +314,7 @@ def _ids(moving: Any, count: int) -> NDArray[np.int64]:
     mask = as_mask(moving, count, "moving")
     if mask.ndim != 1:
         raise OptionError("moving holds whole nodes: ids, or one boolean per point")
-    given = np.asarray(moving)
+    given = np.asarray([] if moving is None else moving)
     ids = np.flatnonzero(mask) if given.dtype == bool else given.astype(np.int64).ravel()
     if len(np.unique(ids)) < len(ids):
         raise OptionError("moving names a node twice")

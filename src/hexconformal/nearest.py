@@ -15,6 +15,9 @@ __all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "segmen
 _STEPS = 1000
 # Squared sine below which rounding spoils what is computed from the area of a triangle.
 _SLIVER = 1e-10
+# A walk goes on for less than this share of the squared distance, or squared sizes of a face less: where two faces meet
+# in the closest point, rounding shall not choose.
+_NEARER, _TOUCHING = 1.0 - 1e-9, 1e-20
 
 
 @algebra
@@ -91,6 +94,14 @@ def _box_distance(p, box):  # type: ignore[no-untyped-def]
 
 
 @loop
+def _box_size(box):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for i in range(3):
+        total += (box[1, i] - box[0, i]) ** 2
+    return total
+
+
+@loop
 def walk(p, start, triangles, boxes, offsets, ids, found):  # type: ignore[no-untyped-def]
     """Walk of :meth:`Surface.walked` from one place p, a tuple, for use in compiled loops.
 
@@ -102,11 +113,13 @@ def walk(p, start, triangles, boxes, offsets, ids, found):  # type: ignore[no-un
     best = _closer(p, triangles, face, np.inf, found)
     for _ in range(_STEPS):
         here = face
+        touching = _TOUCHING * _box_size(boxes[here])
         for i in range(offsets[here], offsets[here + 1]):
             other = ids[i]
-            if other != here and _box_distance(p, boxes[other]) < best:
-                d = _closer(p, triangles, other, best, found)
-                if d < best:
+            enough = _NEARER * best - touching
+            if other != here and _box_distance(p, boxes[other]) < enough:
+                d = _closer(p, triangles, other, enough, found)
+                if d < enough:
                     best, face = d, other
         if face == here:
             break

@@ -7,7 +7,9 @@ from dataclasses import dataclass, fields
 from math import isnan
 from typing import Any
 
-from .asked import require_choices, require_numbers
+import numpy as np
+
+from .asked import array_of_numbers, require_choices, require_flags, require_numbers
 from .errors import OptionError
 
 __all__ = ["CHOICES", "Options", "Record"]
@@ -78,6 +80,12 @@ class Options:
     max_iterations
         Stop after so many.
 
+    Notes
+    -----
+    On curved boundaries, around cells that stay inverted, and with wanted volumes the sum is lowered by another method,
+    equation (11), as far as it is worth: `weight`, `quadrature`, `method` and `tolerance` have no effect there, and the
+    report says so if they were given.
+
     Raises
     ------
     OptionError
@@ -110,9 +118,12 @@ class Options:
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
         require_numbers(self, "tolerance", "max_iterations", "hausdorff")
+        require_flags(self, "conserve_volume", optional=["lift"])
+        if not isinstance(self.target, str):
+            array_of_numbers("target", self.target, "a name, edge lengths or points")
         if not 0.0 <= self.tolerance < 1.0:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
-        if self.max_iterations < 0:
+        if not self.max_iterations >= 0:
             raise OptionError(f"max_iterations is not negative, not {self.max_iterations!r}")
         if not 0.0 <= self.hausdorff < 1.0:
             raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
@@ -146,13 +157,19 @@ class Options:
         """Whether cells should get other sizes than they have."""
         return not (isinstance(self.sizes, str) and self.sizes in ("input", "free"))
 
+    @property
+    def of_minimization(self) -> tuple[str, ...]:
+        """What was given that has no effect where the sum is lowered by another method; see the notes above."""
+        names = ("weight", "quadrature", "method", "tolerance")
+        return tuple(name for name in names if getattr(self, name) != getattr(Options, name))
+
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays by their shape alone, for a report."""
         return {field.name: _described(getattr(self, field.name)) for field in fields(self)}
 
 
 def _described(value: Any) -> Any:
-    if value is None or isinstance(value, (str, int, float)):
+    if value is None or isinstance(value, (str, int, float, np.generic)):
         return value
     if isinstance(value, os.PathLike):
         return os.fspath(value)
@@ -173,9 +190,10 @@ class Record:
     phase
         The solver at work.
     energy
-        The energy that is minimized, in the mesh's own units; NaN where cells are inverted still.
+        The summed distortion, in the mesh's own units; NaN where cells are inverted still. Raising the worst cells may
+        raise it.
     gradient
-        Norm of its admissible gradient, relative to the input's; NaN where the energy changes as the run goes.
+        Norm of its admissible gradient, relative to the input's; NaN where other things are minimized with it.
     step
         Length of the step taken, 1 for a full one.
     min_scaled_jacobian, mean_scaled_jacobian

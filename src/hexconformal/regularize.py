@@ -123,6 +123,7 @@ class Regularization:
             )
         self._stages = Stages(self._frame, self._boundary, self.options)
         self._points = self._frame.start
+        self._records = self._run()
 
     @property
     def points(self) -> Field:
@@ -130,7 +131,10 @@ class Regularization:
         return self._frame.to_user(self._points)
 
     def __iter__(self) -> Iterator[Record]:
-        """Run; every record's mesh is acceptable, so the run may be left at any of them."""
+        """Run, or go on where it was left; every record's mesh is acceptable, so that may be at any of them."""
+        return self._records
+
+    def _run(self) -> Iterator[Record]:
         for step in self._stages:
             record = self._record(step)
             self.history.append(record)
@@ -149,7 +153,7 @@ class Regularization:
             before=before.summary(),
             after=after.summary(),
             energy_before=self.history[0].energy if self.history else float("nan"),
-            energy_after=self._last_energy(),
+            energy_after=self.history[-1].energy if self.history else float("nan"),
             boundary_moved=int((moved[np.unique(self._frame.nodes[self._frame.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=self._frame.diagonal * self._frame.unit,
@@ -186,7 +190,7 @@ class Regularization:
         notes: list[str] = []
         if points is not frame.start and self.options.conserve_volume:
             points, notes = of_same_volume(points, frame, self._stages.problem)
-            if not self._acceptable(self._record(Step("volume", points, np.nan))):
+            if not self._acceptable(self._record(Step("volume", points))):
                 points, notes = frame.start, []
         if points is frame.start and len(self.history) > 1:
             reason += "; nothing better than the input was found"
@@ -201,12 +205,6 @@ class Regularization:
             )
         return _Outcome(frame.to_user(points), reason, moved, tuple(notes))
 
-    def _last_energy(self) -> float:
-        """The energy at the end; NaN where another one was minimized by then."""
-        if not self.history or (len(self.history) > 1 and np.isnan(self.history[-1].gradient)):
-            return float("nan")
-        return self.history[-1].energy
-
     def _all_notes(self) -> tuple[str, ...]:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
@@ -220,10 +218,11 @@ class Regularization:
 
     def _record(self, step: Step) -> Record:
         scaled_jacobian = corner_scaled_jacobian(step.points, self._frame.cells)
+        energy = self._stages.energy(step.points) if np.isnan(step.energy) else step.energy
         return Record(
             iteration=len(self.history),
             phase=step.phase,
-            energy=step.energy * (self._frame.unit**2 if self.options.energy == "quaternionic" else 1.0),
+            energy=energy * (self._frame.unit**2 if self.options.energy == "quaternionic" else 1.0),
             gradient=step.gradient,
             step=step.length,
             min_scaled_jacobian=float(scaled_jacobian.min()),

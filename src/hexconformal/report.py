@@ -21,7 +21,7 @@ class Report(Plain):
     before, after
         Quality of the mesh that went in and of the one that came out.
     energy_before, energy_after
-        The energy that was minimized; NaN where it is infinite, and where the run ended with another one.
+        The summed distortion; NaN where it is infinite.
     boundary_moved
         Number of boundary nodes that are not where they were.
     largest_displacement

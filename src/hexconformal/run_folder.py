@@ -11,7 +11,7 @@ from .checkpoint import load_standing, save_standing
 from .errors import OptionError, WriteError
 from .history import HistoryFile, rows_until
 from .interrupt import as_interruption, uninterrupted
-from .series import Series
+from .series import Series, frames_folder
 
 __all__ = ["FolderRun", "RunFolder", "Stage"]
 
@@ -111,13 +111,19 @@ class RunFolder:
         """The mesh at the end."""
         return self.path / "last.vtu"
 
+    @property
+    def plot(self) -> Path:
+        """The history drawn, by a command that does so."""
+        return self.path / "history.png"
+
     def prepare(self, resume: bool, overwrite: bool) -> None:
         """Make the folder, or see that the run in it may be gone on with, or replaced.
 
         Raises
         ------
         OptionError
-            If there is a run already and neither is asked for, or none to go on with.
+            If there is a run already, or a file of a name that it would write, and neither is asked for; or if there is
+            no run to go on with.
         WriteError
             If the folder cannot be made.
         """
@@ -128,6 +134,10 @@ class RunFolder:
             raise OptionError(f"there is no run in {self.path} to resume: {self.checkpoint.name} is missing")
         if there and not (resume or overwrite):
             raise OptionError(f"{self.path} holds a run: --resume goes on with it, --overwrite starts anew")
+        written = (self.history, self.plot, self.last, self.frames, frames_folder(self.frames))
+        taken = [str(path) for path in written if path.exists()]
+        if taken and not (resume or overwrite):
+            raise OptionError(f"{', '.join(taken)} would be replaced: choose another folder, or add --overwrite")
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as problem:

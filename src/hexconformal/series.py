@@ -16,7 +16,7 @@ from .errors import OptionError, WriteError
 from .files import check_writable, saving
 from .mesh import HexMesh
 
-__all__ = ["Series"]
+__all__ = ["Series", "frames_folder"]
 
 
 class Series:
@@ -86,7 +86,7 @@ class Series:
         if not isfinite(time) or (self.frames and time <= self.frames[-1][0]):
             raise OptionError(f"time {time} of a frame must be finite and later than that of the frame before")
         grid = to_pyvista(mesh)[0].cast_to_unstructured_grid() if isinstance(mesh, HexMesh) else mesh
-        folder = self.path.parent / f"{self.path.stem}_frames"
+        folder = frames_folder(self.path)
         try:
             folder.mkdir(exist_ok=True)
         except OSError as problem:
@@ -118,3 +118,8 @@ class Series:
         rows = [f'    <DataSet timestep="{time!r}" file="{escape(name)}"/>' for time, name in self.frames]
         head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>'
         target.write_text("\n".join([head, *rows, "  </Collection>\n</VTKFile>\n"]), encoding="utf-8")
+
+
+def frames_folder(path: Path) -> Path:
+    """Where the frames of a series are."""
+    return path.parent / f"{path.stem}_frames"

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .block_matrix import BlockMatrix, cell_places
 from .corner_kernels import corner_densities, corner_sums
 from .elements import CORNERS
+from .grain import PATCH, rounded
 from .size_kernel import size_sums
 from .threads import parallel_ranges
 from .topology import boundary_quads
@@ -108,6 +109,8 @@ class Shaping:
         (m,) volumes that cells should have, 0 for those without; empty for none at all.
     firmness
         Factor of the weight of sizes.
+    grain
+        Of the directions that are taken, see :mod:`hexconformal.grain`; 0 for none. Patches have a finer one.
     """
 
     cells: Ints
@@ -116,6 +119,7 @@ class Shaping:
     surface: SurfacePenalty | None = None
     sizes: Field = field(default_factory=lambda: np.empty(0))
     firmness: float = 1.0
+    grain: float = 0.0
 
     @cached_property
     def _matrix(self) -> BlockMatrix:
@@ -191,6 +195,7 @@ class Shaping:
             None if self.surface is None else self.surface.restricted(nodes, moving, points),
             self.sizes[around] if len(self.sizes) else self.sizes,
             self.firmness,
+            min(self.grain, PATCH),
         )
         return patch, nodes
 
@@ -213,6 +218,9 @@ def newton_step(
     """
     energy, gradient, matrix = problem.value_gradient_hessian(points, emphasis)
     direction, _ = matrix.solve(-gradient, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, shift)
+    if problem.grain > 0.0:
+        grains = rounded(direction, points, problem.cells, problem.grain)
+        direction = np.einsum("nij,nj->ni", problem.projectors, grains)
     slope = float(np.einsum("ij,ij->", gradient, direction))
     step = 1.0
     for _ in range(_HALVINGS):

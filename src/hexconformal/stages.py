@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from .band import Band
 from .boundary import Boundary, boundary_of
 from .cell_measures import corner_scaled_jacobian
+from .ease import eased
 from .errors import first_ids
 from .frame import Frame
+from .grain import WHOLE
 from .inside import unfold_inside
 from .lift import lift, lift_patches
 from .minimize import Minimization
@@ -72,12 +74,13 @@ class Stages:
         self.wanted = self._wanted_volumes()
 
     def __iter__(self) -> Iterator[Step]:
-        yield Step("input", self._frame.start, self._energy_of_input())
-        for taken, step in enumerate(self._steps()):
-            if taken >= self._options.max_iterations:
-                self.reason, self.converged = f"reached max_iterations = {self._options.max_iterations}", False
-                return
+        yield Step("input", self._frame.start)
+        left = most = self._options.max_iterations
+        for step in islice(self._steps(), most):
+            left -= 1
             yield step
+        if left == 0:
+            self.reason, self.converged = f"reached max_iterations = {most}", False
 
     def _steps(self) -> Iterator[Step]:
         points = self._frame.start
@@ -91,12 +94,14 @@ class Stages:
         if not self._frame.valid.all():
             shaping, points, bad = yield from self._untangle(shaping)
         if bad.any():
-            shaping, points, bad = self._without(shaping, points, bad)
+            whole, (shaping, points, bad) = shaping, self._without(shaping, points, bad)
             yield Step("hold what stays inverted", points)
         self.problem = shaping
         if bad.any() or self.boundary.band is not None or self._options.resizes:
-            for points, energy in self._shape(shaping, points):
-                yield Step("shape", points, energy)
+            if self._options.of_minimization:
+                self.notes.append(f"without effect on this mesh: {', '.join(self._options.of_minimization)}")
+            for points, _ in self._shape(shaping, points):
+                yield Step("shape", points)
             self.reason, self.converged = "the energy stalls", True
         else:
             for step in self._minimize(points):
@@ -105,8 +110,8 @@ class Stages:
         good = corner_scaled_jacobian(points, shaping.cells)
         if self._options.lifts and shaping.free.any() and len(good) and good.min() < _GOOD:
             self.reason, self.converged = "interrupted", False
-            for phase, points, energy in (lift if len(good) <= _WHOLE else lift_patches)(shaping, points):
-                yield Step(phase, points, energy)
+            for phase, points, _ in (lift if len(good) <= _WHOLE else lift_patches)(shaping, points):
+                yield Step(phase, points)
             self.reason, self.converged = "the worst cell stalls", True
         for step in self._return(shaping, points):
             points = step.points
@@ -115,16 +120,20 @@ class Stages:
         if unfolded is not points:
             points = unfolded
             yield Step("unfold inside", points)
-            for phase, points, energy in lift_patches(shaping, points) if self._options.lifts else ():
-                yield Step(phase, points, energy)
-            yield from self._return(shaping, points)
+            for phase, points, _ in lift_patches(shaping, points) if self._options.lifts else ():
+                yield Step(phase, points)
+            for step in self._return(shaping, points):
+                points = step.points
+                yield step
+        if bad.any():
+            yield Step("ease what stays inverted", eased(whole, points, bad))
 
     def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
         points = self._frame.start
         others = ("keep", "soft") if self.boundary.band is not None and self._options.features == "auto" else ()
-        for phase, points, energy in untangle(shaping, points, *((_PATIENCE,) if others else ())):
-            yield Step(phase, points, energy)
+        for phase, points, _ in untangle(shaping, points, *((_PATIENCE,) if others else ())):
+            yield Step(phase, points)
         bad = folded(shaping, points)
         band = self.boundary.band
         for room in _ROOMS:
@@ -135,14 +144,14 @@ class Stages:
                 break
             # What stands in the way may be a feature that is none, or a crease that was not taken for one.
             other = boundary_of(self._frame, replace(self._options, features=features))
-            for phase, trial, energy in untangle(self._shaping(other), self._frame.start, _PATIENCE):
-                yield Step(phase, trial, energy)
+            for phase, trial, _ in untangle(self._shaping(other), self._frame.start, _PATIENCE):
+                yield Step(phase, trial)
             if folded(shaping, trial).sum() < bad.sum():
                 points, bad = trial, folded(shaping, trial)
                 self.boundary, shaping = other, self._shaping(other)
                 self.notes.append(f"features={features!r} instead, which left fewer cells folded")
         points = unfold_inside(shaping, points)
-        yield Step("unfold inside", points, float("nan"))
+        yield Step("unfold inside", points)
         return shaping, points, bad
 
     def _from_afar(
@@ -176,14 +185,13 @@ class Stages:
             if band is None or self._near(points):
                 return
             band.steepness *= 4.0
-            for points, energy in islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _RETURN_STEPS):
-                yield Step("return to the surface", points, energy)
+            for points, _ in islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _RETURN_STEPS):
+                yield Step("return to the surface", points)
 
-    def _energy_of_input(self) -> float:
-        """Energy of what came in; NaN where it is infinite."""
-        if self._options.energy == "barrier" and not self._frame.valid.all():
-            return float("nan")
-        return self._from_input.energy()
+    def energy(self, points: Field) -> float:
+        """The summed distortion at some points, as the options ask for it; NaN where a corner is folded."""
+        energy = self._from_input.energy(points)
+        return energy if np.isfinite(energy) else float("nan")
 
     @cached_property
     def _from_input(self) -> Minimization:
@@ -212,6 +220,7 @@ class Stages:
             boundary.band,
             self.wanted / frame.unit**3,
             _FIRM if self._options.resizes else 1.0,
+            WHOLE if self._options.lifts and not self._options.resizes else 0.0,
         )
 
     def _without(self, shaping: Shaping, points: Field, bad: Mask) -> tuple[Shaping, Field, Mask]:
@@ -239,7 +248,7 @@ class Stages:
         inverses = shaping.inverses[~bad] if len(shaping.inverses) > 1 else shaping.inverses
         sizes = shaping.sizes[~bad] if len(shaping.sizes) else shaping.sizes
         cells = np.ascontiguousarray(shaping.cells[~bad])
-        return Shaping(cells, inverses, projectors, shaping.surface, sizes, shaping.firmness), points, bad
+        return replace(shaping, cells=cells, inverses=inverses, projectors=projectors, sizes=sizes), points, bad
 
     def _ids(self, cells: Mask) -> Ints:
         """Their ids in the mesh."""

@@ -12,9 +12,9 @@ __all__ = ["Step"]
 
 @dataclass(frozen=True)
 class Step:
-    """An accepted mesh: points in the run's frame, energy of the phase, relative gradient, length of the step.
+    """An accepted mesh: points in the run's frame, summed distortion, its relative gradient, length of the step.
 
-    Where the energy of a phase has no gradient worth telling, it is NaN.
+    Distortion and gradient are NaN where a phase does not know them.
     """
 
     phase: str

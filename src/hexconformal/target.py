@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .asked import array_of_numbers
 from .cell_measures import corner_scaled_jacobian
 from .elements import RULES, shape_gradients
 from .errors import MeshError, OptionError, first_ids
@@ -70,10 +71,7 @@ def inverse_targets(
             target = [float(part) for part in target.split(":")]
         except ValueError:
             raise OptionError(f"target is 'auto', 'cube', 'input' or 'a:b:c', not {target!r}") from None
-    try:
-        values = np.asarray(target, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise OptionError(f"a target is a name, edge lengths, or points, not {target!r}") from None
+    values = array_of_numbers("target", target, "a name, edge lengths or points")
     if values.shape == (3,):
         if not (np.isfinite(values).all() and (values > 0).all()):
             raise OptionError(f"a box target has three positive edge lengths, not {values.tolist()}")

@@ -18,7 +18,7 @@ from .io import as_surface_mesh, read, write
 from .mesh import SurfaceMesh
 from .options import Options, Record
 from .quality import Quality, quality
-from .remesh import Remeshing, Result, remesh, remeshing
+from .remesh import Remeshing, Result, remesh
 from .report import Report
 
 __all__ = [
@@ -43,7 +43,6 @@ __all__ = [
     "quality",
     "read",
     "remesh",
-    "remeshing",
     "write",
 ]
 

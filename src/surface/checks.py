@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hexconformal.errors import MeshError, first_ids, odd_points
+from hexconformal.asked import as_mask
+from hexconformal.errors import MeshError, OptionError, first_ids, odd_points
 
 from .features import edge_table
 from .geometry import Ints, cell_areas
 from .mesh import SurfaceMesh
 
-__all__ = ["require_numbers", "require_sound"]
+__all__ = ["held_nodes", "require_numbers", "require_sound"]
 
 # Relative to the size of the mesh, and to the mean area.
 _COINCIDENT = 1e-12
@@ -40,6 +42,25 @@ def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
         if wrong:
             raise MeshError("; ".join(wrong))
     return (*mesh.notes, *_doubts(mesh))
+
+
+def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
+    """(n,) nodes that the user holds: None, booleans, ids, or the name of a point array that is not zero there.
+
+    Raises
+    ------
+    OptionError
+        If it is none of those.
+
+    Examples
+    --------
+    >>> held_nodes(SurfaceMesh(np.eye(3), [[0, 1, 2]], {"wall": [0, 0, 1]}), "wall")
+    array([False, False,  True])
+    """
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
+    if mask.ndim != 1:
+        raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
+    return mask
 
 
 def require_numbers(mesh: SurfaceMesh) -> None:

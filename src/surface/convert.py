@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.arrays import checked_points
 from hexconformal.convert import to_pyvista
 from hexconformal.errors import MeshError
 from hexconformal.meshio_mesh import MeshioOrigin
@@ -14,7 +15,7 @@ from hexconformal.pyvista_mesh import PyvistaOrigin, cell_offsets
 from hexconformal.selection import Selection, SourceFile
 
 from .geometry import Cells, Ints
-from .mesh import ArraysOrigin, SurfaceMesh, positions
+from .mesh import ArraysOrigin, SurfaceMesh
 from .polygons import Polygons
 
 __all__ = ["as_pyvista", "carried", "from_arrays", "from_meshio", "from_pyvista", "in_runs", "polydata", "polygons"]
@@ -31,14 +32,15 @@ _TYPES = {1: "vertex", 3: "line", 5: "triangle", 9: "quad"}
 
 def from_arrays(points: Any, *cells: Any) -> SurfaceMesh:
     """Take in points and one table of cells, (m, 3) or (m, 4), or one of each."""
+    dimension = checked_points(points, planar=True).shape[1]
     if len(cells) == 2:
         tables = [_table([given], width) for given, width in zip(cells, (3, 4), strict=True)]
-        return _checked(points, tables, {}, {}, ArraysOrigin(tuple(tables), positions(points, 2).shape[1]))
+        return SurfaceMesh(points, Cells(*tables), origin=ArraysOrigin(tuple(tables), dimension))
     given = _integers(cells[0])
     if given.ndim != 2 or given.shape[1] not in (3, 4):
         raise MeshError(f"cells must be an (m, 3) or (m, 4) array of node ids, not {given.shape}")
     tables = [_table([given] if given.shape[1] == k else [], k) for k in (3, 4)]
-    return _checked(points, tables, {}, {}, ArraysOrigin((given.astype(np.int64),), positions(points, 2).shape[1]))
+    return SurfaceMesh(points, Cells(*tables), origin=ArraysOrigin((given.astype(np.int64),), dimension))
 
 
 def from_meshio(source: Any, file: SourceFile | None = None, notes: tuple[str, ...] = ()) -> SurfaceMesh:
@@ -61,7 +63,7 @@ def from_meshio(source: Any, file: SourceFile | None = None, notes: tuple[str, .
             cell_data[name] = np.concatenate(arrays)[rows]
     point_data = {name: np.asarray(values) for name, values in source.point_data.items()}
     origin = MeshioOrigin(source, _selection(rows, notes), file)
-    return _checked(source.points, tables, point_data, cell_data, origin, rows)
+    return SurfaceMesh(source.points, Cells(*tables), point_data, cell_data, origin, rows)
 
 
 def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, ...] = ()) -> SurfaceMesh:
@@ -84,7 +86,7 @@ def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, 
     cell_data = {name: np.asarray(grid.cell_data[name])[rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, _selection(rows, notes), file)
-    return _checked(np.asarray(grid.points), tables, point_data, cell_data, origin, rows)
+    return SurfaceMesh(np.asarray(grid.points), Cells(*tables), point_data, cell_data, origin, rows)
 
 
 def carried(mesh: SurfaceMesh) -> Any:
@@ -182,13 +184,6 @@ def _table(parts: list[Any], width: int) -> Ints:
         if array.ndim != 2 or array.shape[1] != width:
             raise MeshError(f"cells must be integer arrays (m, {width}), not {array.shape}")
     return np.concatenate(arrays).astype(np.int64) if arrays else np.empty((0, width), dtype=np.int64)
-
-
-def _checked(points: Any, tables: list[Any], point_data: Any, cell_data: Any, origin: Any, rows: Any = None) -> Any:
-    cells = Cells(*(np.ascontiguousarray(table, dtype=np.int64) for table in tables))
-    if len(cells) == 0:
-        raise MeshError("there are no triangles or quadrilaterals")
-    return SurfaceMesh(positions(points), cells, point_data, cell_data, origin, rows)
 
 
 def _ragged(grid: Any, rows: Any) -> tuple[Any, Any]:

@@ -10,7 +10,7 @@ from hexconformal.sparsity import corner_incidences
 
 from .geometry import Cells, Floats, Ints, area_vectors, unit_vectors
 
-__all__ = ["Shape", "corner_normals", "fanned", "two_sided_distance"]
+__all__ = ["Shape", "corner_normals", "fanned"]
 
 _MARGIN = 0.08  # of the bound
 _EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
@@ -125,11 +125,6 @@ def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
     weights = (np.repeat(vectors[:, i], 3) for i in range(3))
     sums = np.stack([np.bincount(inverse.ravel(), w).astype(np.float64) for w in weights], axis=1)
     return unit_vectors(sums)[inverse.ravel()].reshape(-1, 3, 3)
-
-
-def two_sided_distance(points: Floats, reference: Floats, cells: Cells) -> float:
-    """Symmetric Hausdorff distance of two surfaces with the same cells, sampled at vertices, edges and centres."""
-    return Shape(reference, cells).hausdorff(points)
 
 
 def samples(points: Floats, cells: Cells) -> Floats:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexconformal.arrays import checked_cells, checked_data, checked_points, frozen
 from hexconformal.errors import MeshError
 from hexconformal.meshio_mesh import MeshioOrigin
 from hexconformal.pyvista_mesh import PyvistaOrigin
@@ -21,14 +22,14 @@ __all__ = ["ArraysOrigin", "SurfaceMesh", "positions"]
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMesh:
-    """Points, triangles and quadrilaterals with their arrays, and what they were made from.
+    """Points, triangles and quadrilaterals with their arrays, all read-only, and what they were made from.
 
     Attributes
     ----------
     points
-        (n, 3) positions, float64.
+        (n, 3) positions, float64; those in the plane get z = 0.
     cells
-        Triangles (t, 3) and quadrilaterals (q, 4), counter-clockwise seen from outside.
+        Triangles (t, 3) and quadrilaterals (q, 4), counter-clockwise seen from outside; a table of one kind will do.
     point_data, cell_data
         Arrays by name with first axis n, or t + q: triangles first.
     origin
@@ -36,11 +37,19 @@ class SurfaceMesh:
     rows
         (t + q,) place of each cell among all cells of the origin.
 
+    Raises
+    ------
+    MeshError
+        If shapes or types make no sense, or there is no cell.
+
     Examples
     --------
-    >>> from surface import as_surface_mesh
-    >>> as_surface_mesh((np.eye(3), [[0, 1, 2]]))
+    >>> mesh = SurfaceMesh(np.eye(3), [[0, 1, 2]])
+    >>> mesh
     SurfaceMesh(3 points, 1 triangles, 0 quadrilaterals)
+    >>> moved = mesh.replaced(2 * mesh.points, point_data={"height": mesh.points[:, 2]})
+    >>> moved.points.max(), list(moved.point_data), mesh.points.max()
+    (np.float64(2.0), ['height'], np.float64(1.0))
     """
 
     points: Floats
@@ -49,6 +58,14 @@ class SurfaceMesh:
     cell_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     origin: Any = None
     rows: Ints | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", positions(self.points))
+        object.__setattr__(self, "cells", _checked(self.cells))
+        object.__setattr__(self, "point_data", checked_data(self.point_data, len(self.points), "point_data"))
+        object.__setattr__(self, "cell_data", checked_data(self.cell_data, len(self.cells), "cell_data"))
+        if self.rows is not None:
+            object.__setattr__(self, "rows", checked_data({"": self.rows}, len(self.cells), "rows")[""])
 
     def __repr__(self) -> str:
         t, q = len(self.cells.triangles), len(self.cells.quads)
@@ -60,26 +77,34 @@ class SurfaceMesh:
         return self.origin.selection.notes if isinstance(self.origin, (MeshioOrigin, PyvistaOrigin)) else ()
 
     def replaced(
-        self, points: ArrayLike | None = None, cell_data: Mapping[str, NDArray[Any]] | None = None
+        self,
+        points: ArrayLike | None = None,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
     ) -> SurfaceMesh:
-        """The same mesh with other points, or further arrays on its cells.
+        """The same mesh with other points, and with arrays added to (or put in the place of) its own.
 
         Parameters
         ----------
         points
             (n, 3) new positions.
-        cell_data
-            Arrays by name, first axis t + q: triangles first.
+        point_data, cell_data
+            Arrays by name, first axis n, or t + q: triangles first.
 
         Raises
         ------
         MeshError
-            If there are other than n points.
+            If there are other than n points, or an array has another length.
         """
         moved = self.points if points is None else positions(points)
         if len(moved) != len(self.points):
             raise MeshError(f"{len(moved)} points cannot take the place of {len(self.points)}")
-        return replace(self, points=moved, cell_data={**self.cell_data, **(cell_data or {})})
+        return replace(
+            self,
+            points=moved,
+            point_data=dict[str, Any](self.point_data) | dict(point_data or {}),
+            cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
+        )
 
     def restored(self) -> Any:
         """The mesh as an object of the type it was made from, with everything that came in.
@@ -119,15 +144,17 @@ class ArraysOrigin:
         return (points[:, : self.dimension].copy(), *(table.copy() for table in self.tables))
 
 
-def positions(points: Any, dimension: int = 3) -> Floats:
-    """(n, 3) positions, those in the plane with z = 0; or as they are where `dimension` is 2."""
-    try:
-        array = np.asarray(points)
-        if np.iscomplexobj(array):
-            raise TypeError("complex numbers")
-        result = np.array(array, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as problem:
-        raise MeshError(f"points must be an (n, 3) array of real numbers: {problem}") from problem
-    if result.ndim != 2 or result.shape[1] not in (2, 3):
-        raise MeshError(f"points must be an (n, 3) array, or (n, 2) in the plane, not {result.shape}")
-    return result if dimension == 2 else np.pad(result, ((0, 0), (0, 3 - result.shape[1])))
+def positions(points: Any) -> Floats:
+    """(n, 3) positions, read-only; those in the plane get z = 0."""
+    given = checked_points(points, planar=True)
+    return given if given.shape[1] == 3 else frozen(np.pad(given, ((0, 0), (0, 1))), None)
+
+
+def _checked(cells: Any) -> Cells:
+    if not isinstance(cells, Cells):
+        wide = np.asarray(cells, dtype=object).shape[1:] == (4,)
+        cells = Cells(*((), cells) if wide else (cells, ()))
+    triangles, quads = checked_cells(cells.triangles, 3, "triangles"), checked_cells(cells.quads, 4, "quadrilaterals")
+    if len(triangles) + len(quads) == 0:
+        raise MeshError("there are no triangles or quadrilaterals")
+    return cells if triangles is cells.triangles and quads is cells.quads else Cells(triangles, quads)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from hexconformal.asked import require_choices, require_numbers
+import numpy as np
+
+from hexconformal.asked import array_of_numbers, is_number, require_choices, require_flags, require_numbers
 from hexconformal.errors import OptionError
 
 from .energy import ENERGIES
@@ -48,14 +50,15 @@ class Options:
         Put the nodes back onto the input surface, keep the volume, and the area within 0.8 %: right for a surface
         that does not move.
     hausdorff
-        How far the result may be from the input, as a fraction of the bounding box's diagonal.
+        How far the result may be from the input, as a fraction of the bounding box's diagonal; for project=True only:
+        otherwise the report has a note where the distance is larger.
     features
         Edges whose cells meet at more than this (degrees) are sharp: nodes on them slide along them, corners stay.
         None: no edge is; or a (k, 2) array of edges.
     boundary
         Nodes of open boundaries: "slide" along them, or "fixed".
     fixed
-        Nodes that stay: (n,) booleans or node ids.
+        Nodes that stay: (n,) booleans, node ids, or the name of a point array that is not zero there.
 
     Raises
     ------
@@ -89,6 +92,7 @@ class Options:
             names = ", ".join(repr(name) for name in REFERENCES)
             raise OptionError(f"reference is {names} or an array, not {self.reference!r}")
         require_numbers(self, "iterations", "tolerance", "eps", "hausdorff")
+        require_flags(self, "project")
         if not self.iterations >= 0:
             raise OptionError(f"iterations is not negative, not {self.iterations!r}")
         if not 0 <= self.tolerance < 1:
@@ -97,16 +101,17 @@ class Options:
             raise OptionError(f"eps is positive, not {self.eps!r}")
         if not 0 < self.hausdorff < float("inf"):
             raise OptionError(f"hausdorff is positive, not {self.hausdorff!r}")
-        if isinstance(self.features, (int, float)) and not 0 < self.features < 180:
-            raise OptionError(f"features is an angle in (0, 180) degrees, not {self.features!r}")
-        if isinstance(self.features, str):
-            raise OptionError(f"features is an angle, None or an array of edges, not {self.features!r}")
+        if is_number(self.features):
+            if not 0 < self.features < 180:
+                raise OptionError(f"features is an angle in (0, 180) degrees, not {self.features!r}")
+        elif self.features is not None:
+            array_of_numbers("features", self.features, "an angle, None or an array of edges")
 
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays as "given", for a report."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return {
-            name: value if value is None or isinstance(value, (str, int, float)) else "given"
+            name: value if value is None or isinstance(value, (str, int, float, np.generic)) else "given"
             for name, value in values.items()
         }
 

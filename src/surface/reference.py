@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.asked import array_of_numbers
 from hexconformal.errors import OptionError, first_ids
 
 from .geometry import Cells, Floats, Ints, cell_angles
@@ -58,14 +59,14 @@ def reference_shapes(reference: Any, points: Floats, cells: Cells) -> tuple[Floa
             return triangle_from_angles(flat_angles(cells, len(points))), squares
         reference = points
     if isinstance(reference, tuple) and len(reference) == 2:
-        triangles, quads = (np.asarray(part, dtype=np.float64) for part in reference)
+        triangles, quads = (array_of_numbers("reference", part) for part in reference)
         if triangles.shape != (len(cells.triangles), 3, 2) or quads.shape != (len(cells.quads), 4, 2):
             raise OptionError(
                 f"reference shapes must be ({len(cells.triangles)}, 3, 2) and ({len(cells.quads)}, 4, 2), "
                 f"not {triangles.shape} and {quads.shape}"
             )
     else:
-        given = np.asarray(getattr(reference, "points", reference), dtype=np.float64)
+        given = array_of_numbers("reference", getattr(reference, "points", reference))
         if given.shape != points.shape:
             raise OptionError(f"a reference mesh must have points {points.shape}, not {given.shape}")
         triangles = triangle_from_angles(cell_angles(given, cells.triangles))

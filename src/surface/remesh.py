@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.asked import made_of
-from hexconformal.checks import as_mask
-from hexconformal.errors import OptionError, first_ids
+from hexconformal.asked import is_number, made_of
+from hexconformal.errors import first_ids
 
 from .barrier import Barrier
-from .checks import require_sound
+from .checks import held_nodes, require_sound
 from .core import Iterate, Outcome, descend
 from .energy import Distortion, Quaternionic
 from .features import detect_features, edge_table
@@ -30,7 +29,7 @@ from .reference import reference_shapes
 from .report import Report
 from .worth import Worth
 
-__all__ = ["Remeshing", "Result", "remesh", "remeshing"]
+__all__ = ["Remeshing", "Result", "remesh"]
 
 _COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
 _PATIENCE = (40, 15, 15, None)  # iterations in vain before nodes are held, try by try
@@ -61,6 +60,11 @@ class Result:
 
     def __repr__(self) -> str:
         return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
+
+    @property
+    def converged(self) -> bool:
+        """Whether the run ended because there was nothing left to gain."""
+        return self.report.converged
 
 
 class Remeshing:
@@ -118,11 +122,9 @@ class Remeshing:
     def _surface(self) -> Surface:
         options, cells, x = self.options, self.mesh.cells, self._start
         angle, edges = options.features, None
-        if angle is not None and not isinstance(angle, (int, float)):
+        if angle is not None and not is_number(angle):
             angle, edges = None, options.features
-        fixed = as_mask(options.fixed, len(x), "fixed")
-        if fixed.ndim != 1:
-            raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
+        fixed = held_nodes(self.mesh, options.fixed)
         features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion
@@ -263,7 +265,7 @@ class Remeshing:
             notes=(*self._notes, *notes),
         )
         data = {"min_angle": after.min_angle, "min_angle_change": after.min_angle - before.min_angle}
-        return Result(mesh.replaced(points, data).restored(), points, report, tuple(self.history))
+        return Result(mesh.replaced(points, cell_data=data).restored(), points, report, tuple(self.history))
 
     def _within(self) -> tuple[Floats, float, list[str]]:
         """The best points, their distance, and what to say.
@@ -273,8 +275,10 @@ class Remeshing:
         """
         start, change, shape, cells = self._start, self._points - self._start, self._core.shape, self.mesh.cells
         bound, distance = self.options.hausdorff * self._diagonal, shape.hausdorff(self._points)
-        if not self.options.project or not self.history or distance <= bound:
+        if not self.history or distance <= bound:
             return self._points, distance, []
+        if not self.options.project:
+            return self._points, distance, ["without projection the surface went farther than hausdorff"]
         for share in _SHARES:
             trial = start + share * change
             for _ in range(2):
@@ -288,11 +292,6 @@ class Remeshing:
             if distance <= bound:
                 return trial, distance, [f"hausdorff left room for {share:.0%} of the way nodes would have gone"]
         return start, 0.0, ["hausdorff left no room: the input comes back"]
-
-
-def remeshing(mesh: Any, options: Options | None = None) -> Remeshing:
-    """A run to iterate over; see :class:`Remeshing`."""
-    return Remeshing(mesh, options)
 
 
 def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:

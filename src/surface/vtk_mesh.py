@@ -39,8 +39,6 @@ def from_vtk(polydata: Any) -> SurfaceMesh:
     other = np.flatnonzero((sizes != 3) & (sizes != 4))
     if len(other):
         raise MeshError(f"polygons that are no triangles or quadrilaterals: {first_ids(other + before)}; {_ADVICE}")
-    if len(sizes) == 0:
-        raise MeshError("there are no triangles or quadrilaterals")
     places = [np.flatnonzero(sizes == k) for k in (3, 4)]
     tables = [nodes[offsets[rows][:, None] + np.arange(k)] for rows, k in zip(places, (3, 4), strict=True)]
     return SurfaceMesh(points_of(polydata), Cells(*tables), rows=np.concatenate(places) + before)

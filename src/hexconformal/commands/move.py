@@ -49,7 +49,7 @@ in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.
     parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
     parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     parser.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
-    parser.add_argument("--overwrite", action="store_true", help="start anew in FOLDER if it holds a run")
+    parser.add_argument("--overwrite", action="store_true", help="start anew in FOLDER, whatever is in it")
     parser.add_argument("--quiet", action="store_true", help="errors only")
 
 

@@ -67,7 +67,7 @@ in the folder: run.pvd (frames for ParaView), history.csv, history.png, last.vtu
     told = parser.add_argument_group("what is told")
     told.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     told.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
-    told.add_argument("--overwrite", action="store_true", help="start anew in FOLDER if it holds a run")
+    told.add_argument("--overwrite", action="store_true", help="start anew in FOLDER, whatever is in it")
     told.add_argument("--quiet", action="store_true", help="errors only")
 
 
@@ -87,19 +87,18 @@ def _flow(arguments: Namespace) -> int:
     )
     place = RunFolder(Path(arguments.folder))
     place.prepare(arguments.resume, arguments.overwrite)
-    plot = place.path / "history.png"
     with Progress(arguments.quiet) as progress:
         progress.say(f"reading {arguments.input}")
         run = Evolution(_made(arguments), stepping)
         stopped = place.follow(FlowRun(run), arguments.resume, arguments.every, progress.say)
-    plot_history(plot, place.history)
+    plot_history(place.plot, place.history)
     if not arguments.quiet:
         for note in run.notes:
             print(f"note: {note}")
         if run.history:
             print(run.history[-1])
         print("interrupted" if stopped else run.reason)
-        print(f"wrote {place.frames}, {place.history.name}, {plot.name}, {place.last.name}")
+        print(f"wrote {place.frames}, {place.history.name}, {place.plot.name}, {place.last.name}")
     if stopped is not None:
         print(f"interrupted at step {run.step}: --resume goes on from there", file=sys.stderr)
         return 130

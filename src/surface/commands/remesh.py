@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from argparse import BooleanOptionalAction, Namespace
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -47,7 +47,7 @@ formats: {" ".join(EXTENSIONS)}
     shape = parser.add_argument_group("how the shape is kept")
     shape.add_argument(
         "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far the surface may move, over the"
-        " diagonal of the bounding box (default %(default)g)",
+        " diagonal of the bounding box, where nodes are put back onto it (default %(default)g)",
     )  # fmt: skip
     shape.add_argument(
         "--features", default=Options.features, metavar="DEGREES|none", help="edges whose cells meet at more than this"
@@ -86,11 +86,7 @@ def _remesh(arguments: Namespace) -> int:
     }
     options = Options(**{**known, "features": _angle(arguments.features), "reference": _reference(arguments.reference)})
 
-    def prepare() -> _Remesh:
-        mesh = read(arguments.input)
-        return _Remesh(mesh, replace(options, fixed=_nodes(mesh, arguments.fixed)))
-
-    return carry_out(arguments, SURFACES, prepare)
+    return carry_out(arguments, SURFACES, lambda: _Remesh(read(arguments.input), options))
 
 
 @dataclass(frozen=True)
@@ -110,7 +106,7 @@ class _Remesh:
 
     def frame(self, run: Any) -> Any:
         points = run.points
-        return as_pyvista(self.mesh.replaced(points, {"min_angle": smallest_angles(points, self.mesh.cells)}))
+        return as_pyvista(self.mesh.replaced(points, cell_data={"min_angle": smallest_angles(points, self.mesh.cells)}))
 
 
 def _angle(given: Any) -> float | None:
@@ -125,13 +121,3 @@ def _angle(given: Any) -> float | None:
 def _reference(given: str) -> Any:
     """A name, or the points of a mesh in a file."""
     return given if given in REFERENCES or not os.path.splitext(given)[1] else read(given).points
-
-
-def _nodes(mesh: SurfaceMesh, name: str | None) -> Any:
-    """Nodes where the point array of that name is not zero."""
-    if name is None:
-        return None
-    if name not in mesh.point_data:
-        names = ", ".join(sorted(mesh.point_data)) or "none"
-        raise OptionError(f"fixed={name!r} names no point array; there are: {names}")
-    return np.asarray(mesh.point_data[name]).reshape(len(mesh.points), -1).any(axis=1)

@@ -26,6 +26,7 @@ _TRIANGLE = np.array(
     [[1 - 2 * c if i == k else c for k in range(3)] for c in (_A, _B) for i in range(3)],
 )
 _TRIANGLE_WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
+_LEAST = 0.25  # of the lumped mass, what a node has of the area where its cells are too obtuse for a share
 _GAUSS = 0.5 + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(12.0)
 
 
@@ -176,10 +177,18 @@ class State:
         return -self.solved(self.area_gradient)
 
     @cached_property
-    def lumped_curvature(self) -> Floats:
-        """(n, 3) mean curvature vector by the lumped mass: not that of the energy, but truer node by node."""
-        masses = np.asarray(self.mass_matrix.sum(axis=1)).ravel()[:, None]
-        return np.asarray(-self.area_gradient / np.where(masses > 0, masses, 1.0))
+    def nodal_curvature(self) -> Floats:
+        """(n, 3) mean curvature vector, node by node: not that of the energy, but on a sphere right at every node."""
+        areas = self.dual_areas[:, None]
+        return np.asarray(-self.area_gradient / np.where(areas > 0, areas, 1.0))
+
+    @cached_property
+    def dual_areas(self) -> Floats:
+        """(n,) areas that belong to the nodes, equation (22a): of acute triangles those of the Voronoi cells."""
+        stiffness, x = self.stiffness.tocoo(), self.points
+        distances = ((x[stiffness.row] - x[stiffness.col]) ** 2).sum(axis=1)
+        areas = -np.bincount(stiffness.row, stiffness.data * distances, len(x)) / 4
+        return np.maximum(areas, _LEAST * np.asarray(self.mass_matrix.sum(axis=1)).ravel())
 
     def solved(self, loads: Floats) -> Floats:
         """(n, 3) the field whose products with the shape functions are the loads: M^-1 times them."""

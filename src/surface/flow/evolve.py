@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from hexconformal.asked import made_of
-from hexconformal.checks import as_mask
 from hexconformal.errors import OptionError
 
-from ..checks import require_sound
+from ..checks import held_nodes, require_sound
 from ..features import edge_table
 from ..geometry import Floats, area_vectors, enclosed_volume, mean_edge_length
 from ..io import as_surface_mesh
@@ -84,7 +83,7 @@ class Evolution:
         self._start = self.mesh.points - self.origin
         self._state = State(self.elements, self._start)
         table = edge_table(cells)
-        self._fixed = as_mask(flow.fixed, len(self.mesh.points), "fixed")
+        self._fixed = held_nodes(self.mesh, flow.fixed)
         self._fixed[table.nodes[table.uses != 2].ravel()] = True
         if "volume" in flow.conserve and (table.uses != 2).any():
             raise OptionError("an open surface encloses no volume to conserve")
@@ -255,7 +254,7 @@ class Evolution:
         return self._singularity()
 
     def _singularity(self) -> str:
-        y = np.linalg.norm(self._state.lumped_curvature, axis=1)
+        y = np.linalg.norm(self._state.nodal_curvature, axis=1)
         node = int(np.argmax(y))
         place = ", ".join(f"{x:.6g}" for x in self._state.points[node] + self.origin)
         return (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from hexconformal.asked import is_number
 from hexconformal.errors import OptionError
 
 from .step import CONSERVED
@@ -27,7 +28,7 @@ class Flow:
     conserve
         "area", "volume", both or none, kept at every step by a scalar multiplier each.
     fixed
-        Further nodes that stay: (n,) booleans or node ids.
+        Further nodes that stay: (n,) booleans, node ids, or the name of a point array that is not zero there.
 
     Raises
     ------
@@ -42,16 +43,25 @@ class Flow:
     """
 
     def __init__(self, mesh: Any, terms: Sequence[Term], conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
-        conserve = (conserve,) if isinstance(conserve, str) else tuple(conserve)
-        unknown = [name for name in conserve if name not in CONSERVED]
+        kept = _listed(conserve)
+        unknown = [name for name in kept if not isinstance(name, str) or name not in CONSERVED]
         if unknown:
             raise OptionError(f"conserve is 'area', 'volume' or both, not {unknown[0]!r}")
-        if not terms:
-            raise OptionError("a flow needs at least one term")
-        self.mesh, self.terms, self.conserve, self.fixed = mesh, tuple(terms), conserve, fixed
+        parts = _listed(terms)
+        if not parts or not all(isinstance(term, Term) for term in parts):
+            raise OptionError("a flow needs at least one term, such as Tension() or Bending()")
+        self.mesh, self.terms, self.conserve, self.fixed = mesh, parts, kept, fixed
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({' + '.join(map(repr, self.terms))}, conserve={self.conserve})"
+
+
+def _listed(given: Any) -> tuple[Any, ...]:
+    """One or several, as a tuple."""
+    try:
+        return (given,) if isinstance(given, str) else tuple(given)
+    except TypeError:
+        return (given,)
 
 
 class MeanCurvature(Flow):
@@ -86,7 +96,7 @@ class PWillmore(Flow):
     """
 
     def __init__(self, mesh: Any, p: float = 2.0, conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
-        super().__init__(mesh, [Tension() if p == 0 else Bending(p)], conserve, fixed)
+        super().__init__(mesh, [Tension() if is_number(p) and p == 0 else Bending(p)], conserve, fixed)
 
 
 class Willmore(PWillmore):

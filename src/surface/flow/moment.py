@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -44,12 +44,11 @@ class Moment:
         """The same as a :class:`surface.SurfaceMesh`."""
         cells = self._start.cells
         normals = unit_vectors(nodal_vectors(self.points, cells))
-        y = State(self._elements, self.points - self._origin).lumped_curvature
+        y = State(self._elements, self.points - self._origin).nodal_curvature
         arrays = {
             "normal": normals,
             "mean_curvature": -(y * normals).sum(axis=1) / 2,
             "curvature": np.linalg.norm(y, axis=1),
         }
         angles = smallest_angles(self.points, cells)
-        moved = self._start.replaced(self.points, {"min_angle": angles})
-        return replace(moved, point_data={**moved.point_data, **arrays})
+        return self._start.replaced(self.points, arrays, {"min_angle": angles})

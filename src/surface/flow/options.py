@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 
-from hexconformal.asked import require_numbers
+from hexconformal.asked import array_of_numbers, require_numbers
 from hexconformal.errors import OptionError
 
 __all__ = ["Record", "Stepping"]
@@ -67,12 +68,12 @@ class Stepping:
     remesh_options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_numbers(self, "t_end", "steps", "tau", "tau_max", "growth", "stall", "remesh_below")
+        require_numbers(self, "tau_max", "growth", "stall", optional=["t_end", "steps", "tau", "remesh_below"])
         for name in ("t_end", "tau", "tau_max"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise OptionError(f"{name} is positive, not {value!r}")
-        if self.steps is not None and self.steps < 0:
+        if self.steps is not None and not self.steps >= 0:
             raise OptionError(f"steps is not negative, not {self.steps!r}")
         if not 1.0 <= self.growth < float("inf"):
             raise OptionError(f"growth is at least 1, not {self.growth!r}")
@@ -80,14 +81,16 @@ class Stepping:
             raise OptionError(f"stall lies in [0, 1), not {self.stall!r}")
         if self.t_end is None and self.steps is None and self.stall == 0.0:
             raise OptionError("nothing ends the run: give t_end, steps or stall")
-        if int(self.remesh) < 0:
+        if not isinstance(self.remesh, (Integral, np.bool_)) or self.remesh < 0:
             raise OptionError(f"remesh is a boolean, or every how many steps, not {self.remesh!r}")
         if self.remesh_below is not None and not 0.0 < self.remesh_below < 90.0:
             raise OptionError(f"remesh_below is an angle in (0, 90) degrees, not {self.remesh_below!r}")
-        outputs = tuple(float(time) for time in self.outputs)
-        if not all(a < b for a, b in zip((0.0, *outputs), outputs, strict=False)):
+        if not isinstance(self.remesh_options, Mapping):
+            raise OptionError(f"remesh_options are options by name, not {self.remesh_options!r}")
+        outputs = array_of_numbers("outputs", self.outputs)
+        if outputs.ndim != 1 or not (np.diff(outputs, prepend=0.0) > 0).all():
             raise OptionError("outputs are positive times that grow")
-        object.__setattr__(self, "outputs", outputs)
+        object.__setattr__(self, "outputs", tuple(outputs.tolist()))
 
     def next_stop(self, time: float) -> float:
         """The next time after `time` that a step has to hit; infinity if there is none."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.asked import made_of
 from hexconformal.errors import MeshError
 
 from ..geometry import Floats
@@ -38,7 +39,7 @@ class Remesher:
 
     def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
         self._mesh = mesh
-        self._options = Options(**{**_DEFAULTS, "fixed": fixed, **options})
+        self._options = made_of(Options, {**_DEFAULTS, "fixed": fixed, **options})
         self._gentle = replace(self._options, emphasis="mean")
         self._early = replace(self._gentle, iterations=max(self._options.iterations, _EARLY))
 

@@ -7,10 +7,11 @@ adding a class with the four methods of :class:`Term`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from hexconformal.asked import require_numbers
 from hexconformal.errors import OptionError
 
 from ..geometry import Floats
@@ -18,6 +19,7 @@ from ..geometry import Floats
 __all__ = ["Bending", "Membrane", "Tension", "Term"]
 
 
+@runtime_checkable
 class Term(Protocol):
     """Part of an energy, equation (23).
 
@@ -47,6 +49,9 @@ class Tension:
     tension: float = 1.0
     curved = False
 
+    def __post_init__(self) -> None:
+        _require_finite(self, "tension")
+
     def density(self, y: Floats, c: Floats) -> Floats:
         return np.asarray(self.tension * _length(c)[:, None])
 
@@ -74,6 +79,7 @@ class Bending:
     curved = True
 
     def __post_init__(self) -> None:
+        require_numbers(self, "p")
         if not 1.0 <= self.p < float("inf"):
             raise OptionError(f"p is at least 1, not {self.p!r} (p = 0 is the area: MeanCurvature)")
 
@@ -122,7 +128,8 @@ class Membrane:
     curved = True
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.kc < float("inf"):
+        _require_finite(self, "kc", "c0", "gamma")
+        if not self.kc > 0.0:
             raise OptionError(f"kc is positive, not {self.kc!r}")
 
     def density(self, y: Floats, c: Floats) -> Floats:
@@ -140,6 +147,13 @@ class Membrane:
 
     def stiffness(self, y: Floats) -> tuple[Floats | float, float]:
         return self.kc, max(self.gamma + self.kc * self.c0**2 / 2, 0.0)
+
+
+def _require_finite(term: Term, *names: str) -> None:
+    require_numbers(term, *names)
+    for name in names:
+        if not np.isfinite(getattr(term, name)):
+            raise OptionError(f"{name} is finite, not {getattr(term, name)!r}")
 
 
 def _length(vectors: Floats) -> Floats:

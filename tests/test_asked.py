@@ -1,0 +1,89 @@
+"""Options of a wrong type are refused by name, wherever they are given; numbers may be numpy's."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+import hexconformal as hc
+import surface
+from hexconformal.errors import MeshError, OptionError
+from hexconformal.generate import box
+from surface.flow import Membrane, Tension
+
+HEXAHEDRA = box((2, 2, 2), (1.0, 1.0, 1.0))
+LID = np.flatnonzero(HEXAHEDRA[0][:, 2] == 1)
+FAN = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.3, 0.8, 0]], [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+
+
+def names(kind):
+    return [field.name for field in fields(kind)]
+
+
+def motion(**options):
+    return hc.MeshMotion(HEXAHEDRA, **{"moving": LID, **options})
+
+
+def flow(**options):
+    return list(surface.evolve(surface.MeanCurvature(FAN), **{"steps": 1, **options}))
+
+
+ASKED = [
+    *[(lambda **o: hc.regularize(HEXAHEDRA, **{"max_iterations": 1, **o}), name) for name in names(hc.Options)],
+    *[(lambda **o: surface.remesh(FAN, **{"iterations": 1, **o}), name) for name in names(surface.Options)],
+    *[(flow, name) for name in names(surface.Stepping)],
+    *[(motion, name) for name in ("moving", "fixed", "reference", "operator", "tolerance")],
+    (lambda displacement: motion().step(displacement), "displacement"),
+    (lambda dt: motion().step(np.zeros((len(LID), 3)), dt), "dt"),
+    *[(lambda **o: list(surface.evolve(surface.MeanCurvature(FAN, **o), steps=1)), n) for n in ("conserve", "fixed")],
+    (lambda p: surface.PWillmore(FAN, p), "p"),
+    *[(lambda **o: surface.Helfrich(FAN, **o), name) for name in ("kc", "c0", "gamma")],
+    (lambda terms: surface.Flow(FAN, terms), "terms"),
+]
+
+
+@pytest.mark.parametrize(
+    "odd", [object(), 1j, np.array(["a"]), [[1], [2, 3]], {"a": object()}], ids=lambda odd: type(odd).__name__
+)
+def test_nothing_else_is_raised_than_what_is_promised(odd):
+    for call, name in ASKED:
+        if name != "remesh_options" or not isinstance(odd, dict):
+            with pytest.raises((OptionError, MeshError)):
+                call(**{name: odd})
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "words"),
+    [
+        (hc.Options, {"tolerance": None}, "tolerance is a number, not None"),
+        (hc.Options, {"max_iterations": True}, "max_iterations is a number, not True"),
+        (hc.Options, {"max_iterations": float("nan")}, "max_iterations is not negative"),
+        (hc.Options, {"boundary": np.array([1, 2])}, "boundary is 'slide', 'fixed' or 'free'"),
+        (hc.Options, {"lift": "no"}, "lift is True or False, not 'no'"),
+        (hc.Options, {"conserve_volume": "no"}, "conserve_volume is True or False, not 'no'"),
+        (surface.Options, {"project": "no"}, "project is True or False, not 'no'"),
+        (surface.Options, {"iterations": None}, "iterations is a number, not None"),
+        (surface.Options, {"features": True}, "features is an angle, None or an array of edges, not True"),
+        (surface.Stepping, {"growth": None}, "growth is a number, not None"),
+        (surface.Stepping, {"remesh": "x"}, "remesh is a boolean, or every how many steps, not 'x'"),
+        (surface.Stepping, {"remesh": 0.5}, "remesh is a boolean, or every how many steps, not 0.5"),
+        (surface.Stepping, {"outputs": "12"}, "outputs is an array of numbers, not '12'"),
+        (surface.Stepping, {"outputs": 1.0}, "outputs are positive times that grow"),
+        (flow, {"remesh": True, "remesh_options": {"colour": 1}}, "unknown option 'colour'"),
+        (Tension, {"tension": "x"}, "tension is a number, not 'x'"),
+        (Membrane, {"gamma": float("nan")}, "gamma is finite, not nan"),
+    ],
+)
+def test_the_message_names_option_and_value(kind, options, words):
+    with pytest.raises(OptionError, match=words):
+        kind(**options)
+
+
+def test_numbers_of_numpy_are_numbers():
+    angles = [surface.remesh(FAN, features=angle).report for angle in (50, np.int64(50), np.float32(50))]
+    assert [report.to_dict()["options"]["features"] for report in angles] == [50, 50, 50]
+    result = hc.regularize(HEXAHEDRA, tolerance=np.float32(0.5), max_iterations=np.int64(3), lift=np.bool_(False))
+    assert result.report.to_dict()["options"]["tolerance"] == 0.5
+    moments = list(surface.evolve(surface.MeanCurvature(FAN), steps=np.int64(1), outputs=np.array([1.0, 2.0])))
+    assert len(moments) == 2
+    assert surface.Stepping(outputs=np.array([1, 2])).outputs == (1.0, 2.0)
