@@ -54,6 +54,19 @@ class Shape:
         there, back = self.distances(points)
         return float(max(there.max(initial=0.0), back.max(initial=0.0)))
 
+    def beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
+        """(n,) nodes of cells with samples farther than `bound` from the input, or nearest to such samples of it."""
+        result = np.zeros(len(points), dtype=bool)
+        far = self._surface.closest(samples(points, self._cells)).distances > bound
+        at, between, *inside = np.split(far, np.cumsum([len(self._cells.nodes()), len(self._cells.edges())]))
+        result[self._cells.nodes()[at]] = True
+        result[self._cells.edges()[between]] = True
+        there = self._moved(points).closest(self._samples)
+        cells = np.concatenate(inside)
+        cells[self._owners[there.faces[there.distances > bound]]] = True
+        result[self._cells.corners_of(cells)] = True
+        return result
+
     def strays(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(m,) cells whose centres leave the input by more than `bound`, or that leave a part of it uncovered.
 
