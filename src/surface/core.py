@@ -107,10 +107,11 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
     way = _Way(np.ones(len(x)), True)
     cap, ease, slow = _CAP, _EASE, 0
     late, lowest, vain, value = False, np.inf, 0, np.inf
+    surface.shape.strict = False
     decrease = step = 0.0
     held = 0
     while True:
-        normals = None if target is None else target.project(base)[2]
+        normals = None if target is None else target.below(base)[1]
         if isinstance(energy, Barrier):
             energy.cap, energy.ease = cap, ease
             energy.renew(x, surface.frame_normals(x, normals), _BACK * decrease * value if late else np.inf)
@@ -143,6 +144,12 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
         if target is not None and found.places is not None:
             target.places = found.places
         eased = cap == _WIDE and ease == 1
+        if eased and target is not None and not surface.shape.strict:
+            # On the way cells may turn over, from here on none does.
+            surface.shape.strict = True
+            for at in _turned_back(surface, Iterate(x, base, found.energy, decrease, step, held)):
+                x, base = at.points, at.base
+                yield at
         late = late or (eased and decrease < _LATE)
         slow = slow + 1 if decrease < tolerance and eased else 0
         if late and isinstance(energy, Barrier):
@@ -166,7 +173,7 @@ def _turned_back(surface: Surface, at: Iterate) -> Iterator[Iterate]:
     nobody = np.zeros(len(surface.cells), dtype=bool)
     worst = energy.densities(at.points).max()
     while 0 < turned.sum() <= _FEW_TURNED:
-        normals = unit_vectors(target.project(at.base)[2])
+        normals = unit_vectors(target.below(at.base)[1])
         lengths = surface.edge_lengths(at.points)
         for part, turn, node in product(_PARTS, _ROUND, np.unique(surface.cells.corners_of(turned))):
             if not surface.moving[node]:

@@ -23,6 +23,11 @@ class Shape:
     ----------
     points, cells
         The input.
+
+    Attributes
+    ----------
+    strict
+        Whether a cell strays, too, that turns over.
     """
 
     def __init__(self, points: Floats, cells: Cells) -> None:
@@ -42,6 +47,9 @@ class Shape:
         self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
         self._back = np.concatenate([place[node], place[edge]])
         self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)))
+        self.strict = False
+        self._looked_at: Floats | None = None
+        self._turning = self._turned = np.zeros(len(cells), dtype=bool)
 
     def distances(self, points: Floats) -> tuple[Floats, Floats]:
         """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
@@ -95,15 +103,18 @@ class Shape:
         # Parts of the input that no cell comes near blame the cell that comes nearest.
         owners = self._owners[exact.faces]
         bad[owners[exact.distances > np.maximum(limit[owners], self._last[1][far])]] = True
-        return np.asarray(bad)
+        self._looked_at, self._turning = points, self._against(points, found)
+        return np.asarray(bad | (self._turning & ~self._turned)) if self.strict else np.asarray(bad)
 
     def accept(self) -> None:
         """Take the surface that was looked at last for the one to go on from."""
-        self._last = self._seen
+        self._last, self._turned = self._seen, self._turning
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
-        below = self._below_centres(points)
+        return self._turning if points is self._looked_at else self._against(points, self._below_centres(points))
+
+    def _against(self, points: Floats, below: closest.Closest) -> NDArray[np.bool_]:
         own = area_vectors(points, self._cells)
         turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
         # All facets that share the corners between which a place on an edge or at a node lies.

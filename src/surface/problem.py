@@ -90,7 +90,7 @@ class Surface:
         still = ~step.any(axis=1)
         moved, places, _ = self.target.project(base + step)
         # Where the input is rough a projection may not stay where it is: no step has to mean no change.
-        moved += base - self.target.project(base)[0]
+        moved += base - self.target.below(base)[0]
         moved[still], places[still] = base[still], self.target.places[still]
         result = moved
         for _ in range(2):
