@@ -11,6 +11,7 @@ from surface.core import Iterate, _turned_back
 from surface.features import CORNER, CURVE, detect_features
 from surface.geometry import Cells, mean_edge_length
 from surface.guard import Shape
+from surface.nearer import nearer
 
 STEPS = surface.Stepping(steps=1)
 
@@ -456,3 +457,35 @@ def test_a_rough_surface_ends_where_only_a_few_hopeless_cells_still_gain():
     assert report.converged
     assert report.iterations < 50
     assert report.after.mean_angle > 44.0
+
+
+def test_only_nodes_that_are_too_far_away_go_back():
+    points, cells = icosphere(3)
+    core = surface.Remeshing((points, cells.triangles))._core
+    bound = 0.02 * np.linalg.norm(np.ptp(core.start, axis=0))
+    out, slid = 0, 400
+    gone = core.start.copy()
+    gone[out] *= 1.2
+    gone[slid] += 0.2 * np.cross(core.start[slid] - core.start.mean(axis=0), [0.0, 0.0, 1.0])
+    near, distance = next(nearer(core, core.with_volume(gone), bound))
+    assert core.shape.hausdorff(gone) > bound >= distance > 0.8 * bound
+    before, after = (np.linalg.norm(x - core.start, axis=1) for x in (gone, near))
+    assert after[out] < 0.9 * before[out]
+    assert after[slid] > 0.98 * before[slid]
+
+
+def test_once_strict_a_step_that_turns_a_cell_over_strays():
+    points, cells = icosphere(2)
+    shape, nobody = Shape(points, cells), np.zeros(len(cells), dtype=bool)
+    a, b, c = cells.triangles[0]
+    turned = points.copy()
+    turned[a] = 1.3 * (points[b] + points[c]) - points[a]
+    turned[a] /= np.linalg.norm(turned[a])
+    over = shape.turned_over(turned)
+    assert over[0]
+    assert not shape.strays(turned, 1.0, nobody).any()
+    shape.strict = True
+    np.testing.assert_array_equal(shape.strays(turned, 1.0, nobody), over)
+    # What is turned over already may stay so.
+    shape.accept()
+    assert not shape.strays(turned, 1.0, nobody).any()

@@ -15,7 +15,7 @@ __all__ = ["Barrier"]
 _TINY = 1e-300
 _SOFT = 4.0  # regularisation over the negative area: less is too stiff to turn a cell round
 _FLOOR = 0.02  # of a frame upside down, relative to its size
-_STIFFNESS = 0.1  # of the frozen normal's out of the plane
+_STIFFNESS = 0.1  # out of the plane, of that against a normal that stays
 _LIFTED, _MOST = 2.0, 100.0  # density that counts twice where the worst are lifted, and how often any may count
 
 
@@ -48,7 +48,7 @@ class Barrier(Distortion):
     cap
         Density from which on a frame counts less; see :meth:`settle`.
     damping
-        Added to the second derivative, relative to that of the frozen density.
+        (f,) or one number, added to the second derivative, relative to that of the frozen density.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Barrier(Distortion):
     ) -> None:
         super().__init__(corner_frames(cells, shapes), count)
         self._mildness, self._severity = mildness, severity
-        self.damping = 0.0
+        self.damping: float | Floats = 0.0
         self.lift = False
         self.ease, self.cap = 1.0, np.inf
         self.normals: Floats | None = None
@@ -201,9 +201,8 @@ class Barrier(Distortion):
             dip = w * 8 * beta**2 * 2 * change**2 / area**3
             result[folded] = np.einsum("f,if,jf->fij", dip[folded], along, along)
             result[folded] += (w * 4 / area)[folded, None, None] * np.eye(6)
-        # Out of the plane the frozen normal gives 4 / area; a cell that takes its own normal along turns freely.
-        tilt = 1.0 if self.normals is not None else _STIFFNESS
-        normal = np.einsum("f,if,jf->fij", w * tilt * 4 / area, np.stack(n), np.stack(n))
+        # Out of the plane a frozen normal gives 4 / area, but it turns with a cell that travels round a bend.
+        normal = np.einsum("f,if,jf->fij", w * _STIFFNESS * 4 / area, np.stack(n), np.stack(n))
         result[:, :3, :3] += normal
         result[:, 3:, 3:] += normal
         result[:, range(6), range(6)] += (self.damping * 4 * w / area)[:, None]

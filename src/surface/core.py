@@ -7,22 +7,22 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .barrier import Barrier
 from .features import holding
-from .geometry import Floats, nodal_areas, nodal_vectors, transport_vectors, unit_vectors
+from .geometry import Floats, Ints, nodal_areas, nodal_vectors, transport_vectors, unit_vectors
 from .problem import Surface
 from .step import Linear
 
 __all__ = ["Iterate", "Outcome", "descend"]
 
-_LONGEST = 0.5  # step of a node, in lengths of its edges
-_TOGETHER = (1.0, 0.5, 0.25)  # of their steps that all nodes try first, whatever that is in lengths of their edges
+_TOGETHER = 3  # steps that all nodes try first, of full length, a half and a quarter
 _TRIES = 16
-_FEW = 30  # nodes
-_BLAMES = 4  # times that cells are blamed for a rise of the energy, before everybody is
-_SHORTER = 0.25  # factor of the step of nodes in trouble
-_HELD = 0.1  # share of its step below which a node stays
+_BLAMES = 3  # times that cells are blamed for a rise of the energy, before everybody is
+_SOFT, _STIFF = 0.125, 64.0  # damping of a node that is free, and beyond which it is held
+_RAISE, _RELAXED = 8.0, 0.25  # factors of the damping of nodes in trouble, and from one iteration to the next
+_MANY = 0.5  # of the nodes in trouble: the step is too long for all
 _CAP, _WIDE = 10.0, 100.0  # of the density, at first and at last: raised whenever the decrease is below _SETTLED
 _EASE = 64.0  # the energy's at first; lowered likewise, to 1
 _SETTLED = 0.05
@@ -47,6 +47,26 @@ class Iterate:
     decrease: float
     step: float
     held: int
+
+
+@dataclass(frozen=True)
+class _Way:
+    """How nodes go: the damping of each, and whether all try to go together first."""
+
+    damping: Floats
+    together: bool
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A step that was found: the new surface and the points of the input it stands on, who stays, and how to go on."""
+
+    points: Floats
+    base: Floats
+    places: Ints | None
+    energy: float
+    held: NDArray[np.bool_]
+    way: _Way
 
 
 @dataclass
@@ -77,27 +97,28 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[It
 def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) -> Iterator[Iterate]:
     """Lower the energy from a surface until a step would gain less than `tolerance` of it; yields what is accepted.
 
-    Newton steps along the surface, put back onto it. A node goes as far as the cells around it allow: each has a
-    share of its step, which shrinks where a cell would be spoiled, turn over, or leave the input, and recovers.
-    First all try to go together.
+    Newton steps along the surface, put back onto it. Where a cell would be spoiled, or leave the input, its nodes are
+    damped, so that the others' steps follow from how far these can go; the damping fades. First all try to go together.
     The barrier is measured against the normals of the input, which are taken anew in every iteration: late in a run
     only as far as that takes back no more than half of what the last step gained, so that the energy falls for good.
     """
     energy, target = surface.energy, surface.target
     x, base = at.points, at.base
-    share = np.ones(len(x))
-    damping, cap, ease, slow, together = 1.0, _CAP, _EASE, 0, True
+    way = _Way(np.ones(len(x)), True)
+    cap, ease, slow = _CAP, _EASE, 0
     late, lowest, vain, value = False, np.inf, 0, np.inf
+    surface.shape.strict = False
     decrease = step = 0.0
     held = 0
     while True:
-        normals = None if target is None else target.project(base)[2]
+        normals = None if target is None else target.below(base)[1]
         if isinstance(energy, Barrier):
-            energy.damping, energy.cap, energy.ease = damping, cap, ease
+            energy.cap, energy.ease = cap, ease
             energy.renew(x, surface.frame_normals(x, normals), _BACK * decrease * value if late else np.inf)
             energy.settle(x)
         value = energy.value(x)
         yield Iterate(x, base, value, decrease, step, held)
+        surface.damp(way.damping)
         gradient, linear = _system(surface, x, normals)
         v = linear.solve(-gradient, surface.precision)
         if not -(gradient * v).sum() > tolerance * value:
@@ -106,34 +127,29 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
                 continue
             outcome.reason, outcome.converged = "no step lowers the energy further", True
             return
-        tries = (*_TOGETHER, None) if together else (None,)
-        searches = (_search(surface, x, base, linear, -gradient, v, share, part) for part in tries)
-        found = next((result for result in searches if result is not None), None)
-        cautious = False
-        while found is None and damping < 64.0 and isinstance(energy, Barrier):
-            damping = energy.damping = 8 * damping
-            gradient, linear = _system(surface, x, normals)
-            v = linear.solve(-gradient, surface.precision)
-            found = _search(surface, x, base, linear, -gradient, v, np.ones(len(x)))
-            cautious = True
+        found = _search(surface, x, base, v, normals, way)
         if found is None:
             outcome.reason = "every step that lowers the energy spoils a cell or the shape"
-            # Where the last steps hardly gained, nothing is lost.
-            outcome.converged = slow > 0
+            # Where steps hardly gained any more, nothing is lost.
+            outcome.converged = late
             return
-        x_before = x
-        x, base, places, new, s, failures, together = found
-        decrease = (value - new) / value
-        step = float(np.linalg.norm(x - x_before, axis=1).max())
-        held = int((s[surface.moving] == 0).sum())
-        damping = min(damping * 2, 16.0) if failures else max(damping * (0.9 if cautious else 0.5), 1 / 8)
-        share = np.minimum(1.0, np.maximum(s / s.max(), _HELD / 2) / _SHORTER)
+        decrease = (value - found.energy) / value
+        step = float(np.linalg.norm(found.points - x, axis=1).max())
+        x, base = found.points, found.base
+        held = int(found.held[surface.moving].sum())
+        way = _Way(np.clip(_RELAXED * found.way.damping, _SOFT, _STIFF), found.way.together)
         if decrease < _SETTLED:
             cap, ease = min(2 * cap, _WIDE), max(ease / 4, 1.0)
         surface.shape.accept()
-        if target is not None and places is not None:
-            target.places = places
+        if target is not None and found.places is not None:
+            target.places = found.places
         eased = cap == _WIDE and ease == 1
+        if eased and target is not None and not surface.shape.strict:
+            # On the way cells may turn over, from here on none does.
+            surface.shape.strict = True
+            for at in _turned_back(surface, Iterate(x, base, found.energy, decrease, step, held)):
+                x, base = at.points, at.base
+                yield at
         late = late or (eased and decrease < _LATE)
         slow = slow + 1 if decrease < tolerance and eased else 0
         if late and isinstance(energy, Barrier):
@@ -157,7 +173,7 @@ def _turned_back(surface: Surface, at: Iterate) -> Iterator[Iterate]:
     nobody = np.zeros(len(surface.cells), dtype=bool)
     worst = energy.densities(at.points).max()
     while 0 < turned.sum() <= _FEW_TURNED:
-        normals = unit_vectors(target.project(at.base)[2])
+        normals = unit_vectors(target.below(at.base)[1])
         lengths = surface.edge_lengths(at.points)
         for part, turn, node in product(_PARTS, _ROUND, np.unique(surface.cells.corners_of(turned))):
             if not surface.moving[node]:
@@ -199,65 +215,41 @@ def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats
     return gradient, linear
 
 
-def _search(  # type: ignore[no-untyped-def]
-    surface: Surface,
-    x: Floats,
-    base: Floats,
-    linear: Linear,
-    force: Floats,
-    v: Floats,
-    share: Floats,
-    part: float | None = None,
-):
-    """Shorten or hold the steps of nodes whose cells are in trouble; where the energy does not fall, all of them.
+def _search(surface: Surface, x: Floats, base: Floats, v: Floats, normals: Floats | None, way: _Way) -> _Step | None:
+    """A step that lowers the energy: nodes whose cells are in trouble are damped, and held at last.
 
-    With `part` all go that part of their step, or none does: small cells among larger ones travel as a whole.
+    Where most are in trouble, or nobody is to blame, the step is too long for all.
     """
     energy = surface.energy
     before = energy.densities(x)
     value = float(before.sum())
-    longest = _LONGEST * surface.edge_lengths(x)
-    free = share > _HELD
-    failures, shortened = 0, not free.all()
-    if shortened:
-        v = linear.solve(force, surface.precision, free)
-    within = np.minimum(share, longest / np.maximum(np.linalg.norm(v, axis=1), 1e-300))
-    s = (within if part is None else part * share) * free
-    counts: list[int] = []
+    damping, part, together, rises = way.damping.copy(), 1.0, way.together, 0
     for tries in range(_TRIES):
-        y, moved, places = surface.retracted(base, s[:, None] * v)
+        held = damping > _STIFF
+        y, moved, places = surface.retracted(base, (part * ~held)[:, None] * v)
         after = energy.densities(y)
-        trouble = surface.in_trouble(y, before, after, s)
-        if part is not None and (trouble.any() or not float(after.sum()) < value):
-            return None
-        if trouble.any():
-            counts.append(int(trouble.sum()))
-            if len(counts) > 3 and counts[-1] > max(2 * counts[0], _FEW):
-                return None  # what is held brings the next into trouble: the step is too long for all
-            # Who is held already is not to blame: the neighbours are in the way, or else everybody.
-            blamed = (trouble | surface.around(trouble & (s == 0))) & (s > 0)
-            shortened = True
-            s[blamed] *= _SHORTER if tries < 2 else 0.0
-            if not blamed.any():
-                failures += 1
-                s *= 0.5
-            continue
         new = float(after.sum())
-        if new < value and abs(surface.area_excess(y)) <= _SLACK:
-            return y, moved, places, new, s, failures, tries == 0
-        if shortened and (s < _HELD).any():
-            # Steps of unequal length need not descend: those of the others follow from who is held.
-            shortened = False
-            free = s >= _HELD
-            v = linear.solve(force, surface.precision, free)
-            s = np.minimum(s, longest / np.maximum(np.linalg.norm(v, axis=1), 1e-300)) * free
+        trouble = surface.in_trouble(y, before, after, held)
+        if not trouble.any():
+            if new < value and abs(surface.area_excess(y)) <= _SLACK:
+                return _Step(y, moved, places, new, held, _Way(damping, together or tries == 0))
+            rises += 1
+            if not new < value and rises <= _BLAMES:
+                # The fewest cells without whose rise the energy would fall: where the surface is too rough to follow.
+                rise = after - before
+                order = np.argsort(-rise)
+                trouble = surface.nodes_of(order[np.cumsum(rise[order]) - rise[order] < new - value])
+        if together:
+            part, together = (0.5 * part, True) if tries + 1 < _TOGETHER else (1.0, False)
+            rises = 0
             continue
-        failures += 1
-        rise = after - before
-        if failures <= _BLAMES and not new < value:
-            # Mostly a few cells raise it, where the surface is too rough to follow.
-            s[surface.nodes_of(rise > 0.3 * rise.max())] *= 0.0 if failures > 1 else _SHORTER
-            shortened = True
-        else:
-            s *= 0.5
+        # Who is held already is not to blame: the neighbours are in the way.
+        blamed = (trouble | surface.around(trouble & held)) & ~held
+        if not 0 < blamed.sum() <= _MANY * (~held).sum():
+            part *= 0.5
+            continue
+        damping[blamed] *= _RAISE
+        surface.damp(np.minimum(damping, _STIFF))
+        gradient, linear = _system(surface, x, normals)
+        v = linear.solve(-gradient, surface.precision, damping <= _STIFF)
     return None

@@ -23,6 +23,11 @@ class Shape:
     ----------
     points, cells
         The input.
+
+    Attributes
+    ----------
+    strict
+        Whether a cell strays, too, that turns over.
     """
 
     def __init__(self, points: Floats, cells: Cells) -> None:
@@ -42,6 +47,9 @@ class Shape:
         self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
         self._back = np.concatenate([place[node], place[edge]])
         self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)))
+        self.strict = False
+        self._looked_at: Floats | None = None
+        self._turning = self._turned = np.zeros(len(cells), dtype=bool)
 
     def distances(self, points: Floats) -> tuple[Floats, Floats]:
         """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
@@ -53,6 +61,19 @@ class Shape:
         """Symmetric Hausdorff distance of the samples."""
         there, back = self.distances(points)
         return float(max(there.max(initial=0.0), back.max(initial=0.0)))
+
+    def beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
+        """(n,) nodes of cells with samples farther than `bound` from the input, or nearest to such samples of it."""
+        result = np.zeros(len(points), dtype=bool)
+        far = self._surface.closest(samples(points, self._cells)).distances > bound
+        at, between, *inside = np.split(far, np.cumsum([len(self._cells.nodes()), len(self._cells.edges())]))
+        result[self._cells.nodes()[at]] = True
+        result[self._cells.edges()[between]] = True
+        there = self._moved(points).closest(self._samples)
+        cells = np.concatenate(inside)
+        cells[self._owners[there.faces[there.distances > bound]]] = True
+        result[self._cells.corners_of(cells)] = True
+        return result
 
     def strays(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(m,) cells whose centres leave the input by more than `bound`, or that leave a part of it uncovered.
@@ -82,15 +103,18 @@ class Shape:
         # Parts of the input that no cell comes near blame the cell that comes nearest.
         owners = self._owners[exact.faces]
         bad[owners[exact.distances > np.maximum(limit[owners], self._last[1][far])]] = True
-        return np.asarray(bad)
+        self._looked_at, self._turning = points, self._against(points, found)
+        return np.asarray(bad | (self._turning & ~self._turned)) if self.strict else np.asarray(bad)
 
     def accept(self) -> None:
         """Take the surface that was looked at last for the one to go on from."""
-        self._last = self._seen
+        self._last, self._turned = self._seen, self._turning
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
-        below = self._below_centres(points)
+        return self._turning if points is self._looked_at else self._against(points, self._below_centres(points))
+
+    def _against(self, points: Floats, below: closest.Closest) -> NDArray[np.bool_]:
         own = area_vectors(points, self._cells)
         turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
         # All facets that share the corners between which a place on an edge or at a node lies.

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from .barrier import Barrier
 from .energy import Distortion
 from .features import CORNER, SMOOTH, Features, edge_table
 from .geometry import (
@@ -89,7 +90,7 @@ class Surface:
         still = ~step.any(axis=1)
         moved, places, _ = self.target.project(base + step)
         # Where the input is rough a projection may not stay where it is: no step has to mean no change.
-        moved += base - self.target.project(base)[0]
+        moved += base - self.target.below(base)[0]
         moved[still], places[still] = base[still], self.target.places[still]
         result = moved
         for _ in range(2):
@@ -165,13 +166,13 @@ class Surface:
         change = float(cell_areas(points, self.cells).sum()) / self.area - 1
         return change - float(np.clip(change, -_AREA, _AREA))
 
-    def in_trouble(self, y: Floats, before: Floats, after: Floats, s: Floats) -> NDArray[np.bool_]:
+    def in_trouble(self, y: Floats, before: Floats, after: Floats, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) nodes of cells that a step to y spoils, turns over, or takes away from the input.
 
-        Energies of the cells are given, and the share s of its step that each node goes.
+        Energies of the cells are given, and the nodes that are held.
         """
-        still = np.concatenate([(s[table] == 0).all(axis=1) for table in (self.cells.triangles, self.cells.quads)])
-        mask = self.nodes_of(~(after <= _GROWTH * before + before.mean())) & (s > 0)
+        still = np.concatenate([held[table].all(axis=1) for table in (self.cells.triangles, self.cells.quads)])
+        mask = self.nodes_of(~(after <= _GROWTH * before + before.mean()))
         if self.bound is None or mask.any():
             return mask
         bad = self.shape.strays(y, self.bound, still)
@@ -180,7 +181,7 @@ class Surface:
         mask[self.cells.quads[bad[t:]]] = True
         return mask
 
-    def nodes_of(self, frames: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def nodes_of(self, frames: NDArray[np.bool_] | Ints) -> NDArray[np.bool_]:
         """(n,) nodes of some frames."""
         mask = np.zeros(len(self.start), dtype=bool)
         mask[self.energy.frames.nodes[frames]] = True
@@ -196,6 +197,11 @@ class Surface:
         mean = (unit_vectors(normals) * self._smooth[:, None])[frames.nodes].sum(axis=1)
         known = np.linalg.norm(mean, axis=1) > _KNOWN
         return np.where(known[:, None], unit_vectors(mean), own)
+
+    def damp(self, damping: Floats) -> None:
+        """Damp the frames by the largest (n,) damping of their nodes."""
+        if isinstance(self.energy, Barrier):
+            self.energy.damping = damping[self.energy.frames.nodes].max(axis=1)
 
     def around(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) the nodes and all that share an edge with one of them."""

@@ -22,6 +22,7 @@ from .features import detect_features, edge_table
 from .geometry import Floats, cell_areas, enclosed_volume, mean_edge_length
 from .io import as_surface_mesh
 from .mesh import SurfaceMesh
+from .nearer import nearer
 from .options import Options, Record
 from .problem import Surface
 from .quality import quality, smallest_angles
@@ -33,7 +34,6 @@ __all__ = ["Remeshing", "Result", "remesh"]
 
 _COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
 _PATIENCE = (40, 15, 15, None)  # iterations in vain before nodes are held, try by try
-_SHARES = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the way, where the end of it is out of bounds
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
 
 
@@ -166,7 +166,7 @@ class Remeshing:
         for patience in _PATIENCE:
             yield from self._descent(spoiled, patience)
             more = np.setdiff1d(self.mesh.cells.corners_of(spoiled), np.flatnonzero(self._held))
-            if self._limited or len(more) == 0 or not self._worth.in_vain(self.history[self._best]):
+            if self._limited or len(more) == 0 or not self._stopped:
                 break
             # A few cells stood in the way of all others.
             self._held[more] = True
@@ -175,7 +175,7 @@ class Remeshing:
             self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(np.flatnonzero(self._held))}")
         if len(self.history) > 1 and not self._worth.worthwhile(self.history[self._best]):
             no_gain = "the input is about as good already"
-            if spoiled.any() and self._worth.in_vain(self.history[self._best]):
+            if spoiled.any() and self._stopped:
                 no_gain = "nothing better was found without spoiling a cell"
             elif self._limited:
                 no_gain = "too little was gained to move nodes for it"
@@ -187,6 +187,12 @@ class Remeshing:
     @property
     def _worth(self) -> Worth:
         return Worth(self.options, self.mesh.cells, self.history[0], self._scale)
+
+    @property
+    def _stopped(self) -> bool:
+        """Whether all was in vain, though there was something to gain."""
+        lowest = min(record.energy for record in self.history)
+        return self._worth.in_vain(self.history[self._best]) and self._worth.promising(lowest)
 
     @property
     def _scale(self) -> float:
@@ -267,24 +273,17 @@ class Remeshing:
         They are taken back towards the input where they are beyond the bound after all: while the run goes on, the
         distance is measured at fewer places.
         """
-        start, change, shape, cells = self._start, self._points - self._start, self._core.shape, self.mesh.cells
+        start, shape, cells = self._start, self._core.shape, self.mesh.cells
         bound, distance = self.options.hausdorff * self._diagonal, shape.hausdorff(self._points)
         if not self.history or distance <= bound:
             return self._points, distance, []
         if not self.options.project:
             return self._points, distance, ["without projection the surface went farther than hausdorff"]
-        for share in _SHARES:
-            trial = start + share * change
-            for _ in range(2):
-                trial = self._core.with_volume(trial)
-            if self._core.area_excess(trial) != 0.0:
-                continue
+        for trial, distance in nearer(self._core, self._points, bound):
             at = Iterate(trial, trial, np.nan, np.nan, np.nan, 0)
-            if not self._worth.no_worse(self._record(at, smallest_angles(trial, cells), shape.turned_over(trial))):
-                continue
-            distance = shape.hausdorff(trial)
-            if distance <= bound:
-                return trial, distance, [f"hausdorff left room for {share:.0%} of the way nodes would have gone"]
+            if self._worth.no_worse(self._record(at, smallest_angles(trial, cells), shape.turned_over(trial))):
+                share = np.linalg.norm(trial - start) / np.linalg.norm(self._points - start)
+                return trial, distance, [f"hausdorff left room for {share:.1%} of the way nodes would have gone"]
         return start, 0.0, ["hausdorff left no room: the input comes back"]
 
 

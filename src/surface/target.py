@@ -110,6 +110,7 @@ class Target:
         self._offsets, self._incidences = corner_incidences(self.facets, len(self.points))
         self._kind = features.kind
         self.places = self._first_places(count, len(faces))
+        self._asked: Floats | None = None
 
     def project(self, queries: Floats) -> tuple[Floats, Ints, Floats]:
         """Closest points of all nodes (n, 3), found by walking from where they are, their facets, and normals there."""
@@ -120,6 +121,13 @@ class Target:
         )  # fmt: skip
         results[self._kind == CORNER] = self.points[: len(queries)][self._kind == CORNER]
         return results, places, normals
+
+    def below(self, base: Floats) -> tuple[Floats, Floats]:
+        """Closest points of where all nodes stand, and normals there; the same array is looked up once."""
+        if self._asked is not base:
+            results, _, normals = self.project(base)
+            self._asked, self._answer = base, (results, normals)
+        return self._answer
 
     def _curve_tangents(self, features: Features) -> Floats:
         """(e, 3, 3) tangent of the curve at both ends of each of its edges, the last one twice."""

@@ -62,6 +62,11 @@ class Worth:
         gained = best.mean_angle - self.first.mean_angle
         return best.min_angle < _VAIN[0] * self.first.min_angle and gained < _VAIN[1]
 
+    def promising(self, energy: float) -> bool:
+        """Whether an energy is so much lower that nodes were moved for it, if no cell stood in the way."""
+        plain = self._by_energy or self.options.emphasis == "worst"
+        return energy <= (1 - (_ENERGY if plain else _TENTH)) * self.first.energy
+
     def worthwhile(self, best: Record) -> bool:
         """Whether so much was gained that nodes are moved for it; what is as good as it gets stays where it is."""
         if self._by_energy or self.options.emphasis == "worst" or best.turned < self.first.turned:
@@ -70,4 +75,4 @@ class Worth:
         missing = (60.0 * t + 90.0 * q) / (t + q) - self.first.mean_angle
         gained = best.mean_angle - self.first.mean_angle
         angles = best.min_angle >= (1 + _TENTH) * self.first.min_angle or gained >= _TENTH * missing
-        return angles and best.energy <= (1 - _TENTH) * self.first.energy
+        return angles and self.promising(best.energy)
