@@ -114,6 +114,20 @@ def test_files_of_others_are_not_replaced_unasked(ellipsoid, tmp_path, capsys, n
     assert not mine.exists() or mine.read_bytes() != b"mine"
 
 
+@pytest.mark.parametrize(("rows", "code"), [(0, 0), (1, 0), (2, 0), (3, 2)])
+def test_what_was_killed_before_its_first_checkpoint_begins_anew(ellipsoid, tmp_path, rows, code):
+    words = ["flow", str(ellipsoid), str(tmp_path / "run"), "--steps", "2", "--quiet"]
+    assert main(words) == 0
+    run = tmp_path / "run"
+    kept = (run / "history.csv").read_text()
+    for name in ("checkpoint.npz", "last.vtu", "history.png"):
+        (run / name).unlink(missing_ok=True)
+    (run / "history.csv").write_text("".join(kept.splitlines(keepends=True)[:rows]))
+    assert main(words) == code
+    if code == 0:
+        assert len((run / "history.csv").read_text().splitlines()) == len(kept.splitlines()) > 3
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -135,13 +135,23 @@ class RunFolder:
         if there and not (resume or overwrite):
             raise OptionError(f"{self.path} holds a run: --resume goes on with it, --overwrite starts anew")
         written = (self.history, self.plot, self.last, self.frames, frames_folder(self.frames))
-        taken = [str(path) for path in written if path.exists()]
+        own = self._unbegun()
+        taken = [str(path) for path in written if path.exists() and not (own and path.parent == self.path)]
         if taken and not (resume or overwrite):
             raise OptionError(f"{', '.join(taken)} would be replaced: choose another folder, or add --overwrite")
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as problem:
             raise WriteError(f"cannot make the folder {self.path}: {problem}") from problem
+
+    def _unbegun(self) -> bool:
+        """Whether what is there was left by a run that was killed before its first checkpoint."""
+        if not self.history.is_file() or any(path.exists() for path in (self.checkpoint, self.last, self.plot)):
+            return False
+        with open(self.history, encoding="utf-8", errors="replace") as file:
+            lines = [file.readline() for _ in range(3)]
+        # The names of the record's fields, of which the first is the step, and one row at the most.
+        return not lines[2] and (not lines[0] or lines[0].startswith("step,"))
 
     def follow(self, run: FolderRun, resume: bool, every: int, told: Callable[[str], None]) -> BaseException | None:
         """Follow a run to its end and write everything; returns what interrupted it, None if nothing did.
