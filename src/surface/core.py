@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from .barrier import Barrier
 from .features import holding
-from .geometry import Floats, Ints, nodal_areas, nodal_vectors, transport_vectors, unit_vectors
+from .geometry import Floats, Ints, unit_vectors
 from .problem import Surface
-from .step import Linear
+from .step import Linear, system
 
 __all__ = ["Iterate", "Outcome", "descend"]
 
@@ -204,14 +204,11 @@ def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats
     if normals is not None:
         # Nodes are put back onto the surface: the limit eps = 0, and the normal is that of where they are.
         return surface.slope(x), Linear(hessian, holding(normals, x, surface.features), None, surface.moving)
-    stiffness = nodal_areas(x, surface.cells) / surface.eps
     gradient = energy.gradient(x)
-    vectors = nodal_vectors(x, surface.cells)
-    linear = Linear(hessian, holding(vectors, x, surface.features), stiffness, surface.moving)
-    for _ in range(0 if surface.normal == "linear" else 3):
-        v = linear.solve(-gradient, surface.precision)
-        vectors = transport_vectors(x, x + v, surface.cells, surface.normal)
-        linear = Linear(hessian, holding(vectors, x, surface.features), stiffness, surface.moving)
+    v = np.zeros_like(x)
+    for rest in reversed(range(1 if surface.normal == "linear" else 4)):
+        linear = system(hessian, x, v, surface.cells, surface.features, surface.eps, surface.normal, surface.moving)
+        v = linear.solve(-gradient, surface.precision) if rest else v
     return gradient, linear
 
 

@@ -21,13 +21,13 @@ from .energy import Distortion
 from .features import Features, holding
 from .geometry import Cells, Floats, nodal_areas, transport_vectors
 
-__all__ = ["NORMALS", "Linear", "displacement", "solve_constrained"]
+__all__ = ["NORMALS", "Linear", "displacement", "system"]
 
 NORMALS = ("middle", "simpson", "linear")
 DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
 _ROUNDS = 20
 _SETTLED = 1e-10
-_MOST = 300  # iterations of conjugate gradients
+_MOST, _PRECISE = 300, 1e-6  # iterations of conjugate gradients, and their residual where no factorization fits
 
 
 def displacement(
@@ -58,67 +58,45 @@ def displacement(
     (n, 3) displacement and the number of linear systems solved.
     """
     gradient, hessian = energy.gradient(points), energy.hessian(points)
-    masses = nodal_areas(points, cells)
+    everybody = np.ones(len(points), dtype=bool)
     v = np.zeros_like(points)
     solved = 0
     while solved < _ROUNDS:
         solved += 1
-        held = holding(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
-        before, v = v, solve_constrained(hessian, -gradient, held, masses / eps)
+        linear = system(hessian, points, v, cells, features, eps, normal, everybody)
+        before, v = v, linear.solved(-gradient)
         change = np.abs(v - before).max(initial=0.0)
         if normal == "linear" or change <= _SETTLED * np.abs(v).max(initial=0.0):
             break
     return v, solved
 
 
-def solve_constrained(
-    hessian: sparse.bsr_matrix, rhs: Floats, held: Floats, stiffness: Floats, tolerance: float = 1e-6
-) -> Floats:
+def system(
+    hessian: sparse.bsr_matrix,
+    points: Floats,
+    v: Floats,
+    cells: Cells,
+    features: Features,
+    eps: float,
+    normal: str,
+    moving: NDArray[np.bool_],
+) -> Linear:
+    """The linear system of equation (18), with the normal N~ and the tangents of curves for a displacement v."""
+    held = holding(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
+    return Linear(hessian, held, nodal_areas(points, cells) / eps, moving)
+
+
+class Linear:
     """Minimize ``<v, H v>/2 - <rhs, v> + sum_i stiffness_i |P_i v_i|^2 / 2``.
 
     Parameters
     ----------
     hessian
-        (3 n, 3 n) positive semidefinite, in 3 x 3 blocks.
-    rhs
-        (n, 3).
+        (3 n, 3 n) H, positive semidefinite, in 3 x 3 blocks.
     held
         (n, 3, 3) projectors P onto the directions nodes are held in.
     stiffness
-        (n,) lumped mass over eps.
-    tolerance
-        Of the residual, for surfaces too large to factorize.
-    """
-    count = len(rhs)
-    used = np.flatnonzero(hessian.indptr[1:] > hessian.indptr[:-1])
-    if len(used) > DIRECT:
-        everybody = np.ones(count, dtype=bool)
-        return Linear(hessian, held, stiffness, everybody).solve(rhs, tolerance)
-    penalty = sparse.bsr_matrix(
-        (held * stiffness[:, None, None], np.arange(count), np.arange(count + 1)), shape=hessian.shape
-    )
-    matrix = (hessian + penalty).tocsc()
-    diagonal = hessian.diagonal()
-    # Unused nodes have empty rows; a surface that nothing holds may be shifted and turned.
-    shift = np.where(diagonal > 0, 1e-11 * np.median(diagonal[diagonal > 0]), 1.0)
-    factors = splu(
-        matrix + sparse.diags_array(shift, format="csc"),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    v = factors.solve(rhs.ravel())
-    # One refinement takes the shift out again.
-    return np.asarray(v + factors.solve(rhs.ravel() - matrix @ v)).reshape(-1, 3)
-
-
-class Linear:
-    """The same system for many nodes: conjugate gradients with a symmetric block Gauss-Seidel preconditioner.
-
-    Parameters
-    ----------
-    hessian, held, stiffness
-        See :func:`solve_constrained`; stiffness None is the limit eps = 0, no step in the held directions.
+        (n,) lumped mass over eps; None is the limit eps = 0, no step in the held directions.
     moving
         (n,) nodes that move at all.
     """
@@ -140,8 +118,33 @@ class Linear:
             self._data[diagonal] += (held * stiffness[:, None, None])[rows[lower][diagonal]]
 
     def solve(self, rhs: Floats, tolerance: float, moving: NDArray[np.bool_] | None = None) -> Floats:
-        """(n, 3) solution, with a residual of `tolerance` in the norm of the preconditioner; some nodes may stay."""
+        """(n, 3) solution by conjugate gradients with a symmetric block Gauss-Seidel preconditioner.
+
+        The residual is `tolerance` in the norm of the preconditioner; only some nodes may move.
+        """
         projectors = self._projectors if moving is None else self._projectors * moving[:, None, None]
         matrix = BlockMatrix(*self._pattern)
         matrix.data[:] = self._data
         return matrix.solve(rhs, projectors, tolerance, _MOST, 1e-9)[0]
+
+    def solved(self, rhs: Floats) -> Floats:
+        """(n, 3) solution by a sparse factorization, for ordinary sizes, where all held directions have a stiffness."""
+        indptr, indices = self._pattern
+        if np.count_nonzero(np.diff(indptr)) > DIRECT:
+            return self.solve(rhs, _PRECISE)
+        rows = np.repeat(np.arange(len(rhs)), np.diff(indptr))
+        data = np.where((indices == rows)[:, None, None], 0.5 * self._data, self._data)
+        lower = sparse.bsr_matrix((data, indices, indptr), shape=(rhs.size, rhs.size))
+        matrix = (lower + lower.T).tocsc()
+        diagonal = matrix.diagonal()
+        # Unused nodes have empty rows; a surface that nothing holds may be shifted and turned.
+        shift = np.where(diagonal > 0, 1e-11 * np.median(diagonal[diagonal > 0]), 1.0)
+        factors = splu(
+            matrix + sparse.diags_array(shift, format="csc"),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        v = factors.solve(rhs.ravel())
+        # One refinement takes the shift out again.
+        return np.asarray(v + factors.solve(rhs.ravel() - matrix @ v)).reshape(-1, 3)
