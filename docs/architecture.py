@@ -34,7 +34,7 @@ ROOMS: dict[str, str] = {
     "move": "motion extension motion_table motion_run",
     "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",
     "surface: energies": ".energy .barrier .reference .step",
-    "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .nearer .worth .remesh",
+    "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .nearer .worth .result .remesh",
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"
     " .flow.moment .flow.evolve .flow.checkpoint .flow",
     "runs in folders": "history checkpoint series run_folder",

@@ -7,9 +7,8 @@ from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_
 import hexconformal as hc
 import surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
-from surface.core import Iterate, _turned_back
 from surface.features import CORNER, CURVE, detect_features
-from surface.geometry import Cells, mean_edge_length
+from surface.geometry import Cells, enclosed_volume, mean_edge_length
 from surface.guard import Shape
 from surface.nearer import nearer
 
@@ -435,17 +434,20 @@ def test_a_cell_over_a_ridge_is_turned_over_if_either_side_says_so(side):
     assert shape.turned_over(moved)[0]
 
 
-def test_a_cell_turned_over_by_a_hair_is_turned_back():
-    points, cells = icosphere(2)
+def test_who_is_frozen_stays_exactly_and_the_others_keep_the_volume():
+    points, cells = icosphere(3)
     core = surface.Remeshing((points, cells.triangles))._core
-    x = core.start.copy()
-    a, b, c = cells.triangles[40]
-    x[a] = 0.5 * (x[b] + x[c]) + 0.05 * (0.5 * (x[b] + x[c]) - x[a])
-    base, core.target.places, _ = core.target.project(x)
-    assert core.shape.turned_over(base).tolist() == [k == 40 for k in range(len(cells))]
-    (mended,) = _turned_back(core, Iterate(base, base, 0.0, 0.0, 0.0, 0))
-    assert not core.shape.turned_over(mended.points).any()
-    assert np.flatnonzero(np.linalg.norm(mended.base - base, axis=1) > 1e-6).size == 1
+    rng = np.random.default_rng(0)
+    frozen = np.arange(len(points)) % 9 == 0
+    step = 0.1 * ~frozen[:, None] * rng.normal(size=points.shape)
+    x = core.start + 0.01 * rng.normal(size=points.shape)
+    volume = enclosed_volume(core.start, cells)
+    for who in (frozen, np.zeros_like(frozen)):
+        moved, base, _ = core.retracted(x, core.start, step, who)
+        np.testing.assert_array_equal(moved[who], x[who])
+        np.testing.assert_array_equal(base[frozen], core.start[frozen])
+        assert abs(enclosed_volume(moved, cells) / volume - 1) < 1e-6
+    assert np.linalg.norm(moved[frozen] - x[frozen], axis=1).min() > 1e-4
 
 
 def test_a_rough_surface_ends_where_only_a_few_hopeless_cells_still_gain():
@@ -474,7 +476,7 @@ def test_only_nodes_that_are_too_far_away_go_back():
     assert after[slid] > 0.98 * before[slid]
 
 
-def test_once_strict_a_step_that_turns_a_cell_over_strays():
+def test_a_cell_may_turn_over_by_itself_until_it_is_strict():
     points, cells = icosphere(2)
     shape, nobody = Shape(points, cells), np.zeros(len(cells), dtype=bool)
     a, b, c = cells.triangles[0]
@@ -489,3 +491,42 @@ def test_once_strict_a_step_that_turns_a_cell_over_strays():
     # What is turned over already may stay so.
     shape.accept()
     assert not shape.strays(turned, 1.0, nobody).any()
+
+
+def test_a_cell_may_never_come_closer_to_another_sheet_than_to_its_own():
+    # A thin wall: two parallel sheets that look away from each other.
+    top, cells, _ = grid(6, jitter=0.0)
+    points = np.concatenate([top, top - [0, 0, 0.1]])
+    both = np.concatenate([cells.triangles, cells.triangles[:, ::-1] + len(top)])
+    shape, nobody = Shape(points, Cells(both, none(4))), np.zeros(len(both), dtype=bool)
+    sunk = points.copy()
+    sunk[both[40]] -= [0, 0, 0.06]
+    assert shape.turned_over(sunk)[40]
+    assert not shape.strays(sunk, 1.0, nobody).any()
+    shape.careful = True
+    assert shape.strays(sunk, 1.0, nobody)[40]
+    sunk[both[40]] += [0, 0, 0.02]
+    assert not shape.strays(sunk, 1.0, nobody).any()
+
+
+def test_a_grid_that_is_best_in_its_corners_is_remeshed_all_the_same():
+    points, cells, _ = grid(8, jitter=0.0)
+    report = surface.remesh((points, cells.triangles)).report
+    assert report.before.mean_angle == pytest.approx(45)
+    assert report.after.mean_angle > 52
+    assert report.after.min_angle > 0.999 * report.before.min_angle
+
+
+def test_where_cells_of_a_thin_wall_turn_over_it_begins_again_with_care():
+    points, cells = icosphere(3)
+    points = points + 0.2 * mean_edge_length(points, cells) * np.random.default_rng(0).normal(size=points.shape)
+    points *= [1.0, 1.0, 0.02] / np.linalg.norm(points, axis=1, keepdims=True)
+    run = surface.Remeshing((points, cells.triangles))
+    for _ in run:
+        pass
+    report = run.result().report
+    assert max(record.turned for record in run.history) > 0
+    assert report.converged
+    assert report.turned == 0
+    assert report.after.mean_angle > 50
+    assert report.after.min_angle > report.before.min_angle

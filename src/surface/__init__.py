@@ -18,8 +18,9 @@ from .io import as_surface_mesh, read, write
 from .mesh import SurfaceMesh
 from .options import Options, Record
 from .quality import Quality, quality
-from .remesh import Remeshing, Result, remesh
+from .remesh import Remeshing, remesh
 from .report import Report
+from .result import Result
 
 __all__ = [
     "Evolution",

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .barrier import Barrier
 from .features import holding
-from .geometry import Floats, Ints, unit_vectors
+from .geometry import Floats, Ints
 from .problem import Surface
 from .step import Linear, system
 
@@ -31,10 +30,6 @@ _LATE = 0.01  # decrease from which on new normals may not raise the energy for 
 _BACK = 0.5  # of the last decrease, that new normals may take back from then on
 _VAIN = 10  # iterations from then on, in which against their own normals cells gain little
 _SLACK = 1e-4  # beyond that range
-_AGAIN = 5  # descents at the most, each after cells turned over at the end of the last have been turned back
-_FEW_TURNED = 5  # cells for which that is tried
-_PARTS = (0.05, 0.1, 0.2, 0.4)  # of the edges at a node, by which it moves for that,
-_ROUND = np.arange(8) * np.pi / 4  # and in which directions
 
 
 @dataclass(frozen=True)
@@ -77,34 +72,18 @@ class Outcome:
     converged: bool = False
 
 
-def descend(surface: Surface, tolerance: float, outcome: Outcome) -> Iterator[Iterate]:
-    """Lower the energy as far as it goes, then turn back the few cells that may have turned over on the way.
-
-    Yields every accepted surface; see :func:`_descend`.
-    """
-    at = Iterate(surface.start, surface.start, 0.0, 0.0, 0.0, 0)
-    for _ in range(_AGAIN):
-        for at in _descend(surface, tolerance, outcome, at):
-            yield at
-        mended = [] if surface.target is None else list(_turned_back(surface, at))
-        yield from mended
-        if not mended or outcome.converged:
-            return
-        # What stood in the way may have been those.
-        at = mended[-1]
-
-
-def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) -> Iterator[Iterate]:
-    """Lower the energy from a surface until a step would gain less than `tolerance` of it; yields what is accepted.
+def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArray[np.bool_]) -> Iterator[Iterate]:
+    """Lower the energy until a step would gain less than `tolerance` of it; yields every surface that is accepted.
 
     Newton steps along the surface, put back onto it. Where a cell would be spoiled, or leave the input, its nodes are
     damped, so that the others' steps follow from how far these can go; the damping fades. First all try to go together.
     The barrier is measured against the normals of the input, which are taken anew in every iteration: late in a run
     only as far as that takes back no more than half of what the last step gained, so that the energy falls for good.
+    On the way cells may turn over; once the energy is the final one none does. Some nodes are waiting for that.
     """
     energy, target = surface.energy, surface.target
-    x, base = at.points, at.base
-    way = _Way(np.ones(len(x)), True)
+    x = base = surface.start
+    way = _Way(np.where(waiting, np.inf, 1.0), True)
     cap, ease, slow = _CAP, _EASE, 0
     late, lowest, vain, value = False, np.inf, 0, np.inf
     surface.shape.strict = False
@@ -118,9 +97,9 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
             energy.settle(x)
         value = energy.value(x)
         yield Iterate(x, base, value, decrease, step, held)
-        surface.damp(way.damping)
+        surface.damp(np.minimum(way.damping, _STIFF))
         gradient, linear = _system(surface, x, normals)
-        v = linear.solve(-gradient, surface.precision)
+        v = linear.solve(-gradient, surface.precision, way.damping <= _STIFF)
         if not -(gradient * v).sum() > tolerance * value:
             if isinstance(energy, Barrier) and ease > 1:
                 ease, decrease, step = 1.0, 0.0, 0.0
@@ -144,12 +123,9 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
         if target is not None and found.places is not None:
             target.places = found.places
         eased = cap == _WIDE and ease == 1
-        if eased and target is not None and not surface.shape.strict:
-            # On the way cells may turn over, from here on none does.
-            surface.shape.strict = True
-            for at in _turned_back(surface, Iterate(x, base, found.energy, decrease, step, held)):
-                x, base = at.points, at.base
-                yield at
+        surface.shape.strict = eased
+        if not eased:
+            way.damping[waiting] = np.inf
         late = late or (eased and decrease < _LATE)
         slow = slow + 1 if decrease < tolerance and eased else 0
         if late and isinstance(energy, Barrier):
@@ -162,39 +138,6 @@ def _descend(surface: Surface, tolerance: float, outcome: Outcome, at: Iterate) 
             if held:
                 outcome.reason += f"; {held} nodes are held at the limits of the shape"
             return
-
-
-def _turned_back(surface: Surface, at: Iterate) -> Iterator[Iterate]:
-    """Move single nodes of cells that are turned over, a little along the surface, where that turns them back."""
-    energy, target, shape = surface.energy, surface.target, surface.shape
-    assert target is not None
-    assert surface.bound is not None
-    turned = shape.turned_over(at.points)
-    nobody = np.zeros(len(surface.cells), dtype=bool)
-    worst = energy.densities(at.points).max()
-    while 0 < turned.sum() <= _FEW_TURNED:
-        normals = unit_vectors(target.below(at.base)[1])
-        lengths = surface.edge_lengths(at.points)
-        for part, turn, node in product(_PARTS, _ROUND, np.unique(surface.cells.corners_of(turned))):
-            if not surface.moving[node]:
-                continue
-            step = np.zeros_like(at.points)
-            across = np.cross(normals[node], np.eye(3)[np.abs(normals[node]).argmin()])
-            across /= max(float(np.linalg.norm(across)), 1e-300)
-            step[node] = part * lengths[node] * (np.cos(turn) * across + np.sin(turn) * np.cross(normals[node], across))
-            y, moved, places = surface.retracted(at.base, step)
-            fewer = shape.turned_over(y)
-            better = fewer.sum() < turned.sum() and energy.densities(y).max() <= worst
-            if better and not shape.strays(y, surface.bound, nobody).any():
-                break
-        else:
-            return
-        shape.accept()
-        if places is not None:
-            target.places = places
-        turned = fewer
-        at = Iterate(y, moved, energy.value(y), 0.0, float(part * lengths[node]), at.held)
-        yield at
 
 
 def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats, Linear]:
@@ -221,9 +164,10 @@ def _search(surface: Surface, x: Floats, base: Floats, v: Floats, normals: Float
     before = energy.densities(x)
     value = float(before.sum())
     damping, part, together, rises = way.damping.copy(), 1.0, way.together, 0
+    frozen = np.isinf(damping)
     for tries in range(_TRIES):
         held = damping > _STIFF
-        y, moved, places = surface.retracted(base, (part * ~held)[:, None] * v)
+        y, moved, places = surface.retracted(x, base, (part * ~held)[:, None] * v, frozen)
         after = energy.densities(y)
         new = float(after.sum())
         trouble = surface.in_trouble(y, before, after, held)
@@ -240,7 +184,8 @@ def _search(surface: Surface, x: Floats, base: Floats, v: Floats, normals: Float
             part, together = (0.5 * part, True) if tries + 1 < _TOGETHER else (1.0, False)
             rises = 0
             continue
-        # Who is held already is not to blame: the neighbours are in the way.
+        # Who is held already is not to blame: the neighbours are in the way, or that all moves a little with the rest.
+        frozen |= trouble & held & surface.shape.careful
         blamed = (trouble | surface.around(trouble & held)) & ~held
         if not 0 < blamed.sum() <= _MANY * (~held).sum():
             part *= 0.5

@@ -27,7 +27,10 @@ class Shape:
     Attributes
     ----------
     strict
-        Whether a cell strays, too, that turns over.
+        Whether a cell strays, too, that turns over,
+    careful
+        or one that does so because it comes closer to another sheet of the input than to its own; then who is held and
+        in trouble does not even move with the rest.
     """
 
     def __init__(self, points: Floats, cells: Cells) -> None:
@@ -38,7 +41,7 @@ class Shape:
         self._corners = corner_incidences(self._faces, len(vertices))
         self._samples = samples(points, cells)
         # Where things were found last is where to look next.
-        self._below = np.arange(len(cells))
+        self._below = self._stood = np.arange(len(cells))
         # Nodes and edge midpoints of the input, and a face each lies on.
         ends = np.stack([self._faces.ravel(), np.roll(self._faces, -1, axis=1).ravel()], axis=1)
         place = np.repeat(np.arange(len(self._faces)), 3)
@@ -47,7 +50,7 @@ class Shape:
         self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
         self._back = np.concatenate([place[node], place[edge]])
         self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)))
-        self.strict = False
+        self.strict = self.careful = False
         self._looked_at: Floats | None = None
         self._turning = self._turned = np.zeros(len(cells), dtype=bool)
 
@@ -104,15 +107,26 @@ class Shape:
         owners = self._owners[exact.faces]
         bad[owners[exact.distances > np.maximum(limit[owners], self._last[1][far])]] = True
         self._looked_at, self._turning = points, self._against(points, found)
-        return np.asarray(bad | (self._turning & ~self._turned)) if self.strict else np.asarray(bad)
+        over = self._turning & ~self._turned
+        if not self.strict:
+            over = self._lost(points, over) if self.careful else np.zeros_like(over)
+        return np.asarray(bad | over)
 
     def accept(self) -> None:
         """Take the surface that was looked at last for the one to go on from."""
-        self._last, self._turned = self._seen, self._turning
+        self._last, self._turned, self._stood = self._seen, self._turning, self._below
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
         return self._turning if points is self._looked_at else self._against(points, self._below_centres(points))
+
+    def _lost(self, points: Floats, over: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(m,) cells turned over only because another sheet of the input is closest, not the one they came from."""
+        ids = np.flatnonzero(over)
+        below = self._surface.walked(_centres(points, self._cells)[ids], self._stood[ids])
+        result = np.zeros_like(over)
+        result[ids] = (area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
+        return result
 
     def _against(self, points: Floats, below: closest.Closest) -> NDArray[np.bool_]:
         own = area_vectors(points, self._cells)
@@ -131,8 +145,7 @@ class Shape:
         return np.asarray(turned)
 
     def _below_centres(self, points: Floats) -> closest.Closest:
-        centres = np.concatenate([points[table].mean(axis=1) for table in self._cells.groups()])
-        found = self._surface.closest(centres, self._below)
+        found = self._surface.closest(_centres(points, self._cells), self._below)
         self._below = found.faces
         return found
 
@@ -153,9 +166,11 @@ def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
 
 def samples(points: Floats, cells: Cells) -> Floats:
     """Nodes, edge midpoints and cell centres of a surface."""
-    edges = cells.edges()
-    centres = [points[table].mean(axis=1) for table in cells.groups()]
-    return np.concatenate([points[cells.nodes()], points[edges].mean(axis=1), *centres])
+    return np.concatenate([points[cells.nodes()], points[cells.edges()].mean(axis=1), _centres(points, cells)])
+
+
+def _centres(points: Floats, cells: Cells) -> Floats:
+    return np.concatenate([points[table].mean(axis=1) for table in cells.groups()])
 
 
 _NO_QUADS = np.empty((0, 4), dtype=np.int64)

@@ -76,7 +76,7 @@ class Options:
     reference: Any = "equilateral"
     energy: str = "barrier"
     emphasis: str = "mean"
-    iterations: int = 100
+    iterations: int = 200
     tolerance: float = 3e-4
     eps: float = 1e-5
     normal: str = "linear"

@@ -63,7 +63,6 @@ class Surface:
     def __post_init__(self) -> None:
         count = len(self.start)
         self.edges = self.cells.edges()
-        self._degree = np.maximum(np.bincount(self.edges.ravel(), minlength=count), 1)
         self.moving = self.features.kind != CORNER
         self._smooth = self.features.kind == SMOOTH
         self._pieces = _closed_pieces(self.cells, count)
@@ -73,13 +72,12 @@ class Surface:
         self.precision = _TIGHT if self.bound is None else _LOOSE
         self.target = None if self.bound is None else Target(self.start, self.cells, self.features)
 
-    def edge_lengths(self, points: Floats) -> Floats:
-        """(n,) mean length of the edges at each node."""
-        lengths = np.linalg.norm(points[self.edges[:, 1]] - points[self.edges[:, 0]], axis=1)
-        return np.bincount(self.edges.ravel(), np.repeat(lengths, 2), len(points)) / self._degree
-
-    def retracted(self, base: Floats, step: Floats) -> tuple[Floats, Floats, Ints | None]:
+    def retracted(
+        self, x: Floats, base: Floats, step: Floats, frozen: NDArray[np.bool_]
+    ) -> tuple[Floats, Floats, Ints | None]:
         """A step from points on the input, back onto it; then the surface with its old volume and area.
+
+        Who does not step moves a little with the rest, which gives volume and area back; who is `frozen` stays at x.
 
         Returns
         -------
@@ -94,40 +92,44 @@ class Surface:
         moved[still], places[still] = base[still], self.target.places[still]
         result = moved
         for _ in range(2):
-            result = self.with_volume(self._with_area(result))
+            result = self.with_volume(self._with_area(result, self._smooth), self._smooth)
+        if frozen.any():
+            result[frozen], rest = x[frozen], self._smooth & ~frozen
+            result = self.with_volume(self._with_area(result, rest), rest)
         return result, moved, places
 
-    def with_volume(self, points: Floats) -> Floats:
-        """Every closed piece shifted along its normals until it encloses its old volume."""
+    def with_volume(self, points: Floats, free: NDArray[np.bool_] | None = None) -> Floats:
+        """Every closed piece shifted along its normals, where nodes are free to, until it encloses its old volume."""
+        free = self._smooth if free is None else free
         vectors = nodal_vectors(points, self.cells)
-        areas = np.linalg.norm(vectors, axis=1) * self._smooth
+        areas = np.linalg.norm(vectors, axis=1) * free
         inside = self._pieces >= 0
         total = np.bincount(self._pieces[inside], areas[inside], len(self._volumes))
         missing = self._volumes - self._piece_volumes(points, vectors)
         offset = np.where(total > 0, missing / np.where(total > 0, total, 1.0), 0.0)
         shift = np.zeros(len(points))
         shift[inside] = offset[self._pieces[inside]]
-        return np.asarray(points + (shift * self._smooth)[:, None] * unit_vectors(vectors))
+        return np.asarray(points + (shift * free)[:, None] * unit_vectors(vectors))
 
-    def _with_area(self, points: Floats) -> Floats:
+    def _with_area(self, points: Floats, free: NDArray[np.bool_]) -> Floats:
         """What is cut off where the surface is curved, given back there: shifted in proportion to the curvature."""
         excess = self.area_excess(points)
         if excess == 0.0:
             return points
-        bend, pull, upward = self._bending(points)
+        bend, pull, upward = self._bending(points, free)
         rate = float((bend * pull).sum())
         if not rate > 0:
             return points
         return np.asarray(points - (excess * self.area / rate) * bend[:, None] * upward)
 
-    def _bending(self, points: Floats) -> tuple[Floats, Floats, Floats]:
+    def _bending(self, points: Floats, free: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
         """Curvature at the nodes less its mean, the derivative of the area along the normals, and these."""
         vectors = nodal_vectors(points, self.cells)
-        upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1) * self._smooth
-        pull = (area_gradient(points, self.cells) * upward).sum(axis=1) * self._smooth
-        bend = np.clip(pull / np.maximum(areas, 1e-3), -_SHARPEST, _SHARPEST) * self._smooth
+        upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1) * free
+        pull = (area_gradient(points, self.cells) * upward).sum(axis=1) * free
+        bend = np.clip(pull / np.maximum(areas, 1e-3), -_SHARPEST, _SHARPEST) * free
         mean = float((bend * areas).sum()) / max(float(areas.sum()), 1e-300)
-        return (bend - mean) * self._smooth, pull, upward
+        return (bend - mean) * free, pull, upward
 
     def _piece_volumes(self, points: Floats, vectors: Floats) -> Floats:
         inside = self._pieces >= 0
@@ -143,7 +145,7 @@ class Surface:
         usual = gradient * np.minimum(1.0, _USUAL * np.median(size) / np.maximum(size, 1e-300))[:, None]
         change = float(cell_areas(points, self.cells).sum()) / self.area - 1
         if abs(change) > 0.98 * _AREA:
-            bend, pull, upward = self._bending(points)
+            bend, pull, upward = self._bending(points, self._smooth)
             force = float((bend[:, None] * upward * usual).sum()) / max(float((bend * pull).sum()), 1e-300)
             # Only a multiplier of the right sign: the energy would have the area leave its range.
             if force * change < 0:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,43 +27,14 @@ from .problem import Surface
 from .quality import quality, smallest_angles
 from .reference import reference_shapes
 from .report import Report
+from .result import Result
 from .worth import Worth
 
-__all__ = ["Remeshing", "Result", "remesh"]
+__all__ = ["Remeshing", "remesh"]
 
 _COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
-_PATIENCE = (40, 15, 15, None)  # iterations in vain before nodes are held, try by try
+_PATIENCE = (10, 1, 1, 1, 1, np.inf)  # iterations with cells turned over when no more can, descent by descent
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Result:
-    """What came out.
-
-    Attributes
-    ----------
-    mesh
-        The better mesh, in the type that came in, with the cell arrays `min_angle` and `min_angle_change` besides.
-    points
-        (n, 3) its points.
-    report
-        Before and after, how well the shape was kept, and why it stopped.
-    history
-        One record per iteration.
-    """
-
-    mesh: Any
-    points: Floats
-    report: Report
-    history: tuple[Record, ...]
-
-    def __repr__(self) -> str:
-        return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
-
-    @property
-    def converged(self) -> bool:
-        """Whether the run ended because there was nothing left to gain."""
-        return self.report.converged
 
 
 class Remeshing:
@@ -115,7 +85,9 @@ class Remeshing:
         self._start = (self.mesh.points - self.mesh.points[nodes].min(axis=0)) / self._unit
         self._points, self._best, self._last = self._start, 0, self._start
         self._diagonal = float(np.linalg.norm(np.ptp(self._start[nodes], axis=0)))
-        self._held, self._limited = np.zeros(len(self._start), dtype=bool), False
+        self._held, self._waiting = np.zeros((2, len(self._start)), dtype=bool)
+        self._stayed, self._limited = np.flatnonzero(self._held), False
+        self._spoiled = np.zeros(len(self.mesh.cells), dtype=bool)
         self._closed = bool((edge_table(cells).uses == 2).all())
         self._core = self._surface()
 
@@ -160,29 +132,41 @@ class Remeshing:
         """Run; every record's surface keeps the shape, so the run may be left at any of them.
 
         What :attr:`points` and the result hold is the last surface that is no worse than the input: no smaller angles,
-        neither the smallest nor in the mean, and no more cells turned over.
+        neither the smallest (by more than a thousandth) nor in the mean, and no more cells turned over. A descent that
+        ends worse begins again, with care; then nodes of cells that turned over wait until none does, and those of thin
+        ones stay.
         """
-        spoiled = np.zeros(len(self.mesh.cells), dtype=bool)
-        for patience in _PATIENCE:
-            yield from self._descent(spoiled, patience)
-            more = np.setdiff1d(self.mesh.cells.corners_of(spoiled), np.flatnonzero(self._held))
-            if self._limited or len(more) == 0 or not self._stopped:
+        for number, patience in enumerate(_PATIENCE):
+            yield from self._descent(patience)
+            # With care alone first, which needs a surface to stay on.
+            alone = number == 0 and self.options.project
+            done = not (self._stopped or (alone and not self._converged))
+            if self._limited or done or not (alone or self._set_aside()):
                 break
-            # A few cells stood in the way of all others.
-            self._held[more] = True
             self._core = self._surface()
-        if self._held.any():
-            self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(np.flatnonzero(self._held))}")
+            self._core.shape.careful = True
         if len(self.history) > 1 and not self._worth.worthwhile(self.history[self._best]):
             no_gain = "the input is about as good already"
-            if spoiled.any() and self._stopped:
+            if self._stopped or (self._waiting | self._held).any():
                 no_gain = "nothing better was found without spoiling a cell"
             elif self._limited:
                 no_gain = "too little was gained to move nodes for it"
             self._reason += f"; {no_gain}"
-            self._points, self._best = self._start, 0
+            self._points, self._best, self._stayed = self._start, 0, self._stayed[:0]
         elif self._best < len(self.history) - 1:
             self._reason += f"; iteration {self._best} is the last that is nowhere worse than the input"
+        if len(self._stayed):
+            self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(self._stayed)}")
+
+    def _set_aside(self) -> bool:
+        """Let nodes of the few cells wait, or stay, that stand in the way of all others; whether any is left to."""
+        nodes = self.mesh.cells.corners_of(self._spoiled)
+        if self.history[-1].turned > self.history[0].turned and not self._waiting[nodes].all():
+            self._waiting[nodes] = True
+            return True
+        left = not self._held[nodes].all()
+        self._held[nodes] = True
+        return left
 
     @property
     def _worth(self) -> Worth:
@@ -190,22 +174,23 @@ class Remeshing:
 
     @property
     def _stopped(self) -> bool:
-        """Whether all was in vain, though there was something to gain."""
-        lowest = min(record.energy for record in self.history)
-        return self._worth.in_vain(self.history[self._best]) and self._worth.promising(lowest)
+        """Whether the last descent ended worse than the input, though its energy is much lower."""
+        last, worth = self.history[-1], self._worth
+        return bool(self._spoiled.any()) and not worth.no_worse(last) and worth.promising(last.energy)
 
     @property
     def _scale(self) -> float:
         return 1.0 if self.options.energy == "barrier" else self._unit**2
 
-    def _descent(self, spoiled: NDArray[np.bool_], patience: int | None = None) -> Iterator[Record]:
-        """Descend from the input; marks the cells that turn over, or get thinner than the thinnest of the input.
+    def _descent(self, patience: float) -> Iterator[Record]:
+        """Descend from the input; tells which cells end turned over, or thinner than the thinnest of the input.
 
-        Ends after `patience` iterations if they were in vain for such cells.
+        Ends where some were turned over for so many iterations, since no more can: a few turn back by themselves.
         """
-        self._reason = "interrupted"
+        self._reason, self._converged, self._spoiled = "interrupted", False, np.zeros(len(self.mesh.cells), dtype=bool)
         outcome = Outcome()
-        for number, at in enumerate(descend(self._core, self.options.tolerance, outcome)):
+        before, over = self.history[self._best] if self.history else None, 0
+        for number, at in enumerate(descend(self._core, self.options.tolerance, outcome, self._waiting)):
             if self.history and number == 0:
                 continue  # the input again
             self._last = at.points
@@ -213,15 +198,16 @@ class Remeshing:
             turned = self._core.shape.turned_over(at.points)
             self.history.append(self._record(at, angles, turned))
             now, worth = self.history[-1], self._worth
-            if worth.no_worse(now):
-                self._points, self._best = at.points, now.iteration
-            spoiled |= turned | worth.thinner(angles)
+            if worth.no_worse(now) and (before is None or worth.beats(now, before)):
+                self._points, self._best, self._stayed = at.points, now.iteration, np.flatnonzero(self._held)
+            self._spoiled = turned | worth.thinner(angles)
             yield now
             if now.iteration >= self.options.iterations:
                 self._reason, self._limited = f"reached iterations = {self.options.iterations}", True
                 return
-            if number == patience and spoiled.any() and worth.in_vain(self.history[self._best]):
-                outcome.reason = "cells that would be spoiled stand in the way"
+            over += self._core.shape.strict and now.turned > self.history[0].turned
+            if over == patience:
+                outcome.reason = "cells turned over"
                 break
         self._reason, self._converged = outcome.reason, outcome.converged
 
@@ -292,9 +278,10 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
 
     Nodes slide along the surface, sharp edges and boundary curves (Gruber & Aulisa, eq. 2): equation (16) is minimized
     under the constraint of equation (17); connectivity stays. No cell turns over, closed pieces keep their volume, and
-    neither the smallest nor the mean angle gets worse. An input is about as good as it gets, and comes back as it is,
-    if the energy would fall by less than a tenth, or if the smallest angle would gain less than a tenth and the mean
-    one less than a tenth of what it misses (with `emphasis="worst"`: 2 % of the one and 0.1 degrees of the other).
+    neither the smallest angle (by more than a thousandth of it) nor the mean one gets worse. An input is about as good
+    as it gets, and comes back as it is, if the energy would fall by less than a tenth, or if the smallest angle would
+    gain less than a tenth and the mean one less than a tenth of what it misses (with `emphasis="worst"`: 2 % of the one
+    and 0.1 degrees of the other).
 
     Parameters
     ----------

@@ -13,6 +13,7 @@ from .options import Options, Record
 __all__ = ["Worth"]
 
 _ROUNDING = 1e-9  # degrees, or of the energy
+_SLIGHTLY = 1e-3  # of the smallest angle: corners of a plane grid have the best one there is, and hold all others
 _VAIN = (1.02, 0.1)  # factor of the smallest and gain of the mean angle from which on anything was gained at all
 _TENTH = 0.1  # of the energy; and of the smallest angle, or of what the mean one misses: that nodes are moved for
 _ENERGY = 0.02  # relative decrease, where the cells shall have other shapes than regular ones
@@ -43,17 +44,28 @@ class Worth:
     def _by_energy(self) -> bool:
         return not isinstance(self.options.reference, str) or self.options.reference == "input"
 
+    @property
+    def _smallest(self) -> float:
+        return (1 - _SLIGHTLY) * self.first.min_angle
+
     def no_worse(self, now: Record) -> bool:
-        """Whether no more cells are turned over, and neither the smallest nor the mean angle is smaller."""
+        """Whether no more cells are turned over, and neither the smallest (but slightly) nor the mean angle smaller."""
         if self._by_energy:
             better = now.energy < self.first.energy - _ROUNDING * self.scale
         else:
-            better = min(now.min_angle - self.first.min_angle, now.mean_angle - self.first.mean_angle) >= -_ROUNDING
+            better = now.min_angle >= self._smallest and now.mean_angle >= self.first.mean_angle - _ROUNDING
         return better and now.turned <= self.first.turned
+
+    def beats(self, now: Record, other: Record) -> bool:
+        """Whether a surface that is no worse than the input is better than another one."""
+        if self._by_energy:
+            return now.energy < other.energy
+        worst = self.options.emphasis == "worst"
+        return now.min_angle > other.min_angle if worst else now.mean_angle > other.mean_angle
 
     def thinner(self, angles: Floats) -> NDArray[np.bool_]:
         """(m,) cells, of whose smallest angles are given, that are thinner than any of the input."""
-        return np.asarray(angles < self.first.min_angle - _ROUNDING)
+        return np.asarray(angles < self._smallest)
 
     def in_vain(self, best: Record) -> bool:
         """Whether hardly anything was gained."""
