@@ -191,8 +191,9 @@ def test_displacements_that_make_no_sense_are_refused():
     for displacement in (np.zeros((3, 3)), np.full((2, 3), np.nan)):
         with pytest.raises(OptionError, match="finite array"):
             motion.step(displacement)
-    with pytest.raises(OptionError, match="dt is positive"):
-        motion.step(np.zeros((2, 3)), dt=0.0)
+    for dt in (0.0, np.inf):
+        with pytest.raises(OptionError, match="dt is positive and finite"):
+            motion.step(np.zeros((2, 3)), dt=dt)
 
 
 def test_a_mesh_that_is_not_valid_does_not_begin():

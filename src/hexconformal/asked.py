@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from numbers import Real
+from numbers import Integral, Real
 from reprlib import repr as shortened
 from typing import Any, TypeVar
 
@@ -20,6 +20,7 @@ __all__ = [
     "made_of",
     "require_choice",
     "require_choices",
+    "require_counts",
     "require_flags",
     "require_number",
     "require_numbers",
@@ -87,6 +88,18 @@ def require_numbers(options: Any, *names: str, optional: Sequence[str] = ()) -> 
         value = getattr(options, name)
         if value is not None or name not in optional:
             require_number(name, value)
+
+
+def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
+    """Refuse fields of options that are no whole numbers, or negative; those that are optional may be None."""
+    for name in (*names, *optional):
+        value = getattr(options, name)
+        if value is None and name in optional:
+            continue
+        if not isinstance(value, Integral) or isinstance(value, bool):
+            raise OptionError(f"{name} is a whole number, not {shortened(value)}")
+        if value < 0:
+            raise OptionError(f"{name} is not negative, not {value!r}")
 
 
 def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> None:

@@ -201,14 +201,14 @@ class MeshMotion:
         Raises
         ------
         OptionError
-            If the displacement has another shape or is not finite, or `dt` is not positive.
+            If the displacement has another shape or is not finite, or `dt` is not positive and finite.
         """
         began = time.perf_counter()
         goal = array_of_numbers("displacement", displacement)
         if goal.shape != self._driven.shape or not np.isfinite(goal).all():
             raise OptionError(f"the displacement is a finite array {self._driven.shape}, not {goal.shape}")
-        if dt is not None and not (is_number(dt) and dt > 0):
-            raise OptionError(f"dt is positive, not {dt!r}")
+        if dt is not None and not (is_number(dt) and 0 < dt < np.inf):
+            raise OptionError(f"dt is positive and finite, not {dt!r}")
         before, origin = self.points, self._driven
         goal = goal / self._frame.unit
         if self._reference == "current":

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .asked import array_of_numbers, require_choices, require_flags, require_numbers
+from .asked import array_of_numbers, require_choices, require_counts, require_flags, require_numbers
 from .errors import OptionError
 
 __all__ = ["CHOICES", "Options", "Record"]
@@ -117,14 +117,13 @@ class Options:
 
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
-        require_numbers(self, "tolerance", "max_iterations", "hausdorff")
+        require_numbers(self, "tolerance", "hausdorff")
+        require_counts(self, "max_iterations")
         require_flags(self, "conserve_volume", optional=["lift"])
         if not isinstance(self.target, str):
             array_of_numbers("target", self.target, "a name, edge lengths or points")
         if not 0.0 <= self.tolerance < 1.0:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
-        if not self.max_iterations >= 0:
-            raise OptionError(f"max_iterations is not negative, not {self.max_iterations!r}")
         if not 0.0 <= self.hausdorff < 1.0:
             raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
         if self.surface is not None and (self.boundary != "slide" or self.energy != "barrier" or not self.hausdorff):

@@ -7,7 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.asked import array_of_numbers, is_number, require_choices, require_flags, require_numbers
+from hexconformal.asked import (
+    array_of_numbers,
+    is_number,
+    require_choices,
+    require_counts,
+    require_flags,
+    require_numbers,
+)
 from hexconformal.errors import OptionError
 
 from .energy import ENERGIES
@@ -91,10 +98,9 @@ class Options:
         if isinstance(self.reference, str) and self.reference not in REFERENCES:
             names = ", ".join(repr(name) for name in REFERENCES)
             raise OptionError(f"reference is {names} or an array, not {self.reference!r}")
-        require_numbers(self, "iterations", "tolerance", "eps", "hausdorff")
+        require_numbers(self, "tolerance", "eps", "hausdorff")
+        require_counts(self, "iterations")
         require_flags(self, "project")
-        if not self.iterations >= 0:
-            raise OptionError(f"iterations is not negative, not {self.iterations!r}")
         if not 0 <= self.tolerance < 1:
             raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
         if not 0 < self.eps < float("inf"):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.asked import array_of_numbers, require_numbers
+from hexconformal.asked import array_of_numbers, require_counts, require_numbers
 from hexconformal.errors import OptionError
 
 __all__ = ["Record", "Stepping"]
@@ -68,13 +68,12 @@ class Stepping:
     remesh_options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_numbers(self, "tau_max", "growth", "stall", optional=["t_end", "steps", "tau", "remesh_below"])
+        require_numbers(self, "tau_max", "growth", "stall", optional=["t_end", "tau", "remesh_below"])
+        require_counts(self, optional=["steps"])
         for name in ("t_end", "tau", "tau_max"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise OptionError(f"{name} is positive, not {value!r}")
-        if self.steps is not None and not self.steps >= 0:
-            raise OptionError(f"steps is not negative, not {self.steps!r}")
         if not 1.0 <= self.growth < float("inf"):
             raise OptionError(f"growth is at least 1, not {self.growth!r}")
         if not 0.0 <= self.stall < 1.0:
