@@ -34,11 +34,9 @@ _SLACK = 1e-4  # beyond that range
 
 @dataclass(frozen=True)
 class Iterate:
-    """One accepted surface, and the points of the input it stands on."""
+    """One accepted surface, and how it was reached."""
 
     points: Floats
-    base: Floats
-    energy: float
     decrease: float
     step: float
     held: int
@@ -96,21 +94,25 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
             energy.renew(x, surface.frame_normals(x, normals), _BACK * decrease * value if late else np.inf)
             energy.settle(x)
         value = energy.value(x)
-        yield Iterate(x, base, value, decrease, step, held)
+        yield Iterate(x, decrease, step, held)
         surface.damp(np.minimum(way.damping, _STIFF))
         gradient, linear = _system(surface, x, normals)
         v = linear.solve(-gradient, surface.precision, way.damping <= _STIFF)
-        if not -(gradient * v).sum() > tolerance * value:
-            if isinstance(energy, Barrier) and ease > 1:
-                ease, decrease, step = 1.0, 0.0, 0.0
-                continue
-            outcome.reason, outcome.converged = "no step lowers the energy further", True
-            return
-        found = _search(surface, x, base, v, normals, way)
+        downhill = -(gradient * v).sum() > tolerance * value
+        if not downhill and isinstance(energy, Barrier) and ease > 1:
+            ease, decrease, step = 1.0, 0.0, 0.0
+            continue
+        found = _search(surface, x, base, v, normals, way) if downhill else None
+        if found is None and waiting.any():
+            # Nobody else is on the way any more.
+            way, waiting = _Way(np.minimum(way.damping, _STIFF), True), np.zeros_like(waiting)
+            cap, ease, decrease, step, surface.shape.strict = _WIDE, 1.0, 0.0, 0.0, True
+            continue
         if found is None:
-            outcome.reason = "every step that lowers the energy spoils a cell or the shape"
             # Where steps hardly gained any more, nothing is lost.
-            outcome.converged = late
+            outcome.reason, outcome.converged = "no step lowers the energy further", True
+            if downhill:
+                outcome.reason, outcome.converged = "every step that lowers the energy spoils a cell or the shape", late
             return
         decrease = (value - found.energy) / value
         step = float(np.linalg.norm(found.points - x, axis=1).max())
@@ -124,8 +126,8 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
             target.places = found.places
         eased = cap == _WIDE and ease == 1
         surface.shape.strict = eased
-        if not eased:
-            way.damping[waiting] = np.inf
+        waiting = waiting & (not eased)
+        way.damping[waiting] = np.inf
         late = late or (eased and decrease < _LATE)
         slow = slow + 1 if decrease < tolerance and eased else 0
         if late and isinstance(energy, Barrier):

@@ -44,7 +44,7 @@ class Options:
         "mean" makes the cells good on the whole, "worst" raises the smallest angles at a small cost of the mean: for
         meshes that are good already (of the barrier only).
     iterations
-        Stop after so many; if all was in vain for a few cells, their nodes are held, and as many more may follow.
+        Stop after so many, however often the run begins again for a few cells that stand in the way.
     tolerance
         Stop where a further iteration would lower the energy by less than this, relatively.
     eps

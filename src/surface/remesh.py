@@ -131,16 +131,16 @@ class Remeshing:
     def __iter__(self) -> Iterator[Record]:
         """Run; every record's surface keeps the shape, so the run may be left at any of them.
 
-        What :attr:`points` and the result hold is the last surface that is no worse than the input: no smaller angles,
-        neither the smallest (by more than a thousandth) nor in the mean, and no more cells turned over. A descent that
-        ends worse begins again, with care; then nodes of cells that turned over wait until none does, and those of thin
-        ones stay.
+        What :attr:`points` and the result hold is the last surface of a descent that is no worse than the input: no
+        smaller angles, neither the smallest (by more than a thousandth) nor in the mean, and no more cells turned over.
+        A descent that ends worse, or stuck, begins again with care; then the nodes of the cells in the way wait until
+        no cell turns over any more, or stay. The best descent counts.
         """
         for number, patience in enumerate(_PATIENCE):
-            yield from self._descent(patience)
+            yield from self._descent(patience if self.options.project else np.inf, first=number == 0)
             # With care alone first, which needs a surface to stay on.
             alone = number == 0 and self.options.project
-            done = not (self._stopped or (alone and not self._converged))
+            done = not (self._stopped or (alone and not self._converged)) or number == len(_PATIENCE) - 1
             if self._limited or done or not (alone or self._set_aside()):
                 break
             self._core = self._surface()
@@ -154,14 +154,15 @@ class Remeshing:
             self._reason += f"; {no_gain}"
             self._points, self._best, self._stayed = self._start, 0, self._stayed[:0]
         elif self._best < len(self.history) - 1:
-            self._reason += f"; iteration {self._best} is the last that is nowhere worse than the input"
+            self._reason += f"; iteration {self._best} is the best that is nowhere worse than the input"
         if len(self._stayed):
             self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(self._stayed)}")
 
     def _set_aside(self) -> bool:
         """Let nodes of the few cells wait, or stay, that stand in the way of all others; whether any is left to."""
         nodes = self.mesh.cells.corners_of(self._spoiled)
-        if self.history[-1].turned > self.history[0].turned and not self._waiting[nodes].all():
+        waits = self.options.project and self.history[-1].turned > self.history[0].turned
+        if waits and not self._waiting[nodes].all():
             self._waiting[nodes] = True
             return True
         left = not self._held[nodes].all()
@@ -174,31 +175,34 @@ class Remeshing:
 
     @property
     def _stopped(self) -> bool:
-        """Whether the last descent ended worse than the input, though its energy is much lower."""
-        last, worth = self.history[-1], self._worth
-        return bool(self._spoiled.any()) and not worth.no_worse(last) and worth.promising(last.energy)
+        """Whether the last descent ended worse than the input, though there was something to gain."""
+        first, last, worth = self.history[0], self.history[-1], self._worth
+        promising = last.turned > first.turned or worth.promising(min(record.energy for record in self.history))
+        return bool(self._spoiled.any()) and not worth.no_worse(last) and promising
 
     @property
     def _scale(self) -> float:
         return 1.0 if self.options.energy == "barrier" else self._unit**2
 
-    def _descent(self, patience: float) -> Iterator[Record]:
+    def _descent(self, patience: float, first: bool) -> Iterator[Record]:
         """Descend from the input; tells which cells end turned over, or thinner than the thinnest of the input.
 
         Ends where some were turned over for so many iterations, since no more can: a few turn back by themselves.
         """
-        self._reason, self._converged, self._spoiled = "interrupted", False, np.zeros(len(self.mesh.cells), dtype=bool)
-        outcome = Outcome()
-        before, over = self.history[self._best] if self.history else None, 0
+        self._reason, self._converged = "interrupted", False
+        outcome, over = Outcome(), 0
+        before = self.history[self._best] if self._best else None
         for number, at in enumerate(descend(self._core, self.options.tolerance, outcome, self._waiting)):
             if self.history and number == 0:
                 continue  # the input again
-            self._last = at.points
             angles = smallest_angles(at.points, self.mesh.cells)
             turned = self._core.shape.turned_over(at.points)
             self.history.append(self._record(at, angles, turned))
             now, worth = self.history[-1], self._worth
-            if worth.no_worse(now) and (before is None or worth.beats(now, before)):
+            better = worth.no_worse(now) and (before is None or worth.beats(now, before))
+            if first or better:
+                self._last = at.points
+            if better:
                 self._points, self._best, self._stayed = at.points, now.iteration, np.flatnonzero(self._held)
             self._spoiled = turned | worth.thinner(angles)
             yield now
@@ -266,7 +270,7 @@ class Remeshing:
         if not self.options.project:
             return self._points, distance, ["without projection the surface went farther than hausdorff"]
         for trial, distance in nearer(self._core, self._points, bound):
-            at = Iterate(trial, trial, np.nan, np.nan, np.nan, 0)
+            at = Iterate(trial, np.nan, np.nan, 0)
             if self._worth.no_worse(self._record(at, smallest_angles(trial, cells), shape.turned_over(trial))):
                 share = np.linalg.norm(trial - start) / np.linalg.norm(self._points - start)
                 return trial, distance, [f"hausdorff left room for {share:.1%} of the way nodes would have gone"]

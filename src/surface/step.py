@@ -110,6 +110,7 @@ class Linear:
         indptr = np.concatenate([[0], np.cumsum(np.bincount(rows[lower], minlength=count))])
         self._pattern = indptr, hessian.indices[lower].astype(np.int32)
         self._data = hessian.data[lower]
+        self._diagonal = hessian.diagonal()
         self._projectors = np.eye(3) * (moving & (np.diff(indptr) > 0))[:, None, None]
         if stiffness is None:
             self._projectors = self._projectors @ (np.eye(3) - held)
@@ -136,7 +137,7 @@ class Linear:
         data = np.where((indices == rows)[:, None, None], 0.5 * self._data, self._data)
         lower = sparse.bsr_matrix((data, indices, indptr), shape=(rhs.size, rhs.size))
         matrix = (lower + lower.T).tocsc()
-        diagonal = matrix.diagonal()
+        diagonal = self._diagonal
         # Unused nodes have empty rows; a surface that nothing holds may be shifted and turned.
         shift = np.where(diagonal > 0, 1e-11 * np.median(diagonal[diagonal > 0]), 1.0)
         factors = splu(

@@ -57,11 +57,14 @@ class Worth:
         return better and now.turned <= self.first.turned
 
     def beats(self, now: Record, other: Record) -> bool:
-        """Whether a surface that is no worse than the input is better than another one."""
-        if self._by_energy:
-            return now.energy < other.energy
-        worst = self.options.emphasis == "worst"
-        return now.min_angle > other.min_angle if worst else now.mean_angle > other.mean_angle
+        """Whether of two surfaces that are no worse than the input the first is better."""
+        return self._merit(now) > self._merit(other)
+
+    def _merit(self, record: Record) -> tuple[float, ...]:
+        angles = (record.mean_angle, record.min_angle)
+        if self.options.emphasis == "worst":
+            angles = angles[::-1]
+        return (self.worthwhile(record), -record.turned, *((-record.energy,) if self._by_energy else angles))
 
     def thinner(self, angles: Floats) -> NDArray[np.bool_]:
         """(m,) cells, of whose smallest angles are given, that are thinner than any of the input."""
