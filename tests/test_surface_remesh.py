@@ -7,6 +7,7 @@ from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_
 import hexconformal as hc
 import surface
 from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
+from surface.core import Outcome, descend
 from surface.features import CORNER, CURVE, detect_features
 from surface.geometry import Cells, enclosed_volume, mean_edge_length
 from surface.guard import Shape
@@ -525,7 +526,9 @@ def thin_wall(level, seed=0, noise=0.2):
     return points * [1.0, 1.0, 0.02] / np.linalg.norm(points, axis=1, keepdims=True), cells.triangles
 
 
-@pytest.mark.parametrize(("wall", "mean"), [((3,), 50), ((2, 2, 0.2), 45), ((2, 2, 0.35), 27), ((3, 2, 0.35), 27)])
+@pytest.mark.parametrize(
+    ("wall", "mean"), [((3,), 50), ((2, 2, 0.2), 45), ((2, 2, 0.35), 27), ((3, 2, 0.35), 27), ((3, 1, 0.2), 48)]
+)
 def test_where_cells_of_a_thin_wall_turn_over_it_begins_again_with_care(wall, mean):
     run = surface.Remeshing(thin_wall(*wall))
     for _ in run:
@@ -535,3 +538,18 @@ def test_where_cells_of_a_thin_wall_turn_over_it_begins_again_with_care(wall, me
     assert report.turned == 0
     assert report.after.mean_angle > mean > report.before.mean_angle
     assert report.after.min_angle > (1 - 1e-3) * report.before.min_angle
+
+
+@pytest.mark.parametrize("everybody", [False, True])
+def test_who_waits_stays_until_no_cell_may_turn_over(everybody):
+    points, cells = shaken(icosphere(2), 0.03)
+    core = surface.Remeshing((points, cells.triangles))._core
+    waiting = np.full(len(points), everybody)
+    waiting[:30] = True
+    released = False
+    for at in descend(core, 3e-4, Outcome(), waiting):
+        moved = np.linalg.norm(at.points - core.start, axis=1)
+        assert moved[waiting].any() == released
+        released = core.shape.strict
+    assert released
+    assert (moved[waiting] > 0).all()
