@@ -12,6 +12,7 @@ from surface.features import CORNER, CURVE, detect_features
 from surface.geometry import Cells, enclosed_volume, mean_edge_length
 from surface.guard import Shape
 from surface.nearer import nearer
+from surface.quality import smallest_angles
 
 STEPS = surface.Stepping(steps=1)
 
@@ -553,3 +554,13 @@ def test_who_waits_stays_until_no_cell_may_turn_over(everybody):
         released = core.shape.strict
     assert released
     assert (moved[waiting] > 0).all()
+
+
+def test_a_descent_that_begins_again_does_not_take_the_latest_surface_back():
+    points, cells = shaken(icosphere(2), 0.1)
+    run = surface.Remeshing((points, cells.triangles), surface.Options(iterations=10, features=None))
+    latest = [smallest_angles(run.latest, cells).mean() for _ in run]
+    means = np.array([record.mean_angle for record in run.history])
+    again = int(np.argmin(np.diff(means))) + 1
+    assert means[again] < means[again - 1] - 2
+    assert min(latest[again:]) >= latest[again - 1]

@@ -50,6 +50,19 @@ def test_no_angle_may_get_worse_and_no_cell_turn_over():
         assert not worth.no_worse(replace(INPUT, energy=0.1, **change))
 
 
+def test_results_are_ranked_by_whether_they_are_worth_it_then_by_what_is_emphasized():
+    little, mean, least = (
+        replace(INPUT, energy=0.5, mean_angle=m, min_angle=a) for m, a in ((50.5, 20.0), (55.0, 21.0), (54.0, 30.0))
+    )
+    usual, worst = (Worth(Options(emphasis=e), TRIANGLES, INPUT) for e in ("mean", "worst"))
+    assert usual.beats(mean, least)
+    assert worst.beats(least, mean)
+    # Not worth it, whatever its mean.
+    assert usual.beats(replace(little, min_angle=30.0), replace(little, mean_angle=50.9))
+    folded = Worth(Options(), TRIANGLES, replace(INPUT, turned=2))
+    assert folded.beats(replace(least, turned=0), replace(mean, turned=1))
+
+
 def test_cells_that_shall_not_be_regular_are_compared_by_their_energy():
     # Equal cells of a square are to become graded ones: their angles get worse, as was asked for.
     points, cells, _ = grid(12)

@@ -150,10 +150,13 @@ def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats
         # Nodes are put back onto the surface: the limit eps = 0, and the normal is that of where they are.
         return surface.slope(x), Linear(hessian, holding(normals, x, surface.features), None, surface.moving)
     gradient = energy.gradient(x)
-    v = np.zeros_like(x)
-    for rest in reversed(range(1 if surface.normal == "linear" else 4)):
-        linear = system(hessian, x, v, surface.cells, surface.features, surface.eps, surface.normal, surface.moving)
-        v = linear.solve(-gradient, surface.precision) if rest else v
+
+    def along(v: Floats) -> Linear:
+        return system(hessian, x, v, surface.cells, surface.features, surface.eps, surface.normal, surface.moving)
+
+    linear = along(np.zeros_like(x))
+    for _ in range(0 if surface.normal == "linear" else 3):
+        linear = along(linear.solve(-gradient, surface.precision))
     return gradient, linear
 
 

@@ -27,10 +27,10 @@ class Shape:
     Attributes
     ----------
     strict
-        Whether a cell strays, too, that turns over,
+        Whether a cell strays, too, that turns over.
     careful
-        or one that does so because it comes closer to another sheet of the input than to its own; then who is held and
-        in trouble does not even move with the rest.
+        Whether at least one does that turns over because it comes closer to another sheet of the input than to its own;
+        who is held and in trouble then does not even move with the rest.
     """
 
     def __init__(self, points: Floats, cells: Cells) -> None:

@@ -137,7 +137,7 @@ class Remeshing:
         no cell turns over any more, or stay. The best descent counts.
         """
         for number, patience in enumerate(_PATIENCE):
-            yield from self._descent(patience if self.options.project else np.inf, first=number == 0)
+            yield from self._descent(patience if self.options.project else np.inf)
             # With care alone first, which needs a surface to stay on.
             alone = number == 0 and self.options.project
             done = not (self._stopped or (alone and not self._converged)) or number == len(_PATIENCE) - 1
@@ -184,13 +184,13 @@ class Remeshing:
     def _scale(self) -> float:
         return 1.0 if self.options.energy == "barrier" else self._unit**2
 
-    def _descent(self, patience: float, first: bool) -> Iterator[Record]:
+    def _descent(self, patience: float) -> Iterator[Record]:
         """Descend from the input; tells which cells end turned over, or thinner than the thinnest of the input.
 
         Ends where some were turned over for so many iterations, since no more can: a few turn back by themselves.
         """
         self._reason, self._converged = "interrupted", False
-        outcome, over = Outcome(), 0
+        outcome, over, first = Outcome(), 0, not self.history
         before = self.history[self._best] if self._best else None
         for number, at in enumerate(descend(self._core, self.options.tolerance, outcome, self._waiting)):
             if self.history and number == 0:
