@@ -32,7 +32,7 @@ ROOMS: dict[str, str] = {
     "what is asked and told": "asked options report",
     "regularize": "regularize outcome stages step minimize untangle inside ease lift volume",
     "move": "motion extension motion_table motion_run",
-    "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .features",
+    "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .edges .creases .features",
     "surface: energies": ".energy .barrier .reference .step",
     "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .nearer .worth .result .remesh",
     "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"

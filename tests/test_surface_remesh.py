@@ -511,6 +511,29 @@ def test_a_cell_may_never_come_closer_to_another_sheet_than_to_its_own():
     assert not shape.strays(sunk, 1.0, nobody).any()
 
 
+def test_cells_stray_of_which_a_node_does():
+    points, cells, inner = grid(4)
+    shape, nobody = Shape(points, cells), np.ones(len(cells), dtype=bool)
+    peak = int(np.flatnonzero(inner)[4])
+    lifted = points + 0.066 * (np.arange(len(points)) == peak)[:, None] * [0, 0, 1]
+    # Centres are a third as far away, and the input's node is nearer to the slope of the peak than to its top.
+    assert np.array_equal(shape.strays(lifted, 0.06, nobody), (cells.triangles == peak).any(axis=1))
+    assert not shape.strays(lifted, 0.063, nobody).any()
+
+
+@pytest.mark.parametrize("seed", [200, 211])
+def test_a_run_goes_on_while_cells_gain_against_their_own_normals(seed):
+    # On a rough surface the energy that is lowered stalls first, since not all normals are taken anew.
+    points, triangles = scattered_sphere(300, seed)
+    rng = np.random.default_rng(seed)
+    core = surface.Remeshing((points * (1 + 0.02 * rng.standard_normal((300, 1))), triangles))._core
+    outcome, tolerance = Outcome(), 3e-4
+    own = [core.energy.own(at.points) for at in descend(core, tolerance, outcome, np.zeros(300, dtype=bool))]
+    assert outcome.converged
+    falls = -np.diff(np.log(own))
+    assert (falls[-5:] < 1.5 * tolerance).all() or falls[-10:].sum() < 10 * tolerance
+
+
 def test_a_grid_that_is_best_in_its_corners_is_remeshed_all_the_same():
     points, cells, _ = grid(8, jitter=0.0)
     report = surface.remesh((points, cells.triangles)).report
@@ -528,7 +551,7 @@ def thin_wall(level, seed=0, noise=0.2):
 
 
 @pytest.mark.parametrize(
-    ("wall", "mean"), [((3,), 50), ((2, 2, 0.2), 45), ((2, 2, 0.35), 27), ((3, 2, 0.35), 27), ((3, 1, 0.2), 48)]
+    ("wall", "mean"), [((3,), 53), ((2, 2, 0.2), 47), ((2, 2, 0.35), 29), ((3, 2, 0.35), 33), ((3, 1, 0.2), 50)]
 )
 def test_where_cells_of_a_thin_wall_turn_over_it_begins_again_with_care(wall, mean):
     run = surface.Remeshing(thin_wall(*wall))
@@ -556,11 +579,13 @@ def test_who_waits_stays_until_no_cell_may_turn_over(everybody):
     assert (moved[waiting] > 0).all()
 
 
-def test_a_descent_that_begins_again_does_not_take_the_latest_surface_back():
+def test_a_descent_that_begins_again_does_not_take_the_latest_surface_back(monkeypatch):
+    # A search that gives up early, so that the first descent ends stuck.
+    monkeypatch.setattr(surface.core, "_TRIES", 8)
     points, cells = shaken(icosphere(2), 0.1)
     run = surface.Remeshing((points, cells.triangles), surface.Options(iterations=10, features=None))
     latest = [smallest_angles(run.latest, cells).mean() for _ in run]
     means = np.array([record.mean_angle for record in run.history])
     again = int(np.argmin(np.diff(means))) + 1
-    assert means[again] < means[again - 1] - 2
+    assert means[again] < means[again - 1] - 1
     assert min(latest[again:]) >= latest[again - 1]

@@ -36,6 +36,21 @@ def test_right_angles_are_what_quadrilaterals_miss():
     assert Worth(Options(), QUADS, INPUT).worthwhile(replace(best, mean_angle=54.1))
 
 
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"min_angle": 25.9, "mean_angle": 51.4}, False),
+        ({"min_angle": 26.1}, True),
+        ({"mean_angle": 51.6}, True),
+    ],
+)
+def test_more_must_be_gained_to_take_the_surface_far_from_its_place(change, expected):
+    best = replace(INPUT, energy=0.5, **change)
+    assert Worth(Options(), TRIANGLES, INPUT, farthest=0.0051).worthwhile(best) is expected
+    assert Worth(Options(), TRIANGLES, INPUT, farthest=0.0049).worthwhile(best)
+    assert Worth(Options(hausdorff=0.02), TRIANGLES, INPUT, farthest=0.0099).worthwhile(best)
+
+
 def test_less_is_enough_for_the_worst_or_to_turn_cells_back():
     best = replace(INPUT, energy=0.99, min_angle=20.5)
     assert not Worth(Options(), TRIANGLES, INPUT).worthwhile(best)

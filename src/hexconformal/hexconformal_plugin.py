@@ -196,9 +196,9 @@ class RemeshSurface(_Filter):
     label = "Remesh Surface"
 
     def __init__(self) -> None:
-        _Filter.__init__(self, "vtkPolyData", iterations=200, reference="equilateral", hausdorff=0.01)
+        _Filter.__init__(self, "vtkPolyData", iterations=300, reference="equilateral", hausdorff=0.01)
 
-    @smproperty.intvector(name="Iterations", default_values=200, number_of_elements=1)
+    @smproperty.intvector(name="Iterations", default_values=300, number_of_elements=1)
     @_nested("Stop after so many iterations.", _NOT_NEGATIVE)
     def SetIterations(self, value: int) -> None:
         self.set_option("iterations", value)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexconformal.asked import as_mask
 from hexconformal.errors import MeshError, OptionError, first_ids, odd_points
 
-from .features import edge_table
+from .edges import edge_table
 from .geometry import Ints, cell_areas
 from .mesh import SurfaceMesh
 

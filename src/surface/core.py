@@ -17,7 +17,7 @@ from .step import Linear, system
 __all__ = ["Iterate", "Outcome", "descend"]
 
 _TOGETHER = 3  # steps that all nodes try first, of full length, a half and a quarter
-_TRIES = 16
+_TRIES = 24
 _BLAMES = 3  # times that cells are blamed for a rise of the energy, before everybody is
 _SOFT, _STIFF = 0.125, 64.0  # damping of a node that is free, and beyond which it is held
 _RAISE, _RELAXED = 8.0, 0.25  # factors of the damping of nodes in trouble, and from one iteration to the next
@@ -83,7 +83,7 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
     x = base = surface.start
     way = _Way(np.where(waiting, np.inf, 1.0), True)
     cap, ease, slow = _CAP, _EASE, 0
-    late, lowest, vain, value = False, np.inf, 0, np.inf
+    late, lowest, own, vain, value = False, np.inf, np.inf, 0, np.inf
     surface.shape.strict = False
     decrease = step = 0.0
     held = 0
@@ -129,12 +129,15 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
         waiting = waiting & (not eased)
         way.damping[waiting] = np.inf
         late = late or (eased and decrease < _LATE)
-        slow = slow + 1 if decrease < tolerance and eased else 0
+        fell = decrease
         if late and isinstance(energy, Barrier):
             reached = energy.own(x)
+            fell = max(fell, 1 - reached / own)
+            own = reached
             vain += 1
             if reached < (1 - 0.5 * _VAIN * tolerance) * lowest:
                 lowest, vain = reached, 0
+        slow = slow + 1 if fell < tolerance and eased else 0
         if slow == _STALL or vain == _VAIN:
             outcome.reason, outcome.converged = "iterations hardly lower the energy any more", True
             if held:

@@ -14,52 +14,14 @@ from scipy.sparse.csgraph import connected_components
 
 from hexconformal.errors import OptionError, first_ids
 
-from .geometry import Cells, Floats, Ints, area_vectors, slivers, unit_vectors
+from .creases import curve_ends, find_creases
+from .edges import EdgeTable, edge_table
+from .geometry import Cells, Floats, Ints, unit_vectors
 
-__all__ = ["CORNER", "CURVE", "SMOOTH", "EdgeTable", "Features", "curve_tangents", "detect_features"]
-__all__ += ["edge_table", "holding"]
+__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "detect_features"]
+__all__ += ["holding"]
 
 SMOOTH, CURVE, CORNER = 0, 1, 2
-
-_SMALLEST_GROUP = 12  # edges
-
-
-@dataclass(frozen=True, eq=False)
-class EdgeTable:
-    """Every edge once.
-
-    Attributes
-    ----------
-    nodes
-        (e, 2) the lower id first.
-    cells
-        (e, 2) the cell that runs from the lower to the higher id and the one that runs back; -1 where there is none.
-    uses
-        (e,) number of cells that share it: 1 on a boundary, 2 inside, more where the surface is no manifold.
-    """
-
-    nodes: Ints
-    cells: Ints
-    uses: Ints
-
-
-def edge_table(cells: Cells) -> EdgeTable:
-    """Edges of a surface, with the cells beside them."""
-    tails, heads, owners, start = [], [], [], 0
-    for table in (cells.triangles, cells.quads):
-        tails.append(table.ravel())
-        heads.append(np.roll(table, -1, axis=1).ravel())
-        owners.append(start + np.repeat(np.arange(len(table)), table.shape[1]))
-        start += len(table)
-    tail, head, owner = (np.concatenate(parts) for parts in (tails, heads, owners))
-    low, high = np.minimum(tail, head), np.maximum(tail, head)
-    key = low * (int(high.max(initial=0)) + 1) + high
-    _, first, inverse, uses = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
-    sides = np.full((len(first), 2), -1)
-    forward = tail < head
-    sides[inverse[forward], 0] = owner[forward]
-    sides[inverse[~forward], 1] = owner[~forward]
-    return EdgeTable(np.stack([low[first], high[first]], axis=1), sides, uses)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +54,7 @@ def detect_features(
     fixed: NDArray[np.bool_] | None = None,
     boundary: str = "slide",
     turn: float = 40.0,
+    slack: float = 0.0,
 ) -> Features:
     """Find the feature curves and corners.
 
@@ -109,6 +72,8 @@ def detect_features(
         "slide": nodes of open boundaries move along them, "fixed": they stay.
     turn
         A curve that turns by more than this (degrees) has a corner there.
+    slack
+        How far a crease may be from where it was, to lead it past slivers: with all its nodes on one, a sliver stays.
 
     Raises
     ------
@@ -127,51 +92,18 @@ def detect_features(
     rim = table.uses != 2
     sharp = rim.copy()
     if angle is not None:
-        creased = _creased(points, cells, table, angle)
-        sharp |= _without_whiskers(table.nodes, creased | rim, count) & creased
+        sharp |= find_creases(points, cells, table, angle, turn, slack)
     if edges is not None:
         sharp |= _given(table, edges, count)
     kind = np.full(count, SMOOTH, dtype=np.int8)
     feature = table.nodes[sharp]
     kind[feature] = CURVE
-    kind[_corners(points, feature, count, turn)] = CORNER
+    kind[curve_ends(points, feature, count, turn)] = CORNER
     if boundary == "fixed":
         kind[table.nodes[rim]] = CORNER
     if fixed is not None:
         kind[fixed] = CORNER
     return Features(kind, feature, _chains(feature, kind), _patches(table, sharp, len(cells)))
-
-
-def _creased(points: Floats, cells: Cells, table: EdgeTable, angle: float) -> NDArray[np.bool_]:
-    """Edges whose two sides meet at more than the angle."""
-    vectors = area_vectors(points, cells)
-    inside = (table.uses == 2) & (table.cells >= 0).all(axis=1)
-    a, b = table.cells[inside].T
-    around = np.zeros_like(vectors)
-    np.add.at(around, a, vectors[b])
-    np.add.at(around, b, vectors[a])
-    # The normal of a sliver is noise: it takes that of its neighbours.
-    sliver = np.concatenate([slivers(points, table) for table in (cells.triangles, cells.quads)])
-    normals = unit_vectors(np.where(sliver[:, None], around, vectors))
-    cosine = np.ones(len(table.nodes))
-    cosine[inside] = (normals[a] * normals[b]).sum(axis=1)
-    return np.asarray(cosine < np.cos(np.radians(angle)))
-
-
-def _without_whiskers(edges: Ints, sharp: NDArray[np.bool_], count: int, rounds: int = 3) -> NDArray[np.bool_]:
-    """Take away sharp edges that lead nowhere, and small groups: a crease is long, or joins others; noise is not."""
-    kept = sharp.copy()
-    for _ in range(rounds):
-        degree = np.bincount(edges[kept].ravel(), minlength=count)
-        loose = kept & (degree[edges] == 1).any(axis=1)
-        if not loose.any():
-            break
-        kept &= ~loose
-    a, b = edges[kept].T
-    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    group = connected_components(links, directed=False)[1][a]
-    kept[np.flatnonzero(kept)[np.bincount(group)[group] < _SMALLEST_GROUP]] = False
-    return kept
 
 
 def _given(table: EdgeTable, edges: ArrayLike, count: int) -> NDArray[np.bool_]:
@@ -184,19 +116,6 @@ def _given(table: EdgeTable, edges: ArrayLike, count: int) -> NDArray[np.bool_]:
     if len(bad):
         raise OptionError(f"feature edges that are no edges of the surface: {first_ids(bad)}")
     return np.isin(keys, wanted)
-
-
-def _corners(points: Floats, edges: Ints, count: int, turn: float) -> NDArray[np.bool_]:
-    """Nodes where a curve ends, branches, or turns sharply."""
-    degree = np.bincount(edges.ravel(), minlength=count)
-    result = (degree > 0) & (degree != 2)
-    outward = np.zeros((count, 3))
-    direction = unit_vectors(points[edges[:, 1]] - points[edges[:, 0]])
-    np.add.at(outward, edges[:, 0], direction)
-    np.add.at(outward, edges[:, 1], -direction)
-    # Two unit vectors at the angle pi - t have a sum of length 2 sin(t / 2).
-    sharp = np.linalg.norm(outward, axis=1) > 2 * np.sin(np.radians(turn) / 2)
-    return np.asarray(result | ((degree == 2) & sharp))
 
 
 def _chains(edges: Ints, kind: NDArray[np.int8]) -> Ints:

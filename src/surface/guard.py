@@ -45,11 +45,13 @@ class Shape:
         # Nodes and edge midpoints of the input, and a face each lies on.
         ends = np.stack([self._faces.ravel(), np.roll(self._faces, -1, axis=1).ravel()], axis=1)
         place = np.repeat(np.arange(len(self._faces)), 3)
-        _, node = np.unique(self._faces.ravel(), return_index=True)
+        vertex, node = np.unique(self._faces.ravel(), return_index=True)
         _, edge = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
         self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
         self._back = np.concatenate([place[node], place[edge]])
-        self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)))
+        self._nodes = vertex[vertex < len(points)]
+        self._under = place[node][: len(self._nodes)]
+        self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)), np.zeros(len(self._nodes)))
         self.strict = self.careful = False
         self._looked_at: Floats | None = None
         self._turning = self._turned = np.zeros(len(cells), dtype=bool)
@@ -79,7 +81,7 @@ class Shape:
         return result
 
     def strays(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(m,) cells whose centres leave the input by more than `bound`, or that leave a part of it uncovered.
+        """(m,) cells whose centres or nodes leave the input by more than `bound`, or that leave a part of it uncovered.
 
         Parameters
         ----------
@@ -92,20 +94,18 @@ class Shape:
         """
         found = self._below_centres(points)
         ahead = found.distances
-        moved = self._moved(points)
-        back = moved.walked(self._places, self._back)
-        self._back = back.faces
-        behind = back.distances
-        far = np.flatnonzero(behind > bound)
-        exact = moved.closest(self._places[far], back.faces[far])
-        behind[far] = exact.distances
-        self._seen = (ahead, behind)
+        self._back, behind, below = _walked(self._moved(points), self._places, self._back, bound)
+        self._under, above, _ = _walked(self._surface, points[self._nodes], self._under, bound)
+        self._seen = (ahead, behind, above)
         # What is out of bounds may stay there, but not go farther; what moves with the rest has a margin.
         limit = bound * (1 + _MARGIN * still)
         bad = ahead > np.maximum(limit, self._last[0])
         # Parts of the input that no cell comes near blame the cell that comes nearest.
-        owners = self._owners[exact.faces]
-        bad[owners[exact.distances > np.maximum(limit[owners], self._last[1][far])]] = True
+        owners = self._owners[below]
+        bad[owners[behind > np.maximum(limit[owners], self._last[1])]] = True
+        out = np.zeros(len(points), dtype=bool)
+        out[self._nodes] = above > np.maximum(bound * (1 + _MARGIN), self._last[2])
+        bad |= np.concatenate([out[table].any(axis=1) for table in (self._cells.triangles, self._cells.quads)])
         self._looked_at, self._turning = points, self._against(points, found)
         over = self._turning & ~self._turned
         if not self.strict:
@@ -115,6 +115,11 @@ class Shape:
     def accept(self) -> None:
         """Take the surface that was looked at last for the one to go on from."""
         self._last, self._turned, self._stood = self._seen, self._turning, self._below
+
+    @property
+    def reached(self) -> float:
+        """Largest distance at nodes and centres of the surface that was accepted last."""
+        return float(max(distances.max(initial=0.0) for distances in self._last))
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
@@ -151,6 +156,16 @@ class Shape:
 
     def _moved(self, points: Floats) -> closest.Surface:
         return self._surface.moved(fanned(points, self._cells)[0])
+
+
+def _walked(surface: closest.Surface, places: Floats, start: Ints, bound: float) -> tuple[Ints, Floats, Ints]:
+    """Faces where walks from others end; distances, exact beyond a bound, and the faces they are measured from."""
+    found = surface.walked(places, start)
+    distances, faces = found.distances, found.faces.copy()
+    far = np.flatnonzero(distances > bound)
+    exact = surface.closest(places[far], faces[far])
+    distances[far], faces[far] = exact.distances, exact.faces
+    return found.faces, distances, faces
 
 
 def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:

@@ -60,8 +60,9 @@ class Options:
         How far the result may be from the input, as a fraction of the bounding box's diagonal; for project=True only:
         otherwise the report has a note where the distance is larger.
     features
-        Edges whose cells meet at more than this (degrees) are sharp: nodes on them slide along them, corners stay.
-        None: no edge is; or a (k, 2) array of edges.
+        Edges whose cells meet at more than this (degrees) are sharp, unless they are noise (see
+        :func:`surface.creases.find_creases`): nodes on them slide along them, corners stay. None: no edge is; or a
+        (k, 2) array of edges, which are taken as they are.
     boundary
         Nodes of open boundaries: "slide" along them, or "fixed".
     fixed
@@ -83,7 +84,7 @@ class Options:
     reference: Any = "equilateral"
     energy: str = "barrier"
     emphasis: str = "mean"
-    iterations: int = 200
+    iterations: int = 300
     tolerance: float = 3e-4
     eps: float = 1e-5
     normal: str = "linear"
@@ -144,6 +145,8 @@ class Record:
         Number of nodes that were stopped to keep cells and shape.
     seconds
         Since the run began.
+    distance
+        Largest distance from the input, relative to its diagonal, where the run measures it: at nodes and centres.
 
     Examples
     --------
@@ -160,6 +163,7 @@ class Record:
     turned: int
     held: int
     seconds: float
+    distance: float = 0.0
 
     def __str__(self) -> str:
         return (

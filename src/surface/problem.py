@@ -10,8 +10,9 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from .barrier import Barrier
+from .edges import edge_table
 from .energy import Distortion
-from .features import CORNER, SMOOTH, Features, edge_table
+from .features import CORNER, SMOOTH, Features
 from .geometry import (
     Cells,
     Floats,

@@ -16,8 +16,9 @@ from hexconformal.errors import first_ids
 from .barrier import Barrier
 from .checks import held_nodes, require_sound
 from .core import Iterate, Outcome, descend
+from .edges import edge_table
 from .energy import Distortion, Quaternionic
-from .features import detect_features, edge_table
+from .features import detect_features
 from .geometry import Floats, cell_areas, enclosed_volume, mean_edge_length
 from .io import as_surface_mesh
 from .mesh import SurfaceMesh
@@ -33,7 +34,8 @@ from .worth import Worth
 __all__ = ["Remeshing", "remesh"]
 
 _COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
-_PATIENCE = (10, 1, 1, 1, 1, np.inf)  # iterations with cells turned over when no more can, descent by descent
+_PATIENCE = (10, *8 * (1,), np.inf)  # iterations with cells turned over when no more can, descent by descent
+_SLACK = 0.1  # of the Hausdorff bound, that creases may be straightened by
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
 
 
@@ -97,7 +99,8 @@ class Remeshing:
         if angle is not None and not is_number(angle):
             angle, edges = None, options.features
         fixed = held_nodes(self.mesh, options.fixed)
-        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
+        bound = options.hausdorff * self._diagonal if options.project else 0.0
+        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary, slack=_SLACK * bound)
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
@@ -107,8 +110,8 @@ class Remeshing:
             energy = Quaternionic(cells, shapes, len(x))
         # The energy itself, while the run adapts its own to where it is.
         self._measure = copy(energy)
-        bound = _MARGIN * options.hausdorff * self._diagonal if options.project else None
-        return Surface(x, cells, features, energy, options.eps, options.normal, bound)
+        limit = _MARGIN * bound if options.project else None
+        return Surface(x, cells, features, energy, options.eps, options.normal, limit)
 
     @property
     def points(self) -> Floats:
@@ -171,7 +174,8 @@ class Remeshing:
 
     @property
     def _worth(self) -> Worth:
-        return Worth(self.options, self.mesh.cells, self.history[0], self._scale)
+        farthest = max(record.distance for record in self.history)
+        return Worth(self.options, self.mesh.cells, self.history[0], self._scale, farthest)
 
     @property
     def _stopped(self) -> bool:
@@ -226,6 +230,7 @@ class Remeshing:
             turned=int(turned.sum()),
             held=at.held,
             seconds=time.perf_counter() - self._began,
+            distance=self._core.shape.reached / self._diagonal,
         )
 
     def result(self) -> Result:

@@ -16,6 +16,7 @@ _ROUNDING = 1e-9  # degrees, or of the energy
 _SLIGHTLY = 1e-3  # of the smallest angle: corners of a plane grid have the best one there is, and hold all others
 _VAIN = (1.02, 0.1)  # factor of the smallest and gain of the mean angle from which on anything was gained at all
 _TENTH = 0.1  # of the energy; and of the smallest angle, or of what the mean one misses: that nodes are moved for
+_FAR, _DEAR = 0.5, 0.15  # of the distance that is allowed, beyond which so much of what an angle misses must be gained
 _ENERGY = 0.02  # relative decrease, where the cells shall have other shapes than regular ones
 
 
@@ -33,12 +34,15 @@ class Worth:
         Record of the input.
     scale
         An energy of one cell that is all wrong, in the unit of the records.
+    farthest
+        The largest distance from the input of any surface so far, relative to the diagonal.
     """
 
     options: Options
     cells: Cells
     first: Record
     scale: float = 1.0
+    farthest: float = 0.0
 
     @property
     def _by_energy(self) -> bool:
@@ -86,8 +90,14 @@ class Worth:
         """Whether so much was gained that nodes are moved for it; what is as good as it gets stays where it is."""
         if self._by_energy or self.options.emphasis == "worst" or best.turned < self.first.turned:
             return not self.in_vain(best)
+        smallest, mean = best.min_angle - self.first.min_angle, best.mean_angle - self.first.mean_angle
+        if self.farthest > _FAR * self.options.hausdorff:
+            enough = (_DEAR * self._missing(self.first.min_angle), _DEAR * self._missing(self.first.mean_angle))
+        else:
+            enough = (_TENTH * self.first.min_angle, _TENTH * self._missing(self.first.mean_angle))
+        return (smallest >= enough[0] or mean >= enough[1]) and self.promising(best.energy)
+
+    def _missing(self, angle: float) -> float:
+        """Degrees that an angle misses of what a regular cell has, on average over the cells."""
         t, q = len(self.cells.triangles), len(self.cells.quads)
-        missing = (60.0 * t + 90.0 * q) / (t + q) - self.first.mean_angle
-        gained = best.mean_angle - self.first.mean_angle
-        angles = best.min_angle >= (1 + _TENTH) * self.first.min_angle or gained >= _TENTH * missing
-        return angles and self.promising(best.energy)
+        return (60.0 * t + 90.0 * q) / (t + q) - angle

@@ -11,7 +11,7 @@ from hexconformal.asked import made_of
 from hexconformal.errors import OptionError
 
 from ..checks import held_nodes, require_sound
-from ..features import edge_table
+from ..edges import edge_table
 from ..geometry import Floats, area_vectors, enclosed_volume, mean_edge_length
 from ..io import as_surface_mesh
 from ..quality import smallest_angles
