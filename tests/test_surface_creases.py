@@ -101,7 +101,7 @@ def test_sharp_edges_of_a_rough_surface_are_no_creases():
 def test_a_straight_crease_of_a_rough_surface_is_one():
     points, triangles, crease = roof()
     beside = np.setdiff1d(np.arange(len(points)), crease)
-    points[beside, 2] += 0.25 * np.random.default_rng(0).standard_normal(len(beside))
+    points[beside, 2] += 0.6 * np.random.default_rng(0).standard_normal(len(beside))
     features, edges = creases(points, triangles)
     assert {(i, i + 1) for i in crease[:-1]} <= edges
     assert (features.kind[crease[1:-1]] == CURVE).all()
