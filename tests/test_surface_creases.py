@@ -1,10 +1,11 @@
 """Which sharp edges are creases: not both ways round a sliver, not noise."""
 
 import numpy as np
+import pytest
 from surface_shapes import none, quad_cube, scattered_sphere
 
 import surface
-from surface.creases import _without_whiskers
+from surface.creases import _lead_past, _without_whiskers
 from surface.features import CORNER, CURVE, SMOOTH, detect_features
 from surface.geometry import Cells
 
@@ -147,8 +148,28 @@ def drum(n):
     return points, np.concatenate(cells)
 
 
-def test_the_rim_of_a_round_cap_stays_whole():
-    points, triangles = drum(64)
+@pytest.mark.parametrize("n", [64, 256])
+def test_the_rim_of_a_round_cap_stays_whole(n):
+    points, triangles = drum(n)
     features, _ = creases(points, triangles)
     assert (features.kind == CURVE).all()
-    assert len(features.edges) == 128
+    assert len(features.edges) == 2 * n
+
+
+def test_a_wedge_that_ends_in_needles_keeps_all_its_edges():
+    x = np.arange(21.0)
+    points = np.concatenate([np.stack([x, y + 0 * x, z + 0 * x], axis=1) for y, z in ((0, 1), (-0.07, 0), (0.07, 0))])
+    i = np.arange(20)
+    sides = [(0, 21), (21, 42), (42, 0)]
+    cells = [np.stack(c, axis=1) for a, b in sides for c in ((i + a, i + b, i + a + 1), (i + a + 1, i + b, i + b + 1))]
+    triangles = np.concatenate([*cells, [[0, 42, 21], [20, 41, 62]]])
+    features, edges = creases(points, triangles)
+    assert {(0, 21), (0, 42), (21, 42), (20, 41), (20, 62), (41, 62)} <= edges
+    assert len(np.unique(features.patches)) == 5
+
+
+def test_a_crease_between_others_does_not_lose_its_corner():
+    points = np.array([[0.0, 0, 0], [6, 0, 0], [0, 1, 0]])
+    near = {0: {1, 2}, 1: {0, 3, 4}, 2: {0, 5, 6}}
+    assert not _lead_past(points, near, 0, 1, 2)
+    assert near == {0: {1, 2}, 1: {0, 3, 4}, 2: {0, 5, 6}}

@@ -51,6 +51,12 @@ def test_more_must_be_gained_to_take_the_surface_far_from_its_place(change, expe
     assert Worth(Options(hausdorff=0.02), TRIANGLES, INPUT, farthest=0.0099).worthwhile(best)
 
 
+def test_far_from_the_input_no_less_is_enough_where_angles_are_good():
+    first = replace(INPUT, min_angle=45.0)
+    best = replace(first, energy=0.5, min_angle=48.0, mean_angle=50.5)
+    assert not Worth(Options(), TRIANGLES, first, farthest=0.009).worthwhile(best)
+
+
 def test_less_is_enough_for_the_worst_or_to_turn_cells_back():
     best = replace(INPUT, energy=0.99, min_angle=20.5)
     assert not Worth(Options(), TRIANGLES, INPUT).worthwhile(best)

@@ -29,6 +29,7 @@ _STALL = 5  # iterations in a row that gain little
 _LATE = 0.01  # decrease from which on new normals may not raise the energy for long
 _BACK = 0.5  # of the last decrease, that new normals may take back from then on
 _VAIN = 10  # iterations from then on, in which against their own normals cells gain little
+_TINY = 1e-300
 _SLACK = 1e-4  # beyond that range
 
 
@@ -131,8 +132,9 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
         late = late or (eased and decrease < _LATE)
         fell = decrease
         if late and isinstance(energy, Barrier):
+            energy.cap = cap
             reached = energy.own(x)
-            fell = max(fell, 1 - reached / own)
+            fell = max(fell, 1 - reached / max(own, _TINY))
             own = reached
             vain += 1
             if reached < (1 - 0.5 * _VAIN * tolerance) * lowest:

@@ -20,9 +20,7 @@ _ROUNDING = 1e-9  # radians
 _BESIDE = 0.2  # of the angle: by how much the surface bends beside a crease of many corners, if it is noise
 
 
-def find_creases(
-    points: Floats, cells: Cells, table: EdgeTable, angle: float, turn: float, slack: float
-) -> NDArray[np.bool_]:
+def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, turn: float) -> NDArray[np.bool_]:
     """(e,) edges that are sharp and make up creases.
 
     Parameters
@@ -33,12 +31,10 @@ def find_creases(
         Degrees between the normals of the two cells from which on an edge is sharp.
     turn
         Degrees by which a crease turns at a corner.
-    slack
-        How far a crease may be from where it was, to lead it past slivers.
     """
     rim = table.uses != 2
     bends = _bends(points, cells, table)
-    creased = _without_detours(points, cells, table.nodes, bends > angle, rim, slack)
+    creased = _without_detours(points, cells, table.nodes, bends > angle, rim)
     creased &= _without_whiskers(points, table.nodes, creased | rim)
     return _without_noise(points, table, creased, bends, _BESIDE * angle, turn)
 
@@ -63,7 +59,7 @@ def _bends(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
 
 
 def _without_detours(
-    points: Floats, cells: Cells, edges: Ints, sharp: NDArray[np.bool_], rim: NDArray[np.bool_], slack: float
+    points: Floats, cells: Cells, edges: Ints, sharp: NDArray[np.bool_], rim: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Lead creases past a sliver on one side, where they go round it or zigzag: all its nodes on them, it stays one."""
     near: dict[int, set[int]] = defaultdict(set)
@@ -80,26 +76,26 @@ def _without_detours(
     while changed:
         changed = False
         for nodes in thin.tolist():
-            changed |= _lead_past(points, near, slack, *nodes)
+            changed |= _lead_past(points, near, *nodes)
     kept = np.array([(a, b) for a in near for b in near[a] if a < b], dtype=np.int64).reshape(-1, 2)
     return np.isin(keys, kept @ width) & ~rim
 
 
-def _lead_past(points: Floats, near: dict[int, set[int]], slack: float, *nodes: int) -> bool:
+def _lead_past(points: Floats, near: dict[int, set[int]], *nodes: int) -> bool:
     """Change the creases around one sliver; whether there was something to change."""
     for v, a, b in (nodes, nodes[1:] + nodes[:1], nodes[2:] + nodes[:2]):
         if not near[v] >= {a, b}:
             continue
         if len(near[v]) == 2:
             # Two edges that meet where no other does: the third will do.
-            if b in near[a] or _apart(points, v, a, b) <= slack or _straighter(points, near, v, a, b):
+            if b in near[a] or _straighter(points, near, v, a, b):
                 near[a].add(b)
                 near[b].add(a)
                 for end in (a, b):
                     near[end].remove(v)
                 del near[v]
                 return True
-        elif np.linalg.norm(points[a] - points[b]) < min(np.linalg.norm(points[[a, b]] - points[v], axis=1)):
+        elif b not in near[a] and _shortest(points, v, a, b):
             # Two that run side by side to where others meet: that stays whose other end more meet at.
             end = a if len(near[a]) < len(near[b]) else b
             near[v].remove(end)
@@ -108,26 +104,24 @@ def _lead_past(points: Floats, near: dict[int, set[int]], slack: float, *nodes: 
     return False
 
 
+def _shortest(points: Floats, v: int, a: int, b: int) -> bool:
+    """Whether the edge from a to b is the shortest of the triangle."""
+    return bool(np.linalg.norm(points[a] - points[b]) < np.linalg.norm(points[[a, b]] - points[v], axis=1).min())
+
+
 def _straighter(points: Floats, near: dict[int, set[int]], v: int, a: int, b: int) -> bool:
-    """Whether a crease from a to b turns less, also where it comes from and goes on, by what it turns at v at least."""
-    gained = 0.0
-    for end, other in ((a, b), (b, a)):
-        if len(near[end]) == 2:
-            (origin,) = near[end] - {v}
-            gained += _turn(points[[origin, end, v]]) - _turn(points[[origin, end, other]])
-    return gained >= -_ROUNDING
+    """Whether a crease from a to b turns less, also where it comes from or goes on, by what it turns at v at least."""
+    gained = [
+        _turn(points[[*(near[end] - {v}), end, v]]) - _turn(points[[*(near[end] - {v}), end, other]])
+        for end, other in ((a, b), (b, a))
+        if len(near[end]) == 2
+    ]
+    return bool(gained) and sum(gained) >= -_ROUNDING
 
 
 def _turn(path: Floats) -> float:
-    one, two = unit_vectors(np.diff(path, axis=0))
-    return float(np.arccos(np.clip(one @ two, -1.0, 1.0)))
-
-
-def _apart(points: Floats, v: int, a: int, b: int) -> float:
-    """Distance of node v from the segment from a to b."""
-    along, out = points[b] - points[a], points[v] - points[a]
-    part = np.clip((out @ along) / max(along @ along, 1e-300), 0.0, 1.0)
-    return float(np.linalg.norm(out - part * along))
+    one, two = np.diff(path, axis=0)
+    return float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))
 
 
 def _without_whiskers(points: Floats, edges: Ints, sharp: NDArray[np.bool_], rounds: int = 3) -> NDArray[np.bool_]:

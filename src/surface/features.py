@@ -54,7 +54,6 @@ def detect_features(
     fixed: NDArray[np.bool_] | None = None,
     boundary: str = "slide",
     turn: float = 40.0,
-    slack: float = 0.0,
 ) -> Features:
     """Find the feature curves and corners.
 
@@ -72,8 +71,6 @@ def detect_features(
         "slide": nodes of open boundaries move along them, "fixed": they stay.
     turn
         A curve that turns by more than this (degrees) has a corner there.
-    slack
-        How far a crease may be from where it was, to lead it past slivers: with all its nodes on one, a sliver stays.
 
     Raises
     ------
@@ -92,7 +89,7 @@ def detect_features(
     rim = table.uses != 2
     sharp = rim.copy()
     if angle is not None:
-        sharp |= find_creases(points, cells, table, angle, turn, slack)
+        sharp |= find_creases(points, cells, table, angle, turn)
     if edges is not None:
         sharp |= _given(table, edges, count)
     kind = np.full(count, SMOOTH, dtype=np.int8)

@@ -90,7 +90,8 @@ class Shape:
         bound
             Largest distance.
         still
-            (m,) cells of which no node moves by itself: they have a margin, since all moves a little with the rest.
+            (m,) cells of which no node moves by itself: they have a margin, since all moves a little with the rest; so
+            have all nodes.
         """
         found = self._below_centres(points)
         ahead = found.distances
@@ -118,7 +119,7 @@ class Shape:
 
     @property
     def reached(self) -> float:
-        """Largest distance at nodes and centres of the surface that was accepted last."""
+        """Largest distance of the surface that was accepted last, both ways, where the run measures it."""
         return float(max(distances.max(initial=0.0) for distances in self._last))
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:

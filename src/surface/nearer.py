@@ -16,7 +16,7 @@ from .problem import Surface
 
 __all__ = ["nearer"]
 
-_PART, _PARTS = 0.97, 100  # of its way that a node keeps each time, and how often
+_PART, _PARTS = 0.95, 60  # of its way that a node keeps each time, and how often
 _RINGS = 0, 1, 3  # of nodes around those that go back with them
 _SHARES = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the way that all keep
 

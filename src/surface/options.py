@@ -146,7 +146,8 @@ class Record:
     seconds
         Since the run began.
     distance
-        Largest distance from the input, relative to its diagonal, where the run measures it: at nodes and centres.
+        Largest distance from the input, relative to its diagonal, where the run measures it: at nodes and centres, and
+        back from nodes and edge midpoints of the input. The report's is measured at more places.
 
     Examples
     --------

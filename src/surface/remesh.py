@@ -35,7 +35,6 @@ __all__ = ["Remeshing", "remesh"]
 
 _COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
 _PATIENCE = (10, *8 * (1,), np.inf)  # iterations with cells turned over when no more can, descent by descent
-_SLACK = 0.1  # of the Hausdorff bound, that creases may be straightened by
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
 
 
@@ -99,8 +98,7 @@ class Remeshing:
         if angle is not None and not is_number(angle):
             angle, edges = None, options.features
         fixed = held_nodes(self.mesh, options.fixed)
-        bound = options.hausdorff * self._diagonal if options.project else 0.0
-        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary, slack=_SLACK * bound)
+        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
         shapes = reference_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
@@ -110,8 +108,8 @@ class Remeshing:
             energy = Quaternionic(cells, shapes, len(x))
         # The energy itself, while the run adapts its own to where it is.
         self._measure = copy(energy)
-        limit = _MARGIN * bound if options.project else None
-        return Surface(x, cells, features, energy, options.eps, options.normal, limit)
+        bound = _MARGIN * options.hausdorff * self._diagonal if options.project else None
+        return Surface(x, cells, features, energy, options.eps, options.normal, bound)
 
     @property
     def points(self) -> Floats:
@@ -290,7 +288,8 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
     neither the smallest angle (by more than a thousandth of it) nor the mean one gets worse. An input is about as good
     as it gets, and comes back as it is, if the energy would fall by less than a tenth, or if the smallest angle would
     gain less than a tenth and the mean one less than a tenth of what it misses (with `emphasis="worst"`: 2 % of the one
-    and 0.1 degrees of the other).
+    and 0.1 degrees of the other). Where the run took the surface more than half as far away as it may, one of them must
+    gain at least 15 % of what it misses.
 
     Parameters
     ----------

@@ -91,11 +91,10 @@ class Worth:
         if self._by_energy or self.options.emphasis == "worst" or best.turned < self.first.turned:
             return not self.in_vain(best)
         smallest, mean = best.min_angle - self.first.min_angle, best.mean_angle - self.first.mean_angle
-        if self.farthest > _FAR * self.options.hausdorff:
-            enough = (_DEAR * self._missing(self.first.min_angle), _DEAR * self._missing(self.first.mean_angle))
-        else:
-            enough = (_TENTH * self.first.min_angle, _TENTH * self._missing(self.first.mean_angle))
-        return (smallest >= enough[0] or mean >= enough[1]) and self.promising(best.energy)
+        share = _DEAR if self.farthest > _FAR * self.options.hausdorff else 0.0
+        enough = smallest >= max(_TENTH * self.first.min_angle, share * self._missing(self.first.min_angle))
+        enough = enough or mean >= max(_TENTH, share) * self._missing(self.first.mean_angle)
+        return enough and self.promising(best.energy)
 
     def _missing(self, angle: float) -> float:
         """Degrees that an angle misses of what a regular cell has, on average over the cells."""
