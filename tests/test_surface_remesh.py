@@ -581,11 +581,11 @@ def test_who_waits_stays_until_no_cell_may_turn_over(everybody):
 
 def test_a_descent_that_begins_again_does_not_take_the_latest_surface_back(monkeypatch):
     # A search that gives up early, so that the first descent ends stuck.
-    monkeypatch.setattr(surface.core, "_TRIES", 8)
-    points, cells = shaken(icosphere(2), 0.1)
+    monkeypatch.setattr(surface.core, "_TRIES", 4)
+    points, cells = shaken(icosphere(2), 0.08)
     run = surface.Remeshing((points, cells.triangles), surface.Options(iterations=10, features=None))
     latest = [smallest_angles(run.latest, cells).mean() for _ in run]
     means = np.array([record.mean_angle for record in run.history])
     again = int(np.argmin(np.diff(means))) + 1
-    assert means[again] < means[again - 1] - 1
+    assert means[again] < means[again - 1] - 2
     assert min(latest[again:]) >= latest[again - 1]
