@@ -173,3 +173,11 @@ def test_a_crease_between_others_does_not_lose_its_corner():
     near = {0: {1, 2}, 1: {0, 3, 4}, 2: {0, 5, 6}}
     assert not _lead_past(points, near, 0, 1, 2)
     assert near == {0: {1, 2}, 1: {0, 3, 4}, 2: {0, 5, 6}}
+
+
+def test_a_zigzag_along_a_sliver_is_straightened_and_an_arc_is_not():
+    for ends, straight in (([0.0, 0.0], True), ([-0.06, -0.06], False)):
+        points = np.array([[-1, ends[0], 0], [0, 0, 0], [0.5, 0.02, 0], [1, 0, 0], [2, ends[1], 0]])
+        near = {0: {1}, 1: {0, 2}, 2: {1, 3}, 3: {2, 4}, 4: {3}}
+        assert _lead_past(points, near, 1, 2, 3) is straight
+        assert near[1] == ({0, 3} if straight else {0, 2})

@@ -23,6 +23,9 @@ _BESIDE = 0.2  # of the angle: by how much the surface bends beside a crease of 
 def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, turn: float) -> NDArray[np.bool_]:
     """(e,) edges that are sharp and make up creases.
 
+    Creases go past a sliver on one side. Taken for noise are edges that lead nowhere, groups that are small, or short
+    where they end in a face, and those half of whose nodes are corners on a surface that bends beside them, too.
+
     Parameters
     ----------
     points, cells, table
@@ -147,14 +150,14 @@ def _without_whiskers(points: Floats, edges: Ints, sharp: NDArray[np.bool_], rou
 def _without_noise(
     points: Floats, table: EdgeTable, sharp: NDArray[np.bool_], bends: Floats, least: float, turn: float
 ) -> NDArray[np.bool_]:
-    """Take away groups with corners at most of their nodes, where the surface bends at most edges beside them, too."""
+    """Take away groups with corners at half of their nodes, where half of the edges beside them bend, too."""
     kept, count = sharp.copy(), len(points)
     ids = np.flatnonzero(sharp)
     group = _groups(table.nodes[ids], count)
     at_node, at_cell = np.full(count, -1), np.full(int(table.cells.max(initial=-1)) + 1, -1)
     at_node[table.nodes[ids]] = at_cell[table.cells[ids]] = group[:, None]
     others = np.flatnonzero(~sharp & (table.uses == 2) & (table.cells >= 0).all(axis=1))
-    corner, bent = curve_ends(points, table.nodes[ids], count, turn), bends[others] > least
+    corner, bent = curve_ends(points, table.nodes[ids], turn), bends[others] > least
     number = int(group.max(initial=-1)) + 1
     noise = _mostly(at_node, corner, number)
     noise &= _mostly(at_cell[table.cells[others]], np.stack([bent, bent], axis=1), number)
@@ -176,8 +179,9 @@ def _groups(edges: Ints, count: int) -> Ints:
     return np.unique(connected_components(links, directed=False)[1][a], return_inverse=True)[1].ravel()
 
 
-def curve_ends(points: Floats, edges: Ints, count: int, turn: float) -> NDArray[np.bool_]:
-    """Nodes where a curve ends, branches, or turns sharply."""
+def curve_ends(points: Floats, edges: Ints, turn: float) -> NDArray[np.bool_]:
+    """(n,) nodes where a curve ends, branches, or turns sharply."""
+    count = len(points)
     degree = np.bincount(edges.ravel(), minlength=count)
     result = (degree > 0) & (degree != 2)
     outward = np.zeros((count, 3))

@@ -18,8 +18,7 @@ from .creases import curve_ends, find_creases
 from .edges import EdgeTable, edge_table
 from .geometry import Cells, Floats, Ints, unit_vectors
 
-__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "detect_features"]
-__all__ += ["holding"]
+__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "detect_features", "holding"]
 
 SMOOTH, CURVE, CORNER = 0, 1, 2
 
@@ -62,7 +61,8 @@ def detect_features(
     points, cells
         The surface.
     angle
-        Edges whose two cells meet at more than this (degrees between their normals) are sharp; None: none are.
+        Edges whose two cells meet at more than this (degrees between their normals) are sharp, unless they are noise
+        (:func:`surface.creases.find_creases`); None: none are.
     edges
         (k, 2) sharp edges given besides.
     fixed
@@ -95,7 +95,7 @@ def detect_features(
     kind = np.full(count, SMOOTH, dtype=np.int8)
     feature = table.nodes[sharp]
     kind[feature] = CURVE
-    kind[curve_ends(points, feature, count, turn)] = CORNER
+    kind[curve_ends(points, feature, turn)] = CORNER
     if boundary == "fixed":
         kind[table.nodes[rim]] = CORNER
     if fixed is not None:

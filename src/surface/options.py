@@ -60,9 +60,9 @@ class Options:
         How far the result may be from the input, as a fraction of the bounding box's diagonal; for project=True only:
         otherwise the report has a note where the distance is larger.
     features
-        Edges whose cells meet at more than this (degrees) are sharp, unless they are noise (see
-        :func:`surface.creases.find_creases`): nodes on them slide along them, corners stay. None: no edge is; or a
-        (k, 2) array of edges, which are taken as they are.
+        Edges whose cells meet at more than this (degrees) are sharp, unless they are few, or full of corners on a rough
+        surface: nodes on them slide along them, corners stay. None: no edge is; or a (k, 2) array of edges, which are
+        taken as they are.
     boundary
         Nodes of open boundaries: "slide" along them, or "fixed".
     fixed
@@ -147,7 +147,7 @@ class Record:
         Since the run began.
     distance
         Largest distance from the input, relative to its diagonal, where the run measures it: at nodes and centres, and
-        back from nodes and edge midpoints of the input. The report's is measured at more places.
+        back from nodes and edge midpoints of the input; 0 without projection. The report's is measured at more places.
 
     Examples
     --------
