@@ -24,11 +24,11 @@ from machine import described
 from matplotlib.figure import Figure
 
 import surface
-from surface.energy import Quaternionic
-from surface.features import detect_features
-from surface.geometry import enclosed_volume, mean_edge_length, nodal_areas, transport_vectors, unit_vectors
-from surface.reference import reference_shapes
-from surface.step import displacement
+from surface.constraint.features import detect_features
+from surface.constraint.saddle_point import displacement
+from surface.energy.distortion_energy import Quaternionic
+from surface.energy.reference import reference_shapes
+from surface.mesh.geometry import enclosed_volume, mean_edge_length, nodal_areas, transport_vectors, unit_vectors
 
 ROOT = Path(__file__).resolve().parents[1]
 EPS = 10.0 ** np.arange(-10, 3)

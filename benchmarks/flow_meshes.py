@@ -22,7 +22,7 @@ from scipy.spatial import ConvexHull
 
 import surface
 from surface.flow import Evolution, Flow, MeanCurvature, Stepping, Willmore
-from surface.geometry import Cells, Floats, area_vectors, nodal_vectors, unit_vectors
+from surface.mesh.geometry import Cells, Floats, area_vectors, nodal_vectors, unit_vectors
 
 FLOWS: dict[str, type[Flow]] = {"willmore": Willmore, "mean-curvature": MeanCurvature}
 HEADER = (

@@ -21,8 +21,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from surface.flow import MeanCurvature, evolve
-from surface.geometry import Cells, Floats, cell_areas, enclosed_volume, nodal_areas, nodal_vectors
-from surface.quality import smallest_angles
+from surface.mesh.geometry import Cells, Floats, cell_areas, enclosed_volume, nodal_areas, nodal_vectors
+from surface.quality.assessment import smallest_angles
 
 HEADER = "| surface | flow | method | min angle on the way | min / mean angle at the end | area | volume | CPU s |"
 NO_QUADS = np.empty((0, 4), dtype=np.int64)

@@ -40,9 +40,9 @@ from numpy.typing import NDArray
 from peers import PEERS, available
 
 import hexconformal as hc
-from hexconformal.hausdorff import hausdorff
-from hexconformal.io import READ_EXTENSIONS
-from hexconformal.topology import boundary_quads
+from hexconformal.geometry import hausdorff
+from hexconformal.io.read_write import READ_EXTENSIONS
+from hexconformal.mesh.topology import boundary_quads
 
 LEAST = 0.005  # share of the diagonal that a matched surface may move in any case
 

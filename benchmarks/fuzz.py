@@ -172,7 +172,7 @@ def _surfaces(folder: Path) -> Iterator[Path]:
 
     sphere = pv.Sphere(theta_resolution=6, phi_resolution=5)
     sphere.point_data["f"] = np.arange(float(sphere.n_points))
-    for extension in surface.io.EXTENSIONS:
+    for extension in surface.io.read_write.EXTENSIONS:
         path = folder / f"surface{extension}"
         surface.write(path, sphere)
         yield path

@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from hexconformal import MeshMotion
 from hexconformal.generate import box
-from hexconformal.motion import OPERATORS
+from hexconformal.motion.mesh_motion import OPERATORS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from moving_cylinder import BOX, TO_SKFEM, o_grid

@@ -1,7 +1,7 @@
 """Small faults in kernels, the certificate of validity, the line search and constraints: do the tests notice?
 
     python benchmarks/mutants.py              # all of them, as a table; some minutes
-    python benchmarks/mutants.py --only hexconformal.validity
+    python benchmarks/mutants.py --only hexconformal.elements.validity
 
 Each mutant is one change of one line in a copy of the project; the tests of its module run on it until one fails. The
 exit code is 1 if a mutant survives.
@@ -24,7 +24,7 @@ LIMIT = 300.0  # seconds; a mutant that never ends is noticed too
 
 # Module: the tests that are about it, and what is changed into what (the first place it is found).
 MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
-    "hexconformal.quaternion": (
+    "hexconformal.kernel.quaternion": (
         ("test_distortion.py",),
         [
             ("a[1] * b[2] - a[2] * b[1], a[2] * b[0]", "a[1] * b[2] + a[2] * b[1], a[2] * b[0]"),
@@ -35,7 +35,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("a[2] * a[2] + a[3] * a[3]", "a[2] * a[2] - a[3] * a[3]"),
         ],
     ),
-    "hexconformal.distortion": (
+    "hexconformal.kernel.distortion": (
         ("test_distortion.py",),
         [
             ("return 2.0 * norm2((-n_f1[0]", "return 1.0 * norm2((-n_f1[0]"),
@@ -50,7 +50,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("along_da = ds * a_d, ds * g_d", "along_da = ds * a_d, 0.5 * ds * g_d"),
         ],
     ),
-    "hexconformal.kernels": (
+    "hexconformal.energy.quadrature_kernels": (
         ("test_assembly.py",),
         [
             ("forces[c, 3, k] = factor * (y0 - x1 - z2)", "forces[c, 3, k] = factor * (y0 + x1 - z2)"),
@@ -59,7 +59,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("if eps == FROZEN:", "if eps == PLAIN:"),
         ],
     ),
-    "hexconformal.corner_kernels": (
+    "hexconformal.energy.corner_kernels": (
         ("test_shaping.py",),
         [
             ("there, sign = cells[c, corners[q, i]], corners[q, 3 + i]", "there, sign = cells[c, corners[q, i]], 1"),
@@ -70,7 +70,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("second = 2.0 * stiffness * first / room", "second = 1.0 * stiffness * first / room"),
         ],
     ),
-    "hexconformal.corner_blocks": (
+    "hexconformal.energy.corner_blocks": (
         ("test_shaping.py",),
         [
             ("put(times(-1.0, m0), s, _MIXED, q)", "put(times(1.0, m0), s, _MIXED, q)"),
@@ -79,14 +79,14 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("if cells[c, a] >= cells[c, b]:", "if cells[c, a] <= cells[c, b]:"),
         ],
     ),
-    "hexconformal.scratch": (
+    "hexconformal.kernel.simd_frames": (
         ("test_assembly.py",),
         [
             ("target = c if len(inverses) > 1 else 0", "target = 0 if len(inverses) > 1 else 0"),
             ("step = 1 if inverses.shape[1] > 1 else 0", "step = 0 if inverses.shape[1] > 1 else 0"),
         ],
     ),
-    "hexconformal.validity": (
+    "hexconformal.elements.validity": (
         ("test_validity.py",),
         [
             ("_ROUNDING = 16 *", "_ROUNDING = 0 *"),
@@ -102,7 +102,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("cells = cells[among]", "cells = cells[among[:1]]"),
         ],
     ),
-    "hexconformal.solver": (
+    "hexconformal.solver.minimizers": (
         ("test_solver.py",),
         [
             ("energy <= at.energy + _ARMIJO * step * slope", "energy <= at.energy - _ARMIJO * step * slope"),
@@ -114,7 +114,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("abs(inner(gradient, direction)) <= -0.9 * slope", "abs(inner(gradient, direction)) >= -0.9 * slope"),
         ],
     ),
-    "hexconformal.multigrid": (
+    "hexconformal.solver.multigrid": (
         ("test_multigrid.py",),
         [
             ("_DAMPING = 1.6", "_DAMPING = 2.4"),
@@ -128,7 +128,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("update(self._cycle(coarse, depth + 1), x, 1.0)", "update(self._cycle(coarse, depth + 1), x, -1.0)"),
         ],
     ),
-    "hexconformal.minimize": (
+    "hexconformal.regularization.minimize": (
         ("test_solver.py",),
         [
             ("None if self._valid.all() else np.flatnonzero(self._valid)", "np.flatnonzero(~self._valid)"),
@@ -139,7 +139,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("taken == _HANDOVER", "taken == 0"),
         ],
     ),
-    "hexconformal.constraint": (
+    "hexconformal.solver.admissible": (
         ("test_constraint.py",),
         [
             ("says = length > 1e-3 * size", "says = length > 0.0"),
@@ -150,7 +150,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("held | (mask if", "held & (mask if"),
         ],
     ),
-    "hexconformal.closest": (
+    "hexconformal.geometry.closest_point": (
         ("test_closest.py",),
         [
             ("0] = pairs[:, :, 0].min(axis=1)", "0] = pairs[:, :, 0].max(axis=1)"),
@@ -159,7 +159,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("wanted[~np.isin(wanted, self.curves)]", "wanted[wanted > self.curves.max()]"),
         ],
     ),
-    "hexconformal.nearest": (
+    "hexconformal.geometry.closest_point_kernels": (
         ("test_closest.py",),
         [
             ("_SLIVER = 1e-10", "_SLIVER = 0.0"),
@@ -170,7 +170,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("if not bounds[size] < best:", "if bounds[size] < 0.5 * best:"),
         ],
     ),
-    "hexconformal.band": (
+    "hexconformal.geometry.distance_barrier": (
         ("test_band.py",),
         [
             ("self._is_node | (ahead_bound >= onset)", "self._is_node & (ahead_bound >= onset)"),
@@ -183,7 +183,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("0.0), back.distances.max(", "0.0), 0.0 * back.distances.max("),
         ],
     ),
-    "surface.barrier": (
+    "surface.energy.barrier": (
         ("test_surface_energy.py",),
         [
             ("2 * c * g - 1 / (m * root**3)", "2 * c * g + 1 / (m * root**3)"),

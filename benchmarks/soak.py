@@ -24,13 +24,13 @@ from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 import surface
-from hexconformal.closest import Surface
+from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, jittered, twisted_cube
-from hexconformal.pyvista_mesh import plain_pyvista
-from hexconformal.topology import boundary_quads
-from hexconformal.validity import is_valid
-from surface.geometry import Cells, area_vectors
-from surface.quality import smallest_angles
+from hexconformal.geometry.closest_point import Surface
+from hexconformal.io.pyvista_mesh import plain_pyvista
+from hexconformal.mesh.topology import boundary_quads
+from surface.mesh.geometry import Cells, area_vectors
+from surface.quality.assessment import smallest_angles
 
 LEVEL, ROUNDING = 1e-6, 1e-9
 

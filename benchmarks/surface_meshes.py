@@ -17,7 +17,7 @@ import numpy as np
 from machine import described
 
 import surface
-from surface.geometry import mean_edge_length
+from surface.mesh.geometry import mean_edge_length
 
 HEADER = (
     "| surface | cells | min / mean angle: input | result | turned over | area by | volume by | distance | "

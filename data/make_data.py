@@ -7,7 +7,7 @@ import pyvista as pv
 
 import surface
 from hexconformal import generate
-from hexconformal.quality import quality
+from hexconformal.quality.assessment import quality
 
 FOLDER = Path(__file__).parent
 

@@ -1,114 +1,162 @@
-"""Draw docs/images/architecture.svg from the imports in src/: python docs/architecture.py [--check].
+"""Draw docs/images/architecture.svg from the packages in src/: python docs/architecture.py [--check].
 
-Modules live in rooms; which room a module is in is said here, everything else is read from the source. An arrow leads
-from a room to another that it imports from. Ends with an error where a module has no room, where modules or rooms
-import each other in a circle, where hexconformal imports surface other than for its commands and filters, or, with
---check, where the picture is not up to date.
+A room is a package directly below `hexconformal` or `surface`; what it is, and which rooms it may import from, is said
+by its docstring. An arrow leads from a room to another that it imports from. With --check nothing is drawn: the command
+ends with an error where the source breaks one of the rules in `faults`, or the picture is not up to date.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections import defaultdict
+from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
-
-# Title, and modules. Names within hexconformal; those of surface begin with a dot.
-ROOMS: dict[str, str] = {
-    "the kernel": "compiled quaternion distortion small_matrices",
-    "cells": "elements topology sizes size_kernel threads sparsity validity cell_measures",
-    "meshes and files": "errors interrupt version plain files arrays mesh selection convert meshio_mesh pyvista_mesh"
-    " vtk_mesh parsers format_limits silence vtk_files sound_files abaqus conventions nastran io",
-    "what is measured": "distributions generate.bricks generate.o_grids generate.jitter quality orient checks limits"
-    " winding connections",
-    "the energies of hexahedra": "scratch kernels corner_blocks corner_kernels assembly block_matrix grain shaping"
-    " target",
-    "solvers": "solver multigrid preconditioner",
-    "the boundary": "features creases nearest closest hausdorff constraint band boundary ordering frame",
-    "what is asked and told": "asked options report",
-    "regularize": "regularize outcome stages step minimize untangle inside ease lift volume",
-    "move": "motion extension motion_table motion_run",
-    "surface: geometry and files": ".geometry .mesh .vtk_mesh .convert .io .ply .polygons .edges .creases .features",
-    "surface: energies": ".energy .barrier .reference .step",
-    "surface: remesh": ".checks .quality .options .report .guard .target .problem .core .nearer .worth .result .remesh",
-    "surface: flow": ".flow.terms .flow.discrete .flow.energy .flow.step .flow.flows .flow.options .flow.remeshing"
-    " .flow.moment .flow.evolve .flow.checkpoint .flow",
-    "runs in folders": "history checkpoint series run_folder",
-    "pictures": "canvas plots .plots .flow.plots",
-    "commands": "__main__ cli commands.arguments commands.kind commands.outputs commands.work commands.regularize"
-    " commands.move commands.quality commands.orient commands.check commands.demo .commands.kind .commands.remesh"
-    " .commands.flow progress",
-    "filters": "accessor hexconformal_plugin",
-}
-KNOWING = ("commands", "filters")  # rooms of hexconformal that may know surfaces
-# The packages themselves hand out what is inside: no room.
-FACADES = ("hexconformal", "hexconformal.commands", "hexconformal.generate", "surface", "surface.commands")
+PACKAGES = ("hexconformal", "surface")
+FACES = "hexconformal.app"  # the one room of hexconformal that may know surface
+LINES, MODULES = 350, 15  # of a module, of a folder: more than that is no longer taken in
 
 _WIDTH, _LINE, _PAD, _ACROSS, _DOWN, _COLUMN = 232, 15, 10, 44, 54, 34
 
 
-def modules() -> dict[str, Path]:
+@dataclass(frozen=True)
+class Import:
+    """Names that a module imports from another module or package of ours."""
+
+    source: str
+    target: str
+    names: tuple[str, ...]
+
+
+def modules(source: Path = SOURCE) -> dict[str, Path]:
     """Every module by its full name."""
     found = {}
-    for path in sorted(SOURCE.rglob("*.py")):
-        parts = path.relative_to(SOURCE).with_suffix("").parts
+    for path in sorted(source.rglob("*.py")):
+        parts = path.relative_to(source).with_suffix("").parts
         found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return found
 
 
-def imports(name: str, path: Path, known: dict[str, Path]) -> set[str]:
-    """Modules of ours that a module imports, inside functions too."""
+def imports(name: str, path: Path, known: dict[str, Path]) -> list[Import]:
+    """What a module imports of ours, inside functions too."""
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    found = set()
+    found = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            found += [Import(name, alias.name, ()) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) - node.level + 1] if node.level else []
             whole = ".".join([*base, *([node.module] if node.module else [])])
-            found |= {f"{whole}.{alias.name}" if f"{whole}.{alias.name}" in known else whole for alias in node.names}
-    return {other for other in found if other in known and other != name}
+            for alias in node.names:
+                submodule = f"{whole}.{alias.name}" in known
+                target, names = (f"{whole}.{alias.name}", ()) if submodule else (whole, (alias.name,))
+                found.append(Import(name, target, names))
+    return [one for one in found if one.target in known and one.target != name]
 
 
-def rooms() -> tuple[dict[str, list[str]], dict[str, set[str]]]:
-    """Modules of each room, and the rooms it imports from."""
-    known = modules()
-    inside: dict[str, list[str]] = {}
-    room_of = {}
-    for room, names in ROOMS.items():
-        full = [f"surface{name}" if name.startswith(".") else f"hexconformal.{name}" for name in names.split()]
-        inside[room] = [name for name in full if name in known]
-        room_of |= dict.fromkeys(inside[room], room)
-    homeless = sorted(set(known) - set(room_of) - set(FACADES))
-    if homeless:
-        raise SystemExit(f"give these modules a room in docs/architecture.py: {', '.join(homeless)}")
-    try:
-        TopologicalSorter({name: imports(name, path, known) for name, path in known.items()}).prepare()
-    except CycleError as problem:
-        raise SystemExit(f"these modules import each other in a circle: {' <- '.join(problem.args[1])}") from problem
-    uses: dict[str, set[str]] = {room: set() for room in ROOMS}
-    for name, room in room_of.items():
-        if name.startswith("hexconformal") and room not in KNOWING:
-            strange = [other for other in imports(name, known[name], known) if other.startswith("surface")]
-            if strange:
-                raise SystemExit(f"{name} imports {', '.join(strange)}: only commands and filters may know surfaces")
-        uses[room] |= {room_of[other] for other in imports(name, known[name], known) if other in room_of}
-        uses[room].discard(room)
-    return inside, uses
+def room_of(name: str) -> str:
+    """The room that a module is in: its package below `hexconformal` or `surface`, if there is one."""
+    return ".".join(name.split(".")[:2])
+
+
+def rooms(known: dict[str, Path]) -> dict[str, list[str]]:
+    """The modules of each room, by their names inside it."""
+    found: dict[str, list[str]] = {}
+    for name, path in known.items():
+        if name == room_of(name) and name not in PACKAGES and path.name == "__init__.py":
+            found[name] = []
+    for name, path in known.items():
+        if room_of(name) in found and path.name != "__init__.py":
+            found[room_of(name)].append(name.removeprefix(room_of(name) + "."))
+    return found
+
+
+def arrows(known: dict[str, Path]) -> dict[str, set[str]]:
+    """The rooms that each room imports from."""
+    inside = rooms(known)
+    uses: dict[str, set[str]] = {room: set() for room in inside}
+    for name, path in known.items():
+        if room_of(name) in inside:
+            targets = {room_of(one.target) for one in imports(name, path, known)}
+            uses[room_of(name)] |= (targets & set(inside)) - {room_of(name)}
+    return uses
+
+
+def faults(source: Path = SOURCE) -> list[str]:
+    """Where the source breaks the rules of the house, in words.
+
+    Modules and rooms import each other in one direction; another room is imported by its face, and from that only what
+    it hands out; a room imports what its docstring says; `surface` is known to the room of faces alone; no module and
+    no folder is too large to be taken in.
+    """
+    known = modules(source)
+    inside = rooms(known)
+    found = []
+    graph = {name: {one.target for one in imports(name, path, known)} for name, path in known.items()}
+    for what, edges in (("modules", graph), ("rooms", arrows(known))):
+        try:
+            TopologicalSorter(edges).prepare()
+        except CycleError as problem:
+            found.append(f"these {what} import each other in a circle: {' <- '.join(problem.args[1])}")
+    public = {room: _public(known[room]) for room in inside}
+    for name, path in known.items():
+        for one in imports(name, path, known):
+            here, there = room_of(name), room_of(one.target)
+            if here.startswith("hexconformal") and here != FACES and there.startswith("surface"):
+                found.append(f"{name} imports {one.target}: only {FACES} may know surface")
+            if here == there or there not in inside or here == there.split(".")[0]:
+                continue
+            hidden = [n for n in one.names if n not in public[there]]
+            if one.target != there and one.target.removeprefix(there + ".") not in public[there]:
+                found.append(f"{name} imports {one.target}: the face of {there} is the way in")
+            elif hidden:
+                found.append(f"{name} imports {', '.join(hidden)}, which {there} does not hand out (__all__)")
+    for room, others in arrows(known).items():
+        told = _told(known[room], room)
+        for other in sorted(others - told):
+            found.append(f"{room} imports {other}, but its docstring does not say so")
+        for other in sorted(told - others):
+            found.append(f"the docstring of {room} says that it imports {other}, which it does not")
+    folders = defaultdict(int)
+    for name, path in known.items():
+        folders[path.parent] += path.name != "__init__.py"
+        lines = len(path.read_text(encoding="utf-8").splitlines())
+        if lines > LINES:
+            found.append(f"{name} has {lines} lines, more than {LINES}")
+    for folder, count in folders.items():
+        if count > MODULES:
+            found.append(f"{folder.relative_to(source)} has {count} modules, more than {MODULES}")
+    return found
+
+
+def _public(path: Path) -> set[str]:
+    """What a package hands out: its __all__."""
+    found: set[str] = set()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        if any(isinstance(target, ast.Name) and target.id == "__all__" for target in targets):
+            found |= set(ast.literal_eval(node.value))
+    return found
+
+
+def _told(path: Path, room: str) -> set[str]:
+    """The rooms that a room imports from according to the end of its docstring."""
+    text = " ".join((ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split())
+    listed = re.search(r"Imports ((?:`[\w.]+`(?:, | and )?)+)", text)
+    names = re.findall(r"`([\w.]+)`", listed[1]) if listed else []
+    return {name if name.startswith(PACKAGES) else f"{room.split('.')[0]}.{name}" for name in names}
 
 
 def layers(uses: dict[str, set[str]]) -> list[list[str]]:
     """Rooms from those that need no other upwards."""
     height: dict[str, int] = {}
-    while len(height) < len(uses):
-        ready = [room for room in uses if room not in height and uses[room] <= set(height)]
-        if not ready:
-            raise SystemExit(f"these rooms import each other in a circle: {', '.join(set(uses) - set(height))}")
-        height |= {room: 1 + max((height[other] for other in uses[room]), default=-1) for room in ready}
+    for room in TopologicalSorter(uses).static_order():
+        height[room] = 1 + max((height[other] for other in uses[room]), default=-1)
     found = defaultdict(list)
     for room in uses:
         found[height[room]].append(room)
@@ -126,20 +174,23 @@ def needed(uses: dict[str, set[str]]) -> dict[str, set[str]]:
 
 def drawing() -> str:
     """The picture."""
-    inside, uses = rooms()
+    known = modules()
+    inside, uses = rooms(known), arrows(known)
     stories = layers(uses)[::-1]
-    wrapped = {room: _wrapped([_short(name, room) for name in names]) for room, names in inside.items()}
+    wrapped = {room: _wrapped([name.rpartition(".")[2] for name in names]) for room, names in inside.items()}
     # Surfaces have a column of their own on the right.
     columns = max(sum(not _of_surfaces(room) for room in story) for story in stories)
     step = _WIDTH + _ACROSS
-    width = (columns + 1) * step + 2 * _COLUMN - _ACROSS
+    width = (columns + max(sum(map(_of_surfaces, story)) for story in stories)) * step + 2 * _COLUMN - _ACROSS
     place, y = {}, 20
     for story in stories:
         tall = max(2 * _PAD + _LINE * (1 + len(wrapped[room])) for room in story)
         others = [room for room in story if not _of_surfaces(room)]
+        of_surfaces = [room for room in story if _of_surfaces(room)]
         left = _COLUMN + (columns - len(others)) * step / 2
         for room in story:
-            x = _COLUMN + columns * step if _of_surfaces(room) else left + others.index(room) * step
+            right = _COLUMN + columns * step
+            x = right + of_surfaces.index(room) * step if room in of_surfaces else left + others.index(room) * step
             place[room] = (x, y, 2 * _PAD + _LINE * (1 + len(wrapped[room])))
         y += tall + _DOWN
     height = y - _DOWN + 20
@@ -174,11 +225,6 @@ def _of_surfaces(room: str) -> bool:
     return room.startswith("surface")
 
 
-def _short(name: str, room: str) -> str:
-    """A module's name as it is called in its room."""
-    return name if name.startswith("surface") and not _of_surfaces(room) else name.partition(".")[2]
-
-
 def _wrapped(names: list[str], characters: int = 38) -> list[str]:
     lines = [""]
     for name in names:
@@ -189,13 +235,15 @@ def _wrapped(names: list[str], characters: int = 38) -> list[str]:
 
 
 def main() -> None:
-    """Draw it, or tell whether it is drawn as it should be."""
-    drawn = drawing()
+    """Draw it, or tell whether it is drawn, and built, as it should be."""
     if "--check" in sys.argv[1:]:
-        if not PICTURE.exists() or PICTURE.read_text(encoding="utf-8") != drawn:
-            raise SystemExit("docs/images/architecture.svg is not up to date: python docs/architecture.py")
+        found = faults()
+        if not found and (not PICTURE.exists() or PICTURE.read_text(encoding="utf-8") != drawing()):
+            found = ["docs/images/architecture.svg is not up to date: python docs/architecture.py"]
+        if found:
+            raise SystemExit("\n".join(found))
     else:
-        PICTURE.write_text(drawn, encoding="utf-8")
+        PICTURE.write_text(drawing(), encoding="utf-8")
 
 
 if __name__ == "__main__":

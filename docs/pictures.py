@@ -14,8 +14,9 @@ from PIL import Image
 
 import hexconformal as hc
 import surface
-from hexconformal import generate, plots
-from surface import plots as surface_plots
+from hexconformal import generate
+from hexconformal.plots import volume_plots as plots
+from surface.plots import surface_plots
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA, IMAGES = ROOT / "data", ROOT / "docs" / "images"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from surface.quality import smallest_angles
+from surface.quality.assessment import smallest_angles
 
 _PIXELS = 620
 

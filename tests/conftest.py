@@ -19,7 +19,7 @@ def shared():
 def rendering():
     """Skips the test where pictures in three dimensions cannot be drawn."""
     from hexconformal import WriteError
-    from hexconformal.canvas import require_rendering
+    from hexconformal.plots.canvas import require_rendering
 
     try:
         require_rendering()

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-from hexconformal.cli import main
+from hexconformal.app.cli import main
 
 
 def run(words):

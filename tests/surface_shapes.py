@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from surface.geometry import Cells
+from surface.mesh.geometry import Cells
 
 
 def none(width):

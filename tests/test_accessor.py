@@ -11,11 +11,11 @@ import pytest
 import pyvista as pv
 
 import hexconformal as hc
-import hexconformal.accessor
+import hexconformal.app.accessor
 import surface
 from hexconformal import generate
-from hexconformal.convert import to_pyvista
-from hexconformal.quality import MEASURES
+from hexconformal.io.convert import to_pyvista
+from hexconformal.quality.assessment import MEASURES
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -103,7 +103,7 @@ def test_options_and_meshes_that_make_no_sense():
 OLD = """
 import pyvista as pv
 vars(pv).pop("register_dataset_accessor", None)  # as before 0.48
-import hexconformal.accessor
+import hexconformal.app.accessor
 assert float(pv.ImageData(dimensions=(2, 2, 2)).hexconformal.quality()["shape"][0]) == 1.0
 assert "min_angle" in pv.Sphere().hexconformal.quality().cell_data
 """
@@ -116,7 +116,7 @@ def test_with_an_old_pyvista_the_module_is_imported():
 
 def test_pyvista_is_told_where_the_accessor_is():
     assert re.search(
-        r'^\[project.entry-points."pyvista.accessors"\]\nhexconformal = "hexconformal.accessor"$',
+        r'^\[project.entry-points."pyvista.accessors"\]\nhexconformal = "hexconformal.app.accessor"$',
         (ROOT / "pyproject.toml").read_text(encoding="utf-8"),
         re.MULTILINE,
     )

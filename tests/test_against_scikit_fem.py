@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hexconformal.assembly import Distortion
-from hexconformal.extension import _stiffness
+from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.generate import box
+from hexconformal.motion.extension import _stiffness
 
 skfem = pytest.importorskip("skfem")
 elasticity = pytest.importorskip("skfem.models.elasticity")

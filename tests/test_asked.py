@@ -7,7 +7,7 @@ import pytest
 
 import hexconformal as hc
 import surface
-from hexconformal.errors import MeshError, OptionError
+from hexconformal.common.errors import MeshError, OptionError
 from hexconformal.generate import box
 from surface.flow import Membrane, Tension
 

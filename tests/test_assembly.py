@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hexconformal import threads
-from hexconformal.assembly import Distortion
-from hexconformal.distortion import barrier_density, frame_density
-from hexconformal.elements import RULES, shape_gradients
-from hexconformal.errors import OptionError
+from hexconformal.common.errors import OptionError
+from hexconformal.elements.hexahedron import RULES, shape_gradients
+from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.generate import box
+from hexconformal.kernel import threads
+from hexconformal.kernel.distortion import barrier_density, frame_density
 
 SIZE = 5
 

@@ -5,14 +5,14 @@ import pytest
 from scipy import sparse
 
 from hexconformal import generate
-from hexconformal.band import Band
-from hexconformal.block_matrix import BlockMatrix
-from hexconformal.boundary import flat_normals
-from hexconformal.closest import Surface
-from hexconformal.constraint import free_directions
-from hexconformal.features import find_features
-from hexconformal.hausdorff import hausdorff
-from hexconformal.topology import boundary_quads
+from hexconformal.energy.block_matrix import BlockMatrix
+from hexconformal.geometry import hausdorff
+from hexconformal.geometry.closest_point import Surface
+from hexconformal.geometry.distance_barrier import Band
+from hexconformal.geometry.features import find_features
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.regularization.boundary import flat_normals
+from hexconformal.solver.admissible import free_directions
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ import pyvista as pv
 from test_mesh import block
 
 import hexconformal as hc
-from hexconformal.asked import as_mask
-from hexconformal.checks import check, require_sound
-from hexconformal.elements import FACES
-from hexconformal.errors import MeshError, OptionError
+from hexconformal.common.errors import MeshError, OptionError
+from hexconformal.common.validation import as_mask
+from hexconformal.elements.hexahedron import FACES
 from hexconformal.generate import box, jittered
-from hexconformal.mesh import HexMesh
-from hexconformal.topology import boundary_quads, components, face_table
+from hexconformal.mesh.hex_mesh import HexMesh
+from hexconformal.mesh.topology import boundary_quads, components, face_table
+from hexconformal.quality.checks import check, require_sound
 
 
 def kinds(points, cells):
@@ -186,7 +186,7 @@ def test_mirrored_and_foreign_cells_point_to_orient():
 
 def test_tangled_meshes_are_sound_input(shared):
     for name in ("xu_t1_hanger", "xu_t3_fandisk", "xu_t3_kitty", "msq_pave3"):
-        from hexconformal.io import read
+        from hexconformal.io.read_write import read
 
         assert check(read(shared / "meshes" / "hex" / f"{name}_input.vtu")) == (), name
 

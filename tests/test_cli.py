@@ -20,15 +20,16 @@ from program import error_line, interrupted, run
 
 import hexconformal as hc
 import surface
-from hexconformal import compiled, generate
-from hexconformal.canvas import require_rendering
-from hexconformal.cli import main
-from hexconformal.commands.kind import VOLUMES
-from hexconformal.commands.regularize import Volume
-from hexconformal.options import CHOICES, Record
-from hexconformal.progress import Progress
-from hexconformal.topology import boundary_quads
-from hexconformal.validity import is_valid
+from hexconformal import generate
+from hexconformal.app.cli import main
+from hexconformal.app.commands.kind import VOLUMES
+from hexconformal.app.commands.regularize import Volume
+from hexconformal.app.progress import Progress
+from hexconformal.elements.validity import is_valid
+from hexconformal.kernel import jit as compiled
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.plots.canvas import require_rendering
+from hexconformal.regularization.options import CHOICES, Record
 
 
 @pytest.fixture
@@ -268,7 +269,7 @@ def test_wrong_usage_ends_with_2(words, capsys):
 
 def test_a_format_that_cannot_hold_the_mesh_is_refused_before_the_work(here, capsys, monkeypatch):
     (pv.read("part.vtu") + pv.Pyramid().translate((5, 0, 0))).save("mixed.vtu")
-    monkeypatch.setattr("hexconformal.commands.regularize.Regularization", None)  # the work itself must not begin
+    monkeypatch.setattr("hexconformal.app.commands.regularize.Regularization", None)  # the work itself must not begin
     assert run("regularize mixed.vtu out.inp --other-cells keep") == 1
     assert error_line(capsys) == "error: cannot write out.inp: abaqus files have no pyramid cells\n"
     assert {path.name for path in here.iterdir()} == {"part.vtu", "mixed.vtu"}
@@ -293,7 +294,7 @@ def test_a_series_that_fails_midway_ends_the_run_with_its_mesh(here, capsys, mon
         if time == 2:
             raise hc.WriteError("cannot write run_0002.vtu: no space left on device")
 
-    monkeypatch.setattr("hexconformal.series.Series.add", full)
+    monkeypatch.setattr("hexconformal.runs.series.Series.add", full)
     assert run("regularize part.vtu better.vtu --frames run.pvd --quiet") == 1
     assert error_line(capsys) == (
         "error: cannot write run_0002.vtu: no space left on device; the mesh of iteration 2 is in better.vtu\n"

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hexconformal.closest import Polyline, Surface
-from hexconformal.errors import MeshError, OptionError
+from hexconformal.common.errors import MeshError, OptionError
 from hexconformal.generate import ball, box, cylinder
-from hexconformal.nearest import closest_on_segment, closest_on_triangle
-from hexconformal.topology import boundary_quads
+from hexconformal.geometry.closest_point import Polyline, Surface
+from hexconformal.geometry.closest_point_kernels import closest_on_segment, closest_on_triangle
+from hexconformal.mesh.topology import boundary_quads
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 
@@ -95,7 +95,7 @@ def test_closest_agrees_with_the_locator_of_vtk():
 
 
 def test_result_does_not_depend_on_the_number_of_threads(monkeypatch):
-    from hexconformal import threads
+    from hexconformal.kernel import threads
 
     points, quads = rough(7)
     places = np.random.default_rng(8).normal(size=(9000, 3))

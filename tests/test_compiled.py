@@ -14,13 +14,13 @@ from test_validity import HIDDEN
 
 import hexconformal as hc
 import surface
-from hexconformal.assembly import Distortion
-from hexconformal.closest import Polyline
-from hexconformal.elements import CORNERS
+from hexconformal.elements.hexahedron import CORNERS
+from hexconformal.elements.validity import minimum_jacobian
+from hexconformal.energy.corner_energy import Emphasis, Shaping
+from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.generate import ball, box, jittered
-from hexconformal.multigrid import Multigrid
-from hexconformal.shaping import Emphasis, Shaping
-from hexconformal.validity import minimum_jacobian
+from hexconformal.geometry.closest_point import Polyline
+from hexconformal.solver.multigrid import Multigrid
 
 
 @contextmanager
@@ -134,7 +134,7 @@ def test_compiled_loops_are_the_python_they_come_from(run):
 
 SOLVE = """
 import numpy as np
-from hexconformal.block_matrix import BlockMatrix
+from hexconformal.energy.block_matrix import BlockMatrix
 from hexconformal.generate import box
 points, cells = box((4, 4, 4))
 rng = np.random.default_rng(0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hexconformal import HexMesh, check, generate, regularize
-from hexconformal.cell_measures import corner_scaled_jacobian
-from hexconformal.connections import doubled_corners
-from hexconformal.topology import face_table
+from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.mesh.topology import face_table
+from hexconformal.quality.impossible_corners import doubled_corners
 
 # Two cells with two faces in common, and two with a slit between faces that have two edges in common.
 TWICE = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 8, 1, 4, 7, 9, 5]])

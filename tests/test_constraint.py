@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.constraint import Constraint, boundary_constraint, fixed_components
-from hexconformal.io import as_hex_mesh
-from hexconformal.topology import boundary_quads
+from hexconformal.io.read_write import as_hex_mesh
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.solver.admissible import Constraint, boundary_constraint, fixed_components
 
 
 def ranks(points, cells, *arguments):

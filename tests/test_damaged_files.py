@@ -11,8 +11,9 @@ import pyvista as pv
 
 import hexconformal as hc
 import surface
-from hexconformal import io, sound_files
 from hexconformal.generate import box
+from hexconformal.io import read_write as io
+from hexconformal.io.formats import vtk_file_checks as sound_files
 
 SCRIPT = Path(__file__).resolve().parents[1] / "benchmarks" / "fuzz.py"
 
@@ -42,7 +43,7 @@ def test_damaged_files_are_read_or_refused(tmp_path):
 def test_what_was_read_is_remeshed(tmp_path, monkeypatch):
     worked_on = []
     monkeypatch.setattr(surface, "remesh", lambda mesh, **options: worked_on.append(surface.Options(**options)))
-    path = tmp_path / "surface.ply"
+    path = tmp_path / "surface.io.ply"
     surface.write(path, pv.Icosphere(nsub=1))
     assert fuzz().probe(path) == "mesh"
     assert [options.iterations for options in worked_on] == [1]

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from hexconformal.distortion import (
+from hexconformal.kernel.distortion import (
     barrier_density,
     barrier_factor,
     barrier_gradient,
@@ -23,7 +23,7 @@ from hexconformal.distortion import (
     plane_second,
     regularised,
 )
-from hexconformal.quaternion import conjugate, imaginary_product, norm2, product
+from hexconformal.kernel.quaternion import conjugate, imaginary_product, norm2, product
 
 
 def vectors(rng, count, size=20_000):

@@ -5,12 +5,12 @@ import pytest
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.cell_measures import corner_scaled_jacobian
-from hexconformal.ease import _scaled_jacobians, eased
-from hexconformal.elements import CORNER_EDGES
-from hexconformal.shaping import Shaping
-from hexconformal.topology import boundary_quads
-from hexconformal.validity import is_valid
+from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements.hexahedron import CORNER_EDGES
+from hexconformal.elements.validity import is_valid
+from hexconformal.energy.corner_energy import Shaping
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.regularization.improve_folded import _scaled_jacobians, eased
 
 
 def swapped():

@@ -6,10 +6,10 @@ import pytest
 import pyvista as pv
 
 from hexconformal import as_hex_mesh
-from hexconformal.errors import OptionError
-from hexconformal.features import find_features, surface_tags
+from hexconformal.common.errors import OptionError
 from hexconformal.generate import ball, box, cylinder
-from hexconformal.topology import boundary_quads
+from hexconformal.geometry.features import find_features, surface_tags
+from hexconformal.mesh.topology import boundary_quads
 
 
 def skin(mesh):

@@ -27,7 +27,7 @@ from surface.flow import (
 from surface.flow.discrete import Elements, State
 from surface.flow.energy import energy, energy_gradient
 from surface.flow.options import reduced_volume
-from surface.geometry import Cells, cell_areas, enclosed_volume
+from surface.mesh.geometry import Cells, cell_areas, enclosed_volume
 
 SURFACES = {
     "triangles": lambda: shaken(icosphere(2), 0.03),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from hexconformal.cli import main
+from hexconformal.app.cli import main
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 
 import hexconformal as hc
 from hexconformal.generate import box
-from hexconformal.history import HistoryFile
+from hexconformal.runs.history import HistoryFile
 
 full = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
 
@@ -59,7 +59,7 @@ def test_a_picture_for_which_there_is_no_room_costs_the_picture_alone(tmp_path):
     words = ["regularize", "in.vtu", "out.vtu", "--plot", "quality.png"]
     script = f"""
 import resource
-from hexconformal.cli import main
+from hexconformal.app.cli import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 raise SystemExit(main({words}))
 """

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hexconformal import generate
-from hexconformal.errors import OptionError
-from hexconformal.quality import quality
-from hexconformal.topology import boundary_quads, face_table
-from hexconformal.validity import all_valid, is_valid
+from hexconformal.common.errors import OptionError
+from hexconformal.elements.validity import all_valid, is_valid
+from hexconformal.mesh.topology import boundary_quads, face_table
+from hexconformal.quality.assessment import quality
 
 MESHES = {
     "box": lambda: generate.box((3, 4, 5), (1, 2, 3), (-1, 0, 5)),

@@ -5,10 +5,10 @@ import importlib.util
 import numpy as np
 import pytest
 
-from hexconformal.closest import Surface
 from hexconformal.generate import ball, box
-from hexconformal.hausdorff import distance_between, hausdorff, surface_samples
-from hexconformal.topology import boundary_quads
+from hexconformal.geometry.closest_point import Surface
+from hexconformal.geometry.hausdorff import distance_between, hausdorff, surface_samples
+from hexconformal.mesh.topology import boundary_quads
 
 
 def skin(mesh):

@@ -16,10 +16,10 @@ from surface_shapes import icosphere, shaken
 
 import hexconformal as hc
 import surface
-from hexconformal.cli import main
+from hexconformal.app.cli import main
+from hexconformal.common.interruption import as_interruption
+from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, jittered
-from hexconformal.interrupt import as_interruption
-from hexconformal.validity import is_valid
 
 MOMENTS = int(os.environ.get("HEXCONFORMAL_MOMENTS", "2"))
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals of another kind")

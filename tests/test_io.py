@@ -10,10 +10,12 @@ import pytest
 import pyvista as pv
 from test_mesh import block, mixed_grid, mixed_meshio
 
-from hexconformal import HexMesh, as_hex_mesh, files, io
-from hexconformal.closest import Surface
-from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
-from hexconformal.series import Series
+from hexconformal import HexMesh, as_hex_mesh
+from hexconformal.common import files
+from hexconformal.common.errors import MeshError, OptionError, ReadError, WriteError
+from hexconformal.geometry.closest_point import Surface
+from hexconformal.io import read_write as io
+from hexconformal.runs.series import Series
 
 # What each format keeps of arrays: all of them, one with integers, or none.
 KEEPS = {
@@ -88,7 +90,7 @@ def test_round_trip(extension, tmp_path):
 
 
 def io_grid(mesh):
-    from hexconformal.convert import to_pyvista
+    from hexconformal.io.convert import to_pyvista
 
     return to_pyvista(mesh)[0].cast_to_unstructured_grid()
 
@@ -296,7 +298,7 @@ def test_abaqus_deck_keeps_all_but_coordinates(tmp_path):
     assert " 210000., 0.3" in new
     assert next(line for line in new if line.startswith(" 84,")).endswith(", 0., 0., 1.")
     # With cells in another order, or from another format, a plain deck is written.
-    from hexconformal.orient import orient
+    from hexconformal.quality.node_order import orient
 
     mirrored = DECK.replace("50, 60, 70, 80, 81, 82, 83, 84", "81, 82, 83, 84, 50, 60, 70, 80")
     (tmp_path / "c.inp").write_text(mirrored)

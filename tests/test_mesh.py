@@ -9,8 +9,8 @@ import pytest
 import pyvista as pv
 
 from hexconformal import HexMesh, as_hex_mesh
-from hexconformal.elements import CORNERS
-from hexconformal.errors import MeshError, OptionError
+from hexconformal.common.errors import MeshError, OptionError
+from hexconformal.elements.hexahedron import CORNERS
 
 
 def block(k):

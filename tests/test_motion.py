@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hexconformal import MeshError, OptionError
-from hexconformal.cell_measures import corner_scaled_jacobian
+from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, cylinder
-from hexconformal.motion import MeshMotion
-from hexconformal.validity import is_valid
+from hexconformal.motion.mesh_motion import MeshMotion
 
 
 def cube_in_cube(n=12, gap=4):

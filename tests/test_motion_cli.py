@@ -8,10 +8,10 @@ import pytest
 import pyvista as pv
 
 from hexconformal import HexMesh, ReadError, write
-from hexconformal.cli import main
+from hexconformal.app.cli import main
 from hexconformal.generate import box
-from hexconformal.motion import MeshMotion
-from hexconformal.motion_table import read_boundary
+from hexconformal.motion.mesh_motion import MeshMotion
+from hexconformal.motion.motion_table import read_boundary
 
 
 @pytest.fixture

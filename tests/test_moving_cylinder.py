@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hexconformal.validity import is_valid
+from hexconformal.elements.validity import is_valid
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "moving_cylinder.py"
 SMALL = {"around": 4, "layers": 8, "first": 0.04}

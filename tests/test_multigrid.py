@@ -5,11 +5,11 @@ import pytest
 from scipy import sparse
 
 from hexconformal import generate
-from hexconformal.assembly import Distortion
-from hexconformal.multigrid import Multigrid
-from hexconformal.solver import conjugate_gradients, inner
-from hexconformal.target import inverse_targets
-from hexconformal.topology import boundary_quads
+from hexconformal.energy.distortion_energy import Distortion
+from hexconformal.energy.target import inverse_targets
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.solver.minimizers import conjugate_gradients, inner
+from hexconformal.solver.multigrid import Multigrid
 
 
 def inside(points, cells):

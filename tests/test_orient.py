@@ -5,11 +5,11 @@ import pytest
 from test_mesh import block, mixed_grid, mixed_meshio
 
 from hexconformal import HexMesh, as_hex_mesh
-from hexconformal.checks import check
-from hexconformal.elements import CORNER_EDGES
-from hexconformal.errors import MeshError
-from hexconformal.orient import orient
-from hexconformal.topology import boundary_quads
+from hexconformal.common.errors import MeshError
+from hexconformal.elements.hexahedron import CORNER_EDGES
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.quality.checks import check
+from hexconformal.quality.node_order import orient
 
 MIRROR = [4, 5, 6, 7, 0, 1, 2, 3]
 

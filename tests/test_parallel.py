@@ -9,7 +9,8 @@ import numpy as np
 import hexconformal as hc
 import surface
 from hexconformal import generate
-from hexconformal.silence import quiet
+from hexconformal.io.formats.silence import quiet
+from hexconformal.mesh import boundary_quads
 
 
 def made_regular(seed):
@@ -19,7 +20,7 @@ def made_regular(seed):
 
 def remeshed(seed):
     points, cells = generate.jittered(*generate.ball(3, 1), 0.3, seed=seed)
-    faces = hc.topology.boundary_quads(cells)[0]
+    faces = boundary_quads(cells)[0]
     return surface.remesh((points, faces), iterations=3).points
 
 

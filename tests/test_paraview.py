@@ -86,7 +86,7 @@ def libraries(tmp_path_factory):
 
 def test_the_filters_run_in_pvpython(libraries, tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
-    plugin = libraries / "hexconformal" / "hexconformal_plugin.py"
+    plugin = libraries / "hexconformal" / "app" / "hexconformal_plugin.py"
     words = ["pvpython", tmp_path / "script.py", plugin, DATA, tmp_path / "told.json"]
     environment = {**os.environ, "PYTHONPATH": str(libraries)}
     ran = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=600, check=False)

@@ -16,10 +16,10 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
 import hexconformal as hc
 import surface
 from hexconformal import generate
-from hexconformal.convert import to_pyvista
-from hexconformal.quality import MEASURES
+from hexconformal.io.convert import to_pyvista
+from hexconformal.quality.assessment import MEASURES
 
-PLUGIN = Path(hc.__file__).parent / "hexconformal_plugin.py"
+PLUGIN = Path(hc.__file__).parent / "app" / "hexconformal_plugin.py"
 
 
 def loaded():

@@ -8,9 +8,11 @@ import pytest
 from matplotlib.image import imread
 
 import hexconformal as hc
-from hexconformal import canvas, generate, plots
-from hexconformal.canvas import require_rendering
-from hexconformal.plots import before_after, histogram, worst_cells
+from hexconformal import generate
+from hexconformal.plots import canvas
+from hexconformal.plots import volume_plots as plots
+from hexconformal.plots.canvas import require_rendering
+from hexconformal.plots.volume_plots import before_after, histogram, worst_cells
 
 
 def colours(picture):

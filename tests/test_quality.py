@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from hexconformal.cell_measures import corner_scaled_jacobian
-from hexconformal.elements import CORNER_EDGES, CORNERS, shape_gradients
+from hexconformal.common.serialization import json_safe
+from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements.hexahedron import CORNER_EDGES, CORNERS, shape_gradients
 from hexconformal.generate import box, jittered, sheared_block
-from hexconformal.plain import json_safe
-from hexconformal.quality import MEASURES, Quality, quality
-from hexconformal.report import Report
+from hexconformal.quality.assessment import MEASURES, Quality, quality
+from hexconformal.regularization.report import Report
 
 ONE = np.arange(8)[None]
 

@@ -10,7 +10,7 @@ import pyvista as pv
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.cli import main
+from hexconformal.app.cli import main
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 

@@ -5,8 +5,8 @@ import pytest
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.hausdorff import hausdorff
-from hexconformal.topology import boundary_quads
+from hexconformal.geometry import hausdorff
+from hexconformal.mesh.topology import boundary_quads
 
 # name: published minimum and mean scaled Jacobian (Xu, Gao & Chen 2018), with the default bound of 0.005
 PUBLISHED = {"xu_t1_block": (0.253, 0.857), "xu_t1_hanger": (0.723, 0.974), "xu_t3_fandisk": (0.752, 0.950)}

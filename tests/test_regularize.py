@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.assembly import Distortion
-from hexconformal.sizes import cell_volumes
-from hexconformal.solver import lbfgs
-from hexconformal.topology import boundary_quads
+from hexconformal.elements.lengths_volumes import cell_volumes
+from hexconformal.energy.distortion_energy import Distortion
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.solver.minimizers import lbfgs
 
 ENERGIES = ["barrier", "quaternionic"]
 
@@ -140,7 +140,7 @@ def test_a_curved_boundary_slides_the_same_in_another_order_of_nodes_and_cells(s
 
 
 def test_runs_with_a_curved_boundary_are_bit_identical_with_any_number_of_threads(monkeypatch):
-    from hexconformal import threads
+    from hexconformal.kernel import threads
 
     mesh = rough(CURVED["cylinder"])
     results = []
@@ -356,7 +356,7 @@ def test_what_is_given_in_vain_is_told():
 
 
 def test_no_step_is_taken_beyond_the_last(monkeypatch):
-    from hexconformal import minimize
+    from hexconformal.regularization import minimize
 
     taken = []
 
@@ -474,7 +474,7 @@ def test_unreferenced_points_and_several_components_are_kept():
 
 def test_constant_normals_make_the_step_a_componentwise_harmonic_map():
     # A cube stretched along its axes has constant normals; only inner nodes are disturbed, along the axes.
-    from hexconformal.assembly import Distortion
+    from hexconformal.energy.distortion_energy import Distortion
 
     points, cells = generate.box((5, 5, 5))
     energy = Distortion(cells, len(points))
@@ -501,7 +501,7 @@ def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch)
 
     points, cells = rough(CURVED["ball"])
     far = lambda points, before, quads: 0.02 * np.linalg.norm(np.ptp(before, axis=0))  # noqa: E731
-    monkeypatch.setattr("hexconformal.outcome.hausdorff", far)
+    monkeypatch.setattr("hexconformal.regularization.acceptance.hausdorff", far)
     result = hc.regularize((points, cells))
     assert np.array_equal(result.points, points)
     assert "the surface would move by 0.02" in result.report.reason

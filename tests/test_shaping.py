@@ -5,18 +5,19 @@ import pytest
 from scipy import sparse
 
 from hexconformal import generate
-from hexconformal.assembly import Distortion
-from hexconformal.block_matrix import BlockMatrix, cell_places
-from hexconformal.cell_measures import corner_scaled_jacobian
-from hexconformal.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
-from hexconformal.elements import CORNER_EDGES, CORNERS
-from hexconformal.inside import unfold_inside
-from hexconformal.lift import lift, lift_patches
-from hexconformal.shaping import Emphasis, Shaping, newton_step, projected_newton, rings
-from hexconformal.sizes import cell_volumes
-from hexconformal.topology import boundary_quads
-from hexconformal.untangle import _unfold_patches, brought_back, folded, harmonic, untangle
-from hexconformal.validity import is_valid
+from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements.hexahedron import CORNER_EDGES, CORNERS
+from hexconformal.elements.lengths_volumes import cell_volumes
+from hexconformal.elements.validity import is_valid
+from hexconformal.energy.block_matrix import BlockMatrix, cell_places
+from hexconformal.energy.corner_energy import Emphasis, Shaping
+from hexconformal.energy.distortion_energy import Distortion
+from hexconformal.kernel.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
+from hexconformal.mesh.topology import boundary_quads, rings
+from hexconformal.regularization.untangle import _unfold_patches, brought_back, folded, harmonic, untangle
+from hexconformal.regularization.untangle_interior import unfold_inside
+from hexconformal.regularization.worst_cells import lift, lift_patches
+from hexconformal.solver.projected_newton import newton_step, projected_newton
 
 CUBES = np.empty((0, 1, 3, 3))
 EMPHASES = [Emphasis(), Emphasis(eps=0.1), Emphasis(0.05, 1.0), Emphasis(0.05, 1.0, 0.05)]
@@ -217,7 +218,7 @@ def test_a_step_with_a_grain_forgets_rounding_in_its_input_and_stays_admissible(
     projectors[::5] -= np.outer(slanted, slanted)
     emphasis, moved = Emphasis(), {}
     for grain in (0.0, 2.0**-10):
-        problem = Shaping(cells, np.empty((0, 1, 3, 3)), projectors, grain=grain)
+        problem = Shaping(cells, np.empty((0, 1, 3, 3)), projectors, rounding=grain)
         moved[grain] = [
             newton_step(problem, x, emphasis, 1e-5, lambda _: True)[0] - x for x in (points, points + noise)
         ]

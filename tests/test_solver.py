@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import hexconformal as hc
-from hexconformal.constraint import boundary_constraint
-from hexconformal.frame import Frame
+from hexconformal.elements.validity import is_valid
 from hexconformal.generate import boundary_layer, box, jittered, sheared_cube
-from hexconformal.minimize import Minimization
-from hexconformal.options import Options
-from hexconformal.solver import Iterate, Problem, lbfgs, search, start
-from hexconformal.validity import is_valid
+from hexconformal.mesh.normalized_mesh import Frame
+from hexconformal.regularization.minimize import Minimization
+from hexconformal.regularization.options import Options
+from hexconformal.solver.admissible import boundary_constraint
+from hexconformal.solver.minimizers import Iterate, Problem, lbfgs, search, start
 
 
 def problem(value, gradient, acceptable=lambda points: True):
@@ -135,7 +135,7 @@ def test_newton_takes_over_from_lbfgs():
 
 
 def test_newton_takes_over_after_so_many_iterations_at_the_latest(monkeypatch):
-    monkeypatch.setattr("hexconformal.minimize._HANDOVER", 3)
+    monkeypatch.setattr("hexconformal.regularization.minimize._HANDOVER", 3)
     run, _ = minimization(*sheared_cube(6), boundary="fixed", lift=False, tolerance=1e-10)
     assert [step.phase for step, _ in zip(run, range(4), strict=False)] == ["lbfgs"] * 3 + ["newton"]
 

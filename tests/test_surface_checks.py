@@ -7,9 +7,9 @@ import pyvista as pv
 from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube
 
 import surface
-from hexconformal.errors import MeshError, OptionError
-from surface.checks import require_sound
-from surface.geometry import Cells
+from hexconformal.common.errors import MeshError, OptionError
+from surface.mesh.geometry import Cells
+from surface.quality.checks import require_sound
 
 CLOUD = np.random.default_rng(0).random((8, 3))
 

@@ -13,10 +13,10 @@ from program import error_line, interrupted, run
 from surface_shapes import grid, icosphere, mixed_sphere, quad_cube, quad_sphere, shaken
 
 import surface
-from hexconformal.cli import parser
+from hexconformal.app.cli import parser
+from hexconformal.app.commands.surface_kind import SURFACES
 from hexconformal.generate import box
-from surface.commands.kind import SURFACES
-from surface.quality import MEASURES
+from surface.quality.assessment import MEASURES
 
 
 def as_mesh(shape):
@@ -199,21 +199,21 @@ def test_errors_are_one_readable_line(here, capsys, words, code, said):
 
 
 def test_a_format_that_cannot_hold_the_mesh_is_refused_before_the_work(here, capsys, monkeypatch):
-    monkeypatch.setattr("surface.commands.remesh.Remeshing", None)  # the work itself must not begin
+    monkeypatch.setattr("hexconformal.app.commands.remesh.Remeshing", None)  # the work itself must not begin
     assert run("remesh quads.vtu out.stl") == 1
     assert error_line(capsys).startswith("error: cannot write out.stl: an .stl file holds triangles only")
     assert {path.name for path in here.iterdir()} == {"ball.ply", "quads.vtu", "mixed.vtp"}
 
 
 def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, monkeypatch):
-    from hexconformal.errors import WriteError
+    from hexconformal.common.errors import WriteError
 
     def full(path, mesh):
         if str(path) == "better.ply":
             raise WriteError("cannot write better.ply: no space left on device")
         return surface.write(path, mesh)
 
-    monkeypatch.setattr("surface.commands.remesh._Remesh.kind", replace(SURFACES, write=full))
+    monkeypatch.setattr("hexconformal.app.commands.remesh._Remesh.kind", replace(SURFACES, write=full))
     monkeypatch.setattr("tempfile.tempdir", str(here))
     assert run("remesh ball.ply better.ply --iterations 1") == 1
     said = error_line(capsys)

@@ -5,9 +5,9 @@ import pytest
 from surface_shapes import none, quad_cube, scattered_sphere
 
 import surface
-from surface.creases import _lead_past, _without_whiskers
-from surface.features import CORNER, CURVE, SMOOTH, detect_features
-from surface.geometry import Cells
+from surface.constraint.creases import _lead_past, _without_whiskers
+from surface.constraint.features import CORNER, CURVE, SMOOTH, detect_features
+from surface.mesh.geometry import Cells
 
 
 def roof(n=12, rows=4):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from surface_shapes import grid, icosphere, mixed_sphere, none, shaken
 
-from surface.barrier import Barrier
-from surface.energy import Quaternionic
-from surface.features import detect_features
-from surface.geometry import Cells, enclosed_volume, mean_edge_length
-from surface.reference import reference_shapes
-from surface.step import displacement
+from surface.constraint.features import detect_features
+from surface.constraint.saddle_point import displacement
+from surface.energy.barrier import Barrier
+from surface.energy.distortion_energy import Quaternionic
+from surface.energy.reference import reference_shapes
+from surface.mesh.geometry import Cells, enclosed_volume, mean_edge_length
 
 
 def energies(surface):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from surface_shapes import icosphere, mixed_sphere, none, quad_sphere
 
-from surface.geometry import (
+from surface.energy.reference import flat_angles, reference_shapes, triangle_from_angles
+from surface.mesh.geometry import (
     Cells,
     area_gradient,
     area_vectors,
@@ -14,7 +15,6 @@ from surface.geometry import (
     nodal_vectors,
     transport_vectors,
 )
-from surface.reference import flat_angles, reference_shapes, triangle_from_angles
 
 SURFACES = [icosphere(2), quad_sphere(6), mixed_sphere(6)]
 
@@ -95,13 +95,13 @@ def test_triangles_from_angles_have_these_angles_and_one_area():
     flat = np.concatenate([shapes, np.zeros((2, 3, 1))], axis=2).reshape(-1, 3)
     cells = Cells(np.arange(6).reshape(2, 3), none(4))
     assert cell_areas(flat, cells) == pytest.approx(np.sqrt(3) / 4)
-    from surface.geometry import cell_angles
+    from surface.mesh.geometry import cell_angles
 
     assert cell_angles(flat, cells.triangles) == pytest.approx(angles)
 
 
 def test_reference_shapes_are_checked():
-    from hexconformal.errors import OptionError
+    from hexconformal.common.errors import OptionError
 
     points, cells = icosphere(1)
     with pytest.raises(OptionError, match="reference mesh"):

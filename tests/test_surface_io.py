@@ -7,9 +7,9 @@ import pyvista as pv
 from surface_shapes import icosphere, mixed_sphere, quad_sphere
 
 import surface
-from hexconformal.errors import MeshError, ReadError, WriteError
-from surface.convert import as_pyvista
-from surface.io import EXTENSIONS
+from hexconformal.common.errors import MeshError, ReadError, WriteError
+from surface.io.convert import as_pyvista
+from surface.io.read_write import EXTENSIONS
 
 TEXTS = {
     ".ply": "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 4\nproperty float x\nproperty float y\n"
@@ -321,7 +321,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
         target.write_bytes(b"ply")
         raise OSError("no space left on device")
 
-    monkeypatch.setitem(surface.io._POLYGONS, ".ply", (None, full))
+    monkeypatch.setitem(surface.io.read_write._POLYGONS, ".ply", (None, full))
     with pytest.raises(WriteError, match="no space left"):
         surface.write(path, (2 * SQUARE, [[0, 1, 2]]))
     assert path.read_bytes() == before

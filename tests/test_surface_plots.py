@@ -8,11 +8,11 @@ from matplotlib.image import imread
 from surface_shapes import icosphere, mixed_sphere, none, quad_cube, shaken
 
 import surface
-from hexconformal import canvas
-from hexconformal.errors import MeshError, OptionError, WriteError
-from surface.flow.plots import plot_history
-from surface.geometry import Cells
-from surface.plots import before_after, histogram, worst_cells
+from hexconformal.common.errors import MeshError, OptionError, WriteError
+from hexconformal.plots import canvas
+from surface.mesh.geometry import Cells
+from surface.plots.flow_plots import plot_history
+from surface.plots.surface_plots import before_after, histogram, worst_cells
 
 
 def as_mesh(shape):

@@ -8,9 +8,9 @@ import pyvista as pv
 from surface_shapes import icosphere, mixed_sphere, none, quad_sphere, shaken
 
 import surface
-from hexconformal.errors import MeshError
-from surface.geometry import Cells
-from surface.quality import MEASURES, quality
+from hexconformal.common.errors import MeshError
+from surface.mesh.geometry import Cells
+from surface.quality.assessment import MEASURES, quality
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
 

@@ -6,13 +6,13 @@ from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_
 
 import hexconformal as hc
 import surface
-from hexconformal.errors import MeshError, OptionError, ReadError, WriteError
-from surface.core import Outcome, descend
-from surface.features import CORNER, CURVE, detect_features
-from surface.geometry import Cells, enclosed_volume, mean_edge_length
-from surface.guard import Shape
-from surface.nearer import nearer
-from surface.quality import smallest_angles
+from hexconformal.common.errors import MeshError, OptionError, ReadError, WriteError
+from surface.constraint.features import CORNER, CURVE, detect_features
+from surface.constraint.input_surface import Shape
+from surface.mesh.geometry import Cells, enclosed_volume, mean_edge_length
+from surface.quality.assessment import smallest_angles
+from surface.remeshing.descent import Outcome, descend
+from surface.remeshing.pull_back import nearer
 
 STEPS = surface.Stepping(steps=1)
 
@@ -281,7 +281,7 @@ def test_a_reference_mesh_keeps_its_conformal_class():
 
 
 def test_several_pieces_keep_their_own_volume():
-    from surface.geometry import enclosed_volume
+    from surface.mesh.geometry import enclosed_volume
 
     points, cells = shaken(icosphere(2), 0.05)
     two = np.concatenate([points, 0.5 * points[:, [1, 2, 0]] + [3, 0, 0]])
@@ -590,7 +590,7 @@ def test_who_waits_stays_until_no_cell_may_turn_over(everybody):
 
 def test_a_descent_that_begins_again_does_not_take_the_latest_surface_back(monkeypatch):
     # A search that gives up early, so that the first descent ends stuck.
-    monkeypatch.setattr(surface.core, "_TRIES", 4)
+    monkeypatch.setattr(surface.remeshing.descent, "_TRIES", 4)
     points, cells = shaken(icosphere(2), 0.08)
     run = surface.Remeshing((points, cells.triangles), surface.Options(iterations=10, features=None))
     latest = [smallest_angles(run.latest, cells).mean() for _ in run]

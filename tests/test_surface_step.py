@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from surface_shapes import grid, mixed_sphere, shaken
 
-from surface.barrier import Barrier
-from surface.features import CURVE, curve_tangents, detect_features, holding
-from surface.geometry import transport_vectors
-from surface.reference import reference_shapes
-from surface.step import Linear, displacement
+from surface.constraint.features import CURVE, curve_tangents, detect_features, holding
+from surface.constraint.saddle_point import Linear, displacement
+from surface.energy.barrier import Barrier
+from surface.energy.reference import reference_shapes
+from surface.mesh.geometry import transport_vectors
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ import pytest
 from surface_shapes import grid, none, scattered_sphere
 
 import surface
-from surface.geometry import Cells
-from surface.options import Options, Record
-from surface.worth import Worth
+from surface.mesh.geometry import Cells
+from surface.remeshing.acceptance import Worth
+from surface.remeshing.options import Options, Record
 
 INPUT = Record(0, 1.0, 0.0, 0.0, 20.0, 50.0, 0, 0, 0.0)
 TRIANGLES = Cells(np.array([[0, 1, 2]]), none(4))

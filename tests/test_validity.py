@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from hexconformal.cell_measures import corner_scaled_jacobian
-from hexconformal.elements import CORNERS, gauss_rule, shape_gradients
+from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements.hexahedron import CORNERS, gauss_rule, shape_gradients
+from hexconformal.elements.validity import all_valid, bernstein_coefficients, is_valid, minimum_jacobian
 from hexconformal.generate import box
-from hexconformal.validity import all_valid, bernstein_coefficients, is_valid, minimum_jacobian
 
 ONE = np.arange(8)[None]
 # All corners, Gauss points and the 27 lattice points are positive, yet det J is negative inside.
@@ -183,5 +183,5 @@ def test_all_valid_sees_one_bad_cell_wherever_it_is():
 def test_the_number_of_threads_changes_nothing(monkeypatch):
     _, points, cells = random_hexes(9000, 0.5)
     together = minimum_jacobian(points, cells)
-    monkeypatch.setattr("hexconformal.threads.thread_count", lambda: 1)
+    monkeypatch.setattr("hexconformal.kernel.threads.thread_count", lambda: 1)
     np.testing.assert_array_equal(minimum_jacobian(points, cells), together)

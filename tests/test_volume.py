@@ -5,11 +5,12 @@ import pytest
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.band import Band
-from hexconformal.closest import Surface
-from hexconformal.shaping import Shaping
-from hexconformal.topology import boundary_quads
-from hexconformal.volume import area_normals, enclosed_volume, restored, simpson_normals
+from hexconformal.energy.corner_energy import Shaping
+from hexconformal.geometry import area_normals, enclosed_volume, simpson_normals
+from hexconformal.geometry.closest_point import Surface
+from hexconformal.geometry.distance_barrier import Band
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.regularization.volume_restoration import restored
 
 
 def ball(amount=0.3, **options):

@@ -12,9 +12,9 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkUnstruct
 
 import hexconformal as hc
 import surface
-import surface.vtk_mesh
+import surface.io.vtk_mesh
 from hexconformal import generate
-from hexconformal.vtk_mesh import from_vtk
+from hexconformal.io.vtk_mesh import from_vtk
 
 
 def plain(dataset):
@@ -159,11 +159,11 @@ def test_surfaces_of_both_kinds_with_lines_and_arrays():
     source.SetPoints(places)
     source.SetLines(lines)
     source.SetPolys(polys)
-    mesh = surface.vtk_mesh.from_vtk(source)
+    mesh = surface.io.vtk_mesh.from_vtk(source)
     assert mesh.cells.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert mesh.cells.quads.tolist() == [[1, 4, 5, 2]]
     assert mesh.rows.tolist() == [2, 3, 1]  # as VTK counts them: the line first
-    out = surface.vtk_mesh.to_vtk(source, mesh.replaced(corners * 2, cell_data={"a": np.array([10.0, 11.0, 12.0])}))
+    out = surface.io.vtk_mesh.to_vtk(source, mesh.replaced(corners * 2, cell_data={"a": np.array([10.0, 11.0, 12.0])}))
     np.testing.assert_array_equal(array(out.GetCellData(), "a"), [np.nan, 12.0, 10.0, 11.0])
     np.testing.assert_array_equal(positions(out), corners * 2)
     np.testing.assert_array_equal(positions(source), corners)
@@ -172,15 +172,15 @@ def test_surfaces_of_both_kinds_with_lines_and_arrays():
 
 def test_surfaces_that_cannot_be_taken():
     with pytest.raises(hc.MeshError, match=r"no triangles or quadrilaterals: 1 \(ids 1\)"):
-        surface.vtk_mesh.from_vtk(plain(pv.Polygon(n_sides=5)))  # its line is cell 0
+        surface.io.vtk_mesh.from_vtk(plain(pv.Polygon(n_sides=5)))  # its line is cell 0
     with pytest.raises(hc.MeshError, match="strips of triangles: "):
-        surface.vtk_mesh.from_vtk(plain(pv.Sphere(theta_resolution=8, phi_resolution=8).strip()))
+        surface.io.vtk_mesh.from_vtk(plain(pv.Sphere(theta_resolution=8, phi_resolution=8).strip()))
     with pytest.raises(hc.MeshError, match="there are no triangles"):
-        surface.vtk_mesh.from_vtk(vtkPolyData())
+        surface.io.vtk_mesh.from_vtk(vtkPolyData())
     pointless = vtkPolyData()
     pointless.SetPolys(pv.Triangle().GetPolys())
     with pytest.raises(hc.MeshError, match="node ids outside"):
-        surface.remesh(surface.vtk_mesh.from_vtk(pointless))
+        surface.remesh(surface.io.vtk_mesh.from_vtk(pointless))
 
 
 IMPORTS = """
@@ -196,8 +196,8 @@ sys.modules.update(pyvista=None, meshio=None)  # from now on neither can be impo
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkAppendFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-import surface.vtk_mesh
-from hexconformal.vtk_mesh import from_vtk
+import surface.io.vtk_mesh
+from hexconformal.io.vtk_mesh import from_vtk
 image, append, ball = vtkImageData(), vtkAppendFilter(), vtkSphereSource()
 image.SetDimensions(3, 3, 3)
 append.SetInputData(image)
@@ -206,8 +206,8 @@ ball.Update()
 out = hexconformal.regularize(from_vtk(append.GetOutput()), max_iterations=1).mesh
 assert out.IsA("vtkUnstructuredGrid")
 source = ball.GetOutput()
-result = surface.remesh(surface.vtk_mesh.from_vtk(source), iterations=1)
-assert surface.vtk_mesh.to_vtk(source, result.mesh).IsA("vtkPolyData")
+result = surface.remesh(surface.io.vtk_mesh.from_vtk(source), iterations=1)
+assert surface.io.vtk_mesh.to_vtk(source, result.mesh).IsA("vtkPolyData")
 """
 
 

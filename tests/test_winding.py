@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from hexconformal import generate, regularize
-from hexconformal.elements import FACES
-from hexconformal.mesh import HexMesh
-from hexconformal.topology import boundary_quads
-from hexconformal.winding import inside_out, winding_number
+from hexconformal.elements.hexahedron import FACES
+from hexconformal.mesh.hex_mesh import HexMesh
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.quality.winding_number import inside_out, winding_number
 
 
 def test_a_ball_is_wound_around_once_and_what_is_outside_not_at_all():

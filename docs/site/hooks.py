@@ -45,7 +45,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
 def _help_of_commands() -> str:
     """What --help says, command by command."""
     os.environ["COLUMNS"], os.environ["NO_COLOR"] = "88", "1"
-    from hexconformal.cli import parser
+    from hexconformal.app.cli import parser
 
     whole = parser()
     (commands,) = (action for action in whole._actions if isinstance(action, argparse._SubParsersAction))

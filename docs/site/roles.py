@@ -12,7 +12,12 @@ import griffe
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 # What has pages: these packages, under their public names, and these modules.
 PACKAGES = ("hexconformal", "surface", "surface.flow")
-MODULES = ("hexconformal.generate", "hexconformal.distortion", "hexconformal.validity", "hexconformal.quaternion")
+MODULES = (
+    "hexconformal.generate",
+    "hexconformal.kernel.distortion",
+    "hexconformal.elements.validity",
+    "hexconformal.kernel.quaternion",
+)
 
 _ROLE = re.compile(r":(?:func|class|mod|meth|attr|data):`~?([\w.]+)`")
 _EQUATION = re.compile(r"\b([Ee]quation) \((\d+[a-z]?)\)")

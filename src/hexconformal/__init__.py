@@ -10,17 +10,13 @@ The main job is one call::
 """
 
 from . import generate
-from .checks import check
-from .errors import MeshError, OptionError, ReadError, WriteError
+from .common import MeshError, OptionError, ReadError, WriteError
 from .io import as_hex_mesh, read, write
 from .mesh import HexMesh
 from .motion import MeshMotion, MotionReport, MotionStep
-from .options import Options, Record
-from .orient import orient
-from .quality import Quality, quality
-from .regularize import Regularization, Result, regularize
-from .report import Report
-from .series import Series
+from .quality import Quality, check, orient, quality
+from .regularization import Options, Record, Regularization, Report, Result, regularize
+from .runs import Series
 from .version import __version__
 
 __all__ = [

@@ -1,6 +1,6 @@
 """``python -m hexconformal``: the command line."""
 
-from .cli import main
+from .app import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -16,11 +16,8 @@ from . import flow
 from .flow import Evolution, Flow, Helfrich, MeanCurvature, Moment, PWillmore, Stepping, Willmore, evolve
 from .io import as_surface_mesh, read, write
 from .mesh import SurfaceMesh
-from .options import Options, Record
 from .quality import Quality, quality
-from .remesh import Remeshing, remesh
-from .report import Report
-from .result import Result
+from .remeshing import Options, Record, Remeshing, Report, Result, remesh
 
 __all__ = [
     "Evolution",

@@ -1,6 +1,8 @@
 """Hexahedral meshes made from formulas, for demonstrations and tests: sound ones, and valid but bad ones.
 
 Every generator returns a plain ``(points, cells)``: (n, 3) float64 and (m, 8) int64 in VTK node order.
+
+Imports `common`, `elements` and `mesh`.
 """
 
 from .bricks import bent_bar, boundary_layer, box, sheared_block, sheared_cube, twisted_cube

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import CORNERS
-from ..errors import OptionError
-from ..validity import is_valid
+from ..common import OptionError
+from ..elements import CORNERS, is_valid
 
 __all__ = ["Hexes", "bent_bar", "boundary_layer", "box", "sheared_block", "sheared_cube", "twisted_cube"]
 

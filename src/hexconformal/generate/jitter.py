@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..elements import EDGES
-from ..topology import boundary_quads
-from ..validity import is_valid
+from ..elements import EDGES, is_valid
+from ..mesh import boundary_quads
 from .bricks import Floats, Hexes, Ints
 
 __all__ = ["jittered"]

@@ -7,9 +7,11 @@ One loop::
     flow = surface.Willmore("cube.ply", conserve=("area", "volume"))
     for moment in surface.evolve(flow, steps=200, remesh=True):
         print(moment.record.energy)
+
+Imports `hexconformal.common`, `hexconformal.runs`, `mesh`, `io`, `quality` and `remeshing`.
 """
 
-from .checkpoint import load, save
+from .checkpoint import FlowRun, load, save
 from .evolve import Evolution, evolve
 from .flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
 from .moment import Moment
@@ -22,6 +24,7 @@ __all__ = [
     "Evolution",
     "Flow",
     "FlowRecord",
+    "FlowRun",
     "Helfrich",
     "MeanCurvature",
     "Membrane",

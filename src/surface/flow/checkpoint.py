@@ -8,11 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hexconformal.checkpoint import load_standing, problem_of, save_standing
-from hexconformal.run_folder import Stage
+from hexconformal.runs import Stage, load_standing, problem_of, save_standing
 
-from ..convert import as_pyvista
-from ..io import write
+from ..io import as_pyvista, write
 from .evolve import Evolution
 from .moment import Moment
 from .options import Record
@@ -61,7 +59,7 @@ def load(path: str | os.PathLike[str], run: Evolution) -> None:
 
 
 class FlowRun:
-    """A flow, a stage per moment, as a :class:`hexconformal.run_folder.FolderRun`.
+    """A flow, a stage per moment, as a :class:`hexconformal.runs.run_folder.FolderRun`.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from ..geometry import Cells, Floats
+from ..mesh import Cells, Floats
 
 __all__ = ["Elements", "State", "factorized"]
 

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..geometry import Floats
+from ..mesh import Floats
 from .discrete import State
 from .terms import Term
 

@@ -7,14 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.asked import made_of
-from hexconformal.errors import OptionError
+from hexconformal.common import OptionError, made_of
 
-from ..checks import held_nodes, require_sound
-from ..edges import edge_table
-from ..geometry import Floats, area_vectors, enclosed_volume, mean_edge_length
 from ..io import as_surface_mesh
-from ..quality import smallest_angles
+from ..mesh import Floats, area_vectors, edge_table, enclosed_volume, mean_edge_length
+from ..quality import held_nodes, require_sound, smallest_angles
 from .discrete import Elements, State
 from .energy import energy, energy_gradient
 from .flows import Flow

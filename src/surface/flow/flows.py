@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from hexconformal.asked import is_number
-from hexconformal.errors import OptionError
+from hexconformal.common import OptionError, is_number
 
 from .step import CONSERVED
 from .terms import Bending, Membrane, Tension, Term

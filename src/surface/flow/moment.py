@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry import Floats, nodal_vectors, unit_vectors
-from ..mesh import SurfaceMesh
+from ..mesh import Floats, SurfaceMesh, nodal_vectors, unit_vectors
 from ..quality import smallest_angles
 from .discrete import Elements, State
 from .options import Record

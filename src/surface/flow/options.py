@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.asked import array_of_numbers, require_counts, require_numbers
-from hexconformal.errors import OptionError
+from hexconformal.common import OptionError, array_of_numbers, require_counts, require_numbers
 
 __all__ = ["Record", "Stepping"]
 
@@ -53,7 +52,7 @@ class Stepping:
     >>> Stepping(t_end=1.0, growth=0.5)
     Traceback (most recent call last):
         ...
-    hexconformal.errors.OptionError: growth is at least 1, not 0.5
+    hexconformal.OptionError: growth is at least 1, not 0.5
     """
 
     t_end: float | None = None

@@ -9,13 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.asked import made_of
-from hexconformal.errors import MeshError
+from hexconformal.common import MeshError, made_of
 
-from ..geometry import Floats
-from ..mesh import SurfaceMesh
-from ..options import Options
-from ..remesh import Remeshing
+from ..mesh import Floats, SurfaceMesh
+from ..remeshing import Options, Remeshing
 
 __all__ = ["Remesher"]
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from ..geometry import Floats, enclosed_volume, nodal_vectors
+from ..mesh import Floats, enclosed_volume, nodal_vectors
 from .discrete import State, factorized
 from .energy import curvature_at_points, energy_gradient
 from .terms import Term

@@ -11,10 +11,9 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from hexconformal.asked import require_numbers
-from hexconformal.errors import OptionError
+from hexconformal.common import OptionError, require_numbers
 
-from ..geometry import Floats
+from ..mesh import Floats
 
 __all__ = ["Bending", "Membrane", "Tension", "Term"]
 

@@ -1,0 +1,83 @@
+"""The `move` command."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from ...common import OptionError
+from ...motion import MeshMotion, MotionRun, read_boundary
+from ...runs import RunFolder
+from ..progress import Progress
+from .arguments import add_input, command, mesh_of
+
+__all__ = ["add_move"]
+
+
+def add_move(added: Any) -> None:
+    """Add the command to those of the program."""
+    parser = command(
+        added,
+        "move",
+        _move,
+        "Move a mesh with its boundary, step after step. Writes frames with the mesh velocity, a history and a"
+        " checkpoint after every step into a folder; ends with exit code 1 where the boundary asks for the impossible.",
+        """  hexconformal move box.vtu run/ --boundary motion.csv
+  hexconformal move box.vtu run/ --boundary motion.csv --fixed wall --operator elastic
+  hexconformal move box.vtu run/ --boundary longer.csv --resume
+
+motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place
+  time,node,dx,dy,dz
+  0.1,17,0.0,0.02,0.0
+in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.npz
+""",
+    )
+    add_input(parser)
+    parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
+    parser.add_argument("--boundary", metavar="motion.csv", required=True, help="where the moving nodes go")
+    parser.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay; others slide on walls")
+    parser.add_argument(
+        "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
+    )
+    parser.add_argument(
+        "--reference", default="initial", metavar="initial|current", help="what cells shall look like (default initial)"
+    )
+    parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
+    parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
+    parser.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
+    parser.add_argument("--overwrite", action="store_true", help="start anew in FOLDER, whatever is in it")
+    parser.add_argument("--quiet", action="store_true", help="errors only")
+
+
+def _move(arguments: Namespace) -> int:
+    """Move a mesh with its boundary."""
+    if arguments.every < 1:
+        raise OptionError(f"every is 1 or more, not {arguments.every}")
+    boundary = read_boundary(arguments.boundary)
+    place = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
+    place.prepare(arguments.resume, arguments.overwrite)
+    last: list[str] = []
+    with Progress(arguments.quiet) as progress:
+
+        def tell(line: str) -> None:
+            last[:] = [line]
+            progress.say(line)
+
+        progress.say(f"reading {arguments.input}")
+        mesh = mesh_of(arguments)
+        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
+        run = MotionRun(motion, boundary)
+        stopped = place.follow(run, arguments.resume, arguments.every, tell)
+    if not arguments.quiet:
+        for line in [*(f"note: {note}" for note in motion.notes), *last]:
+            print(line)
+        print(f"wrote {place.frames}, {place.history.name}, {place.last.name}")
+    if stopped is not None:
+        print(f"interrupted after step {run.step}: --resume goes on from there", file=sys.stderr)
+        return 130
+    if run.refusal:
+        print(f"error: step {run.step + 1} was refused: {run.refusal}", file=sys.stderr)
+        return 1
+    return 0

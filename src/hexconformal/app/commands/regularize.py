@@ -1,0 +1,106 @@
+"""The `regularize` command."""
+
+from __future__ import annotations
+
+from argparse import BooleanOptionalAction, Namespace
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ...elements import corner_scaled_jacobian
+from ...mesh import HexMesh
+from ...regularization import Options, Regularization
+from .arguments import add_choice, add_input, add_output, add_told, command, mesh_of
+from .kind import VOLUMES
+from .work import carry_out
+
+__all__ = ["Volume", "add_regularize"]
+
+
+def add_regularize(added: Any) -> None:
+    """Add the command to those of the program."""
+    parser = command(
+        added,
+        "regularize",
+        _regularize,
+        "Make the cells of a hexahedral mesh regular. Inverted cells are unfolded, valid ones stay valid.",
+        """  hexconformal regularize part.vtu better.vtu
+  hexconformal regularize part.vtu better.vtu --hausdorff 0.01 --features keep
+  hexconformal regularize part.vtu better.vtu --surface part.stl
+  hexconformal regularize part.msh better.msh --boundary fixed --history run.csv --frames run.pvd
+  hexconformal regularize layers.vtu better.vtu --target input --fixed wall
+  hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --worst-picture worst.png
+""",
+    )
+    add_input(parser)
+    add_output(parser)
+    shape = parser.add_argument_group("how the shape is kept")
+    add_choice(shape, "boundary", "boundary nodes slide along the surface, stay, or go where they like")
+    shape.add_argument(
+        "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far a curved boundary may move,"
+        " over the diagonal of the bounding box; 0: curved parts stay (default %(default)g)",
+    )  # fmt: skip
+    add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
+    shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
+    shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
+    shape.add_argument(
+        "--fixed", metavar="NAME", help="point array whose nonzero nodes stay besides; three components hold x, y, z"
+    )
+    what = parser.add_argument_group("what is minimized")
+    what.add_argument(
+        "--target", default=Options.target, metavar="auto|cube|input|A:B:C", help="perfect cell: cube, each cell's own"
+        " shape in the input, a box, or cubes where the input is not stretched on purpose (default %(default)s)",
+    )  # fmt: skip
+    what.add_argument(
+        "--sizes", default=Options.sizes, metavar="input|free|NAME", help="volumes of cells: those of the input where"
+        " it is valid, any, or a cell array with the wanted ones (default %(default)s)",
+    )  # fmt: skip
+    add_choice(what, "weight", "cells count the same, or by their volume in the input")
+    add_choice(what, "energy", "conformally invariant distortion, or the plain one")
+    add_choice(what, "quadrature", "where distortion is measured")
+    add_choice(what, "method", "solver; majorize needs the plain energy")
+    what.add_argument(
+        "--lift",
+        action=BooleanOptionalAction,
+        default=Options.lift,
+        help="raise the worst cells once the distortion is low (default: with the barrier)",
+    )
+    what.add_argument(
+        "--tolerance", type=float, default=Options.tolerance, metavar="X",
+        help="stop where the gradient is this much smaller than at the start (default %(default)g)",
+    )  # fmt: skip
+    what.add_argument(
+        "--max-iterations", type=int, default=Options.max_iterations, metavar="N", help="default %(default)d"
+    )
+    add_told(parser, "the mesh before and after, cut open")
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Regularize a hexahedral mesh, as a :class:`hexconformal.app.commands.work.Work`."""
+
+    mesh: HexMesh
+    options: Options
+    kind = VOLUMES
+
+    def start(self) -> Regularization:
+        return Regularization(self.mesh, self.options)
+
+    def rehearsed(self) -> HexMesh:
+        zero = np.zeros(len(self.mesh.cells))
+        return self.mesh.replaced(
+            point_data={"moved_by": np.zeros_like(self.mesh.points)},
+            cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero},
+        )
+
+    def frame(self, run: Any) -> HexMesh:
+        points = run.points
+        data = {"scaled_jacobian": corner_scaled_jacobian(points, run.mesh.cells)}
+        return run.mesh.replaced(points=points, cell_data=data)
+
+
+def _regularize(arguments: Namespace) -> int:
+    """Regularize a mesh; an interruption leaves what was reached."""
+    options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
+    return carry_out(arguments, VOLUMES, lambda: Volume(mesh_of(arguments), options))

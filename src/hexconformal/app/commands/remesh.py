@@ -1,0 +1,120 @@
+"""The `remesh` command."""
+
+from __future__ import annotations
+
+import os
+from argparse import BooleanOptionalAction, Namespace
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from surface.constraint import NORMALS
+from surface.energy import ENERGIES, REFERENCES
+from surface.io import EXTENSIONS, as_pyvista, read
+from surface.mesh import SurfaceMesh
+from surface.quality import smallest_angles
+from surface.remeshing import EMPHASES, Options, Remeshing
+
+from ...common import OptionError
+from .arguments import add_choice, add_output, add_told, command
+from .surface_kind import SURFACES
+from .work import carry_out
+
+__all__ = ["add_remesh"]
+
+
+def add_remesh(added: Any) -> None:
+    """Add the command to those of the program."""
+    parser = command(
+        added,
+        "remesh",
+        _remesh,
+        "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over.",
+        f"""  hexconformal remesh statue.ply better.vtu
+  hexconformal remesh statue.ply better.vtu --reference flat --iterations 20 --frames run.pvd
+  hexconformal remesh part.stl better.stl --hausdorff 0.002 --features 30 --history run.csv
+  hexconformal remesh sheet.vtp better.vtp --boundary fixed --plot quality.png --picture both.png
+
+formats: {" ".join(EXTENSIONS)}
+""",
+    )
+    parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
+    add_output(parser)
+    shape = parser.add_argument_group("how the shape is kept")
+    shape.add_argument(
+        "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far the surface may move, over the"
+        " diagonal of the bounding box, where nodes are put back onto it (default %(default)g)",
+    )  # fmt: skip
+    shape.add_argument(
+        "--features", default=Options.features, metavar="DEGREES|none", help="edges whose cells meet at more than this"
+        " are sharp: their nodes stay on them (default %(default)g)",
+    )  # fmt: skip
+    add_choice(shape, "boundary", "nodes of open boundaries", ("slide", "fixed"), Options)
+    shape.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay")
+    shape.add_argument(
+        "--project", action=BooleanOptionalAction, default=Options.project, help="put the nodes back onto the input"
+        " surface; without, the constraint alone keeps the shape (default: yes)",
+    )  # fmt: skip
+    what = parser.add_argument_group("what is minimized")
+    what.add_argument(
+        "--reference", default=Options.reference, metavar="|".join([*REFERENCES, "FILE"]), help="what the cells shall"
+        " be conformal to; a file is a mesh with the same cells (default %(default)s)",
+    )  # fmt: skip
+    add_choice(what, "energy", "conformally invariant distortion, or the plain one", ENERGIES, Options)
+    add_choice(what, "emphasis", "good cells on the whole, or the smallest angles raised", EMPHASES, Options)
+    add_choice(what, "normal", "where the normal of the constraint is taken", NORMALS, Options)
+    what.add_argument(
+        "--eps", type=float, default=Options.eps, metavar="X", help="relaxation of the constraint, in squares of the"
+        " mean edge length (default %(default)g)",
+    )  # fmt: skip
+    what.add_argument(
+        "--tolerance", type=float, default=Options.tolerance, metavar="X", help="stop where an iteration lowers the"
+        " energy by less than this, relatively (default %(default)g)",
+    )  # fmt: skip
+    what.add_argument("--iterations", type=int, default=Options.iterations, metavar="N", help="default %(default)d")
+    add_told(parser, "the surface before and after")
+
+
+def _remesh(arguments: Namespace) -> int:
+    """Remesh a surface; an interruption leaves what was reached."""
+    known = {
+        name: value for name, value in vars(arguments).items() if name in {field.name for field in fields(Options)}
+    }
+    options = Options(**{**known, "features": _angle(arguments.features), "reference": _reference(arguments.reference)})
+
+    return carry_out(arguments, SURFACES, lambda: _Remesh(read(arguments.input), options))
+
+
+@dataclass(frozen=True)
+class _Remesh:
+    """Remesh a surface, as a :class:`hexconformal.app.commands.work.Work`."""
+
+    mesh: SurfaceMesh
+    options: Options
+    kind = SURFACES
+
+    def start(self) -> Remeshing:
+        return Remeshing(self.mesh, self.options)
+
+    def rehearsed(self) -> SurfaceMesh:
+        zero = np.zeros(len(self.mesh.cells))
+        return self.mesh.replaced(cell_data={"min_angle": zero, "min_angle_change": zero})
+
+    def frame(self, run: Any) -> Any:
+        points = run.points
+        return as_pyvista(self.mesh.replaced(points, cell_data={"min_angle": smallest_angles(points, self.mesh.cells)}))
+
+
+def _angle(given: Any) -> float | None:
+    if given == "none":
+        return None
+    try:
+        return float(given)
+    except ValueError as problem:
+        raise OptionError(f"features is an angle in degrees, or none, not {given!r}") from problem
+
+
+def _reference(given: str) -> Any:
+    """A name, or the points of a mesh in a file."""
+    return given if given in REFERENCES or not os.path.splitext(given)[1] else read(given).points

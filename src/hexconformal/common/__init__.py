@@ -1,0 +1,50 @@
+"""What every room needs: errors, validation of options, files that are written whole or not at all, interruption.
+
+Belongs here: what knows nothing of meshes. Imports no other room.
+"""
+
+from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, odd_points
+from .files import check_writable, folder_beside, reading, saving, write_text
+from .interruption import as_interruption, interruptible, uninterrupted
+from .serialization import Plain, json_safe
+from .validation import (
+    array_of_numbers,
+    as_mask,
+    is_number,
+    made_of,
+    require_choice,
+    require_choices,
+    require_counts,
+    require_flags,
+    require_number,
+    require_numbers,
+)
+
+__all__ = [
+    "MeshError",
+    "OptionError",
+    "Plain",
+    "ReadError",
+    "WriteError",
+    "array_of_numbers",
+    "as_interruption",
+    "as_mask",
+    "check_writable",
+    "first_ids",
+    "folder_beside",
+    "interruptible",
+    "is_number",
+    "json_safe",
+    "made_of",
+    "odd_points",
+    "reading",
+    "require_choice",
+    "require_choices",
+    "require_counts",
+    "require_flags",
+    "require_number",
+    "require_numbers",
+    "saving",
+    "uninterrupted",
+    "write_text",
+]

@@ -1,0 +1,154 @@
+"""Files of any format: opened with readable errors, written completely or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from .errors import MeshError, OptionError, ReadError, WriteError
+from .interruption import uninterrupted
+
+__all__ = ["check_writable", "folder_beside", "reading", "saving", "write_text"]
+
+_WITH_COMPANION = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
+_SURFACES = (".obj", ".off", ".ply", ".stl", ".vtp")
+_MISSING = "{} files need an optional package: pip install 'hexconformal[formats]' ({})"
+
+
+@contextmanager
+def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
+    """The extension of a file that is there and can be opened; what goes wrong becomes a readable error."""
+    extension = path.suffix.lower()
+    if path.is_dir():
+        raise ReadError(f"{path} is a folder, not a mesh file")
+    if not path.exists():
+        raise ReadError(f"{path} does not exist")
+    if extension not in extensions:
+        raise ReadError(f"{path}: {_unknown(extension, extensions)}")
+    try:
+        if path.stat().st_size == 0:
+            raise ReadError("the file is empty")
+        with path.open("rb"):
+            pass
+        yield extension
+    except ReadError as problem:
+        raise ReadError(f"cannot read {path}: {problem}") from problem
+    except MeshError as problem:
+        raise MeshError(f"{path}: {problem}") from problem
+    except ImportError as problem:
+        raise ReadError(f"cannot read {path}: {_MISSING.format(extension, problem)}") from problem
+    except OptionError:
+        raise
+    except (OSError, MemoryError) as problem:
+        raise ReadError(f"cannot read {path}: {problem}") from problem
+    except Exception as problem:
+        # What a parser has let through is found at the latest when the mesh is put together.
+        reason = f"not a sound {extension} file ({type(problem).__name__}: {problem})"
+        raise ReadError(f"cannot read {path}: {reason}") from problem
+
+
+def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | None = None) -> None:
+    """Raise unless a file of this name can be written: meant to be called before long work.
+
+    Parameters
+    ----------
+    path
+        The file.
+    extensions
+        Those that it may have; None: any.
+
+    Raises
+    ------
+    WriteError
+        If the extension is unknown, the folder is missing or cannot be written to, or a file that would come
+        with it belongs to another.
+    """
+    path = Path(path)
+    if extensions is not None and path.suffix.lower() not in extensions:
+        raise WriteError(f"cannot write {path}: {_unknown(path.suffix.lower(), extensions)}")
+    folder = _place(path).parent
+    if not folder.is_dir():
+        raise WriteError(f"cannot write {path}: the folder {folder} does not exist")
+    if path.is_dir():
+        raise WriteError(f"cannot write {path}: it is a folder")
+    if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
+        raise WriteError(f"cannot write {path}: permission denied")
+    companion = _place(path).with_suffix(".h5")
+    if path.suffix.lower() in _WITH_COMPANION and companion.exists() and not path.exists():
+        raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
+
+
+def _unknown(extension: str, known: tuple[str, ...]) -> str:
+    hint = " (of surfaces: for these there are surface.remesh, and the command remesh)"
+    is_surface = extension in _SURFACES and ".vtu" in known
+    return f"unknown extension {extension or '(none)'}{hint if is_surface else ''}; known are {' '.join(known)}"
+
+
+def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
+    """Let `writer` make the file in a folder beside its place, then move it (and its companions) there at once."""
+    place = _place(path)
+    with _as_write_error(path), folder_beside(place) as folder:
+        target = folder / place.name
+        lost = writer(target) or []
+        if not target.is_file() or target.stat().st_size == 0:
+            raise WriteError("nothing was written; is the disk full?")
+        # The file that names the others comes last.
+        files = sorted(folder.iterdir(), key=lambda made: made == target)
+        for made in files:
+            os.replace(made, place.parent / made.name)
+    return lost
+
+
+@contextmanager
+def folder_beside(place: Path) -> Iterator[Path]:
+    """A hidden folder beside a file, gone afterwards, whenever an interruption comes."""
+    with uninterrupted():
+        folder = tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent)
+    try:
+        yield Path(folder.name)
+    finally:
+        with uninterrupted():
+            folder.cleanup()
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a text file that is complete or not there.
+
+    Raises
+    ------
+    WriteError
+        If it cannot be written.
+    """
+
+    def put(target: Path) -> None:
+        target.write_text(text, encoding="utf-8")
+
+    saving(Path(path), put)
+
+
+def _place(path: Path) -> Path:
+    # Where a link points to, so that the link stays one.
+    return Path(os.path.realpath(path))
+
+
+@contextmanager
+def _as_write_error(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except MeshError:
+        raise
+    except ImportError as problem:
+        raise WriteError(f"cannot write {path}: {_MISSING.format(path.suffix, problem)}") from problem
+    except (Exception, SystemExit) as problem:
+        raise WriteError(f"cannot write {path}: {_reason(problem)}") from problem
+
+
+def _reason(problem: Any) -> str:
+    if not isinstance(problem, OSError):
+        return f"{type(problem).__name__}: {problem}"
+    # NumPy only counts the numbers that it got rid of.
+    return str(problem) if problem.errno or isinstance(problem, WriteError) else f"{problem}; is the disk full?"

@@ -1,0 +1,30 @@
+"""The hexahedron: its nodes, edges and faces, and what is measured of single cells.
+
+Belongs here: tables of a type of cell, loops over cells that look at one cell at a time, validity by Bernstein
+coefficients, equation (13). Imports `kernel`.
+"""
+
+from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian
+from .hexahedron import CORNER_EDGES, CORNERS, EDGES, FACES, RULES, edge_weights, gauss_rule, shape_gradients
+from .lengths_volumes import cell_volumes, edge_lengths
+from .validity import all_valid, contiguous, is_valid, minimum_jacobian
+
+__all__ = [
+    "CORNERS",
+    "CORNER_EDGES",
+    "EDGES",
+    "FACES",
+    "MEASURES",
+    "RULES",
+    "all_valid",
+    "cell_measures",
+    "cell_volumes",
+    "contiguous",
+    "corner_scaled_jacobian",
+    "edge_lengths",
+    "edge_weights",
+    "gauss_rule",
+    "is_valid",
+    "minimum_jacobian",
+    "shape_gradients",
+]

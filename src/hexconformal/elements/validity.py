@@ -1,0 +1,275 @@
+"""Is det J of a trilinear hexahedron positive everywhere? A certificate from its Bernstein coefficients.
+
+On the unit cube det J is a polynomial of degree two in each reference coordinate. Its 27 Bernstein
+coefficients bound it from below and above, and the eight at the corners are attained; where they do not
+decide the sign, the cell is bisected (de Casteljau) until they do (Johnen, Weill & Remacle 2017). Equation (13) of
+docs/mathematics.md.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernel import parallel_ranges, strict_loop
+from .hexahedron import EDGES
+
+__all__ = ["DEPTH", "all_valid", "bernstein_coefficients", "contiguous", "is_valid", "minimum_jacobian"]
+__all__ += ["bracket", "edge_vectors", "expand"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+DEPTH = 8  # how often a cell may be halved in each direction
+# Bisections of one cell before it counts as undecided: only a det that touches zero comes near.
+_BUDGET = 4096
+# Rounding of a coefficient, relative to the product of the lengths along e1, e2, e3.
+_ROUNDING = 16 * float(np.finfo(np.float64).eps)
+
+
+def bernstein_coefficients(x: Floats) -> Floats:
+    """The 27 Bernstein coefficients of det J of trilinear hexahedra.
+
+    Parameters
+    ----------
+    x
+        (..., 8, 3) nodes in VTK order.
+
+    Returns
+    -------
+    (..., 27) coefficients in units of volume; number i + 3 j + 9 k belongs to the lattice point
+    (i, j, k)/2 of the unit cube. All positive: det J > 0 in the whole cell.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> bool(np.allclose(bernstein_coefficients(2.0 * CORNERS), 8.0))
+    True
+    """
+    edges = x[..., EDGES[:, 1], :] - x[..., EDGES[:, 0], :]
+    coefficients = np.zeros((*x.shape[:-2], 3, 3, 3))
+    for iy, iz, jx, jz, kx, ky in itertools.product((0, 1), repeat=6):  # each derivative is bilinear
+        a, b, c = (edges[..., i, :] for i in (iy + 2 * iz, 4 + jx + 2 * jz, 8 + kx + 2 * ky))
+        coefficients[..., iz + jz, iy + ky, jx + kx] += (np.cross(a, b) * c).sum(axis=-1)
+    binomial = np.array([1.0, 2.0, 1.0])
+    coefficients /= binomial[:, None, None] * binomial[:, None] * binomial
+    return coefficients.reshape(*x.shape[:-2], 27)
+
+
+def minimum_jacobian(points: Floats, cells: Ints, depth: int = DEPTH) -> tuple[Floats, Floats]:
+    """Bracket the minimum of det J over every cell.
+
+    The bounds are as tight as the sign needs: cells are subdivided only while it is undecided.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    cells
+        (m, 8) nodes in VTK order.
+    depth
+        How often a cell may be halved in each direction.
+
+    Returns
+    -------
+    (m,) lower bounds, rounding included: positive proves the cell valid;
+    (m,) upper bounds, values that det J attains: not positive proves it invalid.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> lower, upper = minimum_jacobian(2.0 * CORNERS, np.arange(8)[None])
+    >>> bool(np.isclose(lower[0], 8.0)), float(upper[0])
+    (True, 8.0)
+    """
+    lower, upper = np.empty(len(cells)), np.empty(len(cells))
+    parallel_ranges(_bracket_range, len(cells), *contiguous(points, cells), depth, lower, upper)
+    return lower, upper
+
+
+def is_valid(points: Floats, cells: Ints) -> NDArray[np.bool_]:
+    """Tell for every cell whether det J > 0 everywhere in it, certified.
+
+    Cells that stay undecided (det J touches zero within rounding, or NaN) are not valid.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    cells
+        (m, 8) nodes in VTK order.
+
+    Returns
+    -------
+    (m,) booleans.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> points = CORNERS.astype(float)
+    >>> cells = np.arange(8)[None]
+    >>> is_valid(points, cells), is_valid(-points, cells)
+    (array([ True]), array([False]))
+    """
+    return minimum_jacobian(points, cells)[0] > 0
+
+
+def all_valid(points: Floats, cells: Ints, among: Ints | None = None) -> bool:
+    """Tell whether every cell is valid (see `is_valid`), and stop at the first that is not.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    cells
+        (m, 8) nodes in VTK order.
+    among
+        Ids of the cells to look at; default all.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> all_valid(CORNERS.astype(float), np.arange(8)[None])
+    True
+    """
+    if among is not None:
+        cells = cells[among]
+    found = np.zeros(1, dtype=np.bool_)
+    parallel_ranges(_find_invalid, len(cells), *contiguous(points, cells), DEPTH, found)
+    return not found[0]
+
+
+def contiguous(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
+    """Points and cells as compiled loops take them."""
+    # One memory layout means one compiled version; no copy where it already is so.
+    return np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(cells, dtype=np.int64)
+
+
+@strict_loop
+def edge_vectors(points, cells, c, edges):  # type: ignore[no-untyped-def]
+    """Edges of cell c: along e1 at [y + 2 z], along e2 at [4 + x + 2 z], along e3 at [8 + x + 2 y]."""
+    for k in range(12):
+        a, b = cells[c, EDGES[k, 0]], cells[c, EDGES[k, 1]]
+        for i in range(3):
+            # Differences of nodes: nothing is lost far away from the origin.
+            edges[k, i] = points[b, i] - points[a, i]
+
+
+@strict_loop
+def expand(edges, areas, coefficients):  # type: ignore[no-untyped-def]
+    """Fill the 27 coefficients from the edges, and return how far rounding may have moved them."""
+    scale = 1.0
+    for axis in range(3):
+        squared = 0.0  # a sum, not a maximum: it passes NaN on
+        for k in range(4 * axis, 4 * axis + 4):
+            squared += edges[k, 0] ** 2 + edges[k, 1] ** 2 + edges[k, 2] ** 2
+        scale *= np.sqrt(squared)
+
+    # Area vectors e1 x e2, whose two z-factors are already multiplied out: (y of e1, x of e2, z).
+    for y in range(2):
+        for x in range(2):
+            for z in range(3):
+                s0 = s1 = s2 = 0.0
+                for iz in range(max(z - 1, 0), min(z, 1) + 1):
+                    a, b = edges[y + 2 * iz], edges[4 + x + 2 * (z - iz)]
+                    s0 += a[1] * b[2] - a[2] * b[1]
+                    s1 += a[2] * b[0] - a[0] * b[2]
+                    s2 += a[0] * b[1] - a[1] * b[0]
+                weight = 0.5 if z == 1 else 1.0
+                area = areas[y, x, z]
+                area[0], area[1], area[2] = weight * s0, weight * s1, weight * s2
+
+    coefficients[:] = 0.0
+    for ky in range(2):
+        for kx in range(2):
+            c0, c1, c2 = edges[8 + kx + 2 * ky]
+            for y in range(2):
+                for x in range(2):
+                    weight = (0.5 if x != kx else 1.0) * (0.5 if y != ky else 1.0)
+                    for z in range(3):
+                        area = areas[y, x, z]
+                        det = area[0] * c0 + area[1] * c1 + area[2] * c2
+                        coefficients[9 * z + 3 * (y + ky) + x + kx] += weight * det
+    return _ROUNDING * scale
+
+
+@strict_loop
+def _bisect(parent, left, right, stride):  # type: ignore[no-untyped-def]
+    """Halve a block of coefficients along one axis (stride 1, 3 or 9); left may be the parent."""
+    for i in range(27):
+        if (i // stride) % 3 == 0:
+            p, q, r = parent[i], parent[i + stride], parent[i + 2 * stride]
+            pq, qr = 0.5 * (p + q), 0.5 * (q + r)
+            middle = 0.5 * (pq + qr)
+            left[i], left[i + stride], left[i + 2 * stride] = p, pq, middle
+            right[i], right[i + stride], right[i + 2 * stride] = middle, qr, r
+
+
+@strict_loop
+def _bounds(block):  # type: ignore[no-untyped-def]
+    """Smallest coefficient, and smallest of the eight at the corners, which are values of det J."""
+    lower, upper = block[0], block[0]
+    for i in range(1, 27):
+        lower = min(lower, block[i])
+    for i in (2, 6, 8, 18, 20, 24, 26):
+        upper = min(upper, block[i])
+    return lower, upper
+
+
+@strict_loop
+def bracket(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
+    """(lower, upper) of the polynomial whose coefficients are stack[0]; bisects while undecided."""
+    first, upper = _bounds(stack[0])
+    first -= rounding
+    # Written so that NaN ends here and is never valid.
+    if first > 0.0 or not upper > 0.0:
+        return first, upper
+    lower = np.inf
+    levels[0] = 0
+    size = 1
+    for _ in range(_BUDGET):
+        block, level = stack[size - 1], levels[size - 1]
+        bound, corner = _bounds(block)
+        bound -= rounding
+        upper = min(upper, corner)
+        if upper <= 0.0:
+            break
+        if bound > 0.0:
+            lower = min(lower, bound)
+            size -= 1
+            if size == 0:
+                return lower, upper
+        elif level == 3 * depth:
+            break
+        else:
+            _bisect(block, block, stack[size], 3 ** (level % 3))
+            levels[size - 1] = levels[size] = level + 1
+            size += 1
+    return first, upper
+
+
+@strict_loop
+def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ignore[no-untyped-def]
+    edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
+    stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
+    for c in range(first, last):
+        edge_vectors(points, cells, c, edges)
+        rounding = expand(edges, areas, stack[0])
+        lower[c], upper[c] = bracket(stack, levels, rounding, depth)
+
+
+@strict_loop
+def _find_invalid(first, last, points, cells, depth, found):  # type: ignore[no-untyped-def]
+    edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
+    stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
+    for c in range(first, last):
+        edge_vectors(points, cells, c, edges)
+        rounding = expand(edges, areas, stack[0])
+        lower, _ = bracket(stack, levels, rounding, depth)
+        if not lower > 0.0:
+            found[0] = True
+        # Set by any range; all of them write the same value.
+        if found[0]:
+            return

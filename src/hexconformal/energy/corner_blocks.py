@@ -1,0 +1,128 @@
+"""From derivatives with respect to the frames at the corners of a cell to those with respect to its nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernel import algebra, frame, matrix_product, plus, put, scale, times, transposed
+
+__all__ = ["BLOCKS", "COLUMN", "END", "INVERSE", "SIGN", "add_blocks", "add_forces", "pull_back", "to_nodes"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# First rows of what the scratch array (hexconformal.kernel.simd_frames) of the corners holds here: first derivatives;
+# second ones, of the pairs of columns 11, 12, 13, 22, 23, 33, nine rows each; those of each neighbour with the corner
+# itself, and of the corner with itself; W^-1; and the signs that turn edges into derivatives.
+COLUMN, BLOCKS, _MIXED, _OWN, INVERSE, SIGN, END = 0, 9, 63, 90, 99, 108, 111
+
+
+@algebra
+def pull_back(s: Field) -> None:
+    """Derivatives with respect to J W^-1 become derivatives with respect to J."""
+    for q in range(8):
+        put(matrix_product(frame(s, INVERSE, q), frame(s, COLUMN, q)), s, COLUMN, q)
+    for k in range(3):
+        for l in range(k + 1):
+            one, two = BLOCKS + 3 * k + l, BLOCKS + 3 * l + k
+            for q in range(8):
+                # Entries (k, l) of all nine blocks, as a matrix over the pairs of columns.
+                m = (
+                    (s[one, q], s[one + 9, q], s[one + 18, q]),
+                    (s[two + 9, q], s[one + 27, q], s[one + 36, q]),
+                    (s[two + 18, q], s[two + 36, q], s[one + 45, q]),
+                )
+                w = frame(s, INVERSE, q)
+                m = matrix_product(matrix_product(w, m), transposed(w))
+                s[one, q], s[one + 9, q], s[one + 18, q] = m[0]
+                s[two + 9, q], s[one + 27, q], s[one + 36, q] = m[1]
+                s[two + 18, q], s[two + 36, q], s[one + 45, q] = m[2]
+                s[two, q], s[two + 27, q], s[two + 45, q] = m[0][0], m[1][1], m[2][2]
+
+
+@algebra
+def to_nodes(s: Field) -> None:
+    """Derivatives with respect to edges, then to the nodes: moving the corner itself moves all three edges back."""
+    for q in range(8):
+        x, y, z = s[SIGN, q], s[SIGN + 1, q], s[SIGN + 2, q]
+        f = frame(s, COLUMN, q)
+        put((scale(x, f[0]), scale(y, f[1]), scale(z, f[2])), s, COLUMN, q)
+        b00, b11, b22 = frame(s, BLOCKS, q), frame(s, BLOCKS + 27, q), frame(s, BLOCKS + 45, q)
+        b01 = times(x * y, frame(s, BLOCKS + 9, q))
+        b02 = times(x * z, frame(s, BLOCKS + 18, q))
+        b12 = times(y * z, frame(s, BLOCKS + 36, q))
+        put(b01, s, BLOCKS + 9, q)
+        put(b02, s, BLOCKS + 18, q)
+        put(b12, s, BLOCKS + 36, q)
+        m0 = plus(b00, plus(b01, b02))
+        m1 = plus(transposed(b01), plus(b11, b12))
+        m2 = plus(transposed(b02), plus(transposed(b12), b22))
+        put(times(-1.0, m0), s, _MIXED, q)
+        put(times(-1.0, m1), s, _MIXED + 9, q)
+        put(times(-1.0, m2), s, _MIXED + 18, q)
+        put(plus(m0, plus(m1, m2)), s, _OWN, q)
+
+
+@algebra
+def _add_block(s: Field, row: int, q: int, a: int, b: int, local: Field) -> None:
+    """Add block (a, b) of the cell's nodes to local (36, 3, 3), which holds the pairs a >= b."""
+    if a >= b:
+        pair = a * (a + 1) // 2 + b
+        for r in range(3):
+            for c in range(3):
+                local[pair, r, c] += s[row + 3 * r + c, q]
+    else:
+        pair = b * (b + 1) // 2 + a
+        for r in range(3):
+            for c in range(3):
+                local[pair, c, r] += s[row + 3 * r + c, q]
+
+
+@algebra
+def _gather(s: Field, corners: Ints, local: Field) -> None:
+    """Blocks of the cell's nodes from those of its corners."""
+    local[:] = 0.0
+    for q in range(8):
+        x, y, z = corners[q, 0], corners[q, 1], corners[q, 2]
+        _add_block(s, BLOCKS, q, x, x, local)
+        _add_block(s, BLOCKS + 9, q, x, y, local)
+        _add_block(s, BLOCKS + 18, q, x, z, local)
+        _add_block(s, BLOCKS + 27, q, y, y, local)
+        _add_block(s, BLOCKS + 36, q, y, z, local)
+        _add_block(s, BLOCKS + 45, q, z, z, local)
+        _add_block(s, _MIXED, q, x, q, local)
+        _add_block(s, _MIXED + 9, q, y, q, local)
+        _add_block(s, _MIXED + 18, q, z, q, local)
+        _add_block(s, _OWN, q, q, q, local)
+
+
+@algebra
+def add_forces(s: Field, cells: Ints, c: int, corners: Ints, forces: Field) -> None:
+    """Add the first derivatives of a cell to forces (n, 3)."""
+    for q in range(8):
+        for i in range(3):
+            for k in range(3):
+                force = s[COLUMN + 3 * i + k, q]
+                forces[cells[c, corners[q, i]], k] += force
+                forces[cells[c, q], k] -= force
+
+
+@algebra
+def add_blocks(s: Field, cells: Ints, c: int, corners: Ints, places: Ints, local: Field, data: Field) -> None:
+    """Add the second derivatives of a cell to the blocks data at places (m, 36); local (36, 3, 3) is for use here."""
+    _gather(s, corners, local)
+    for a in range(8):
+        for b in range(a + 1):
+            pair = a * (a + 1) // 2 + b
+            place = places[c, pair]
+            if place < 0:
+                continue
+            if cells[c, a] >= cells[c, b]:
+                for r in range(3):
+                    for k in range(3):
+                        data[place, r, k] += local[pair, r, k]
+            else:
+                for r in range(3):
+                    for k in range(3):
+                        data[place, r, k] += local[pair, k, r]

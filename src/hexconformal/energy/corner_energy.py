@@ -1,0 +1,194 @@
+"""The corner energy of a mesh, or of a patch of it.
+
+For meshes where the note's energy is not enough: tangled cells, cells that are barely valid, and the worst
+cells of an otherwise good mesh. Everything is measured at the corners, where the scaled Jacobian is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import CORNERS
+from ..kernel import parallel_ranges
+from ..mesh import boundary_quads
+from .block_matrix import BlockMatrix, cell_places
+from .corner_kernels import corner_densities, corner_sums
+from .volume_term import size_sums
+
+__all__ = ["PATCH_ROUNDING", "SIZE", "Emphasis", "Measures", "Shaping", "SurfacePenalty"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+PATCH_ROUNDING = 2.0**-12  # of directions on a patch, in shortest edges at a node
+SIZE = 6.0  # weight of the sizes of cells beside their angles, or their whole distortion
+
+
+def _corner_table() -> Ints:
+    """(8, 6): at each corner the neighbours along e1, e2, e3, and the signs that turn edges into derivatives."""
+    neighbours = [[int(np.flatnonzero((CORNERS ^ CORNERS[q] == axis).all(axis=1))[0]) for axis in np.eye(3, dtype=int)]
+                  for q in range(8)]  # fmt: skip
+    return np.ascontiguousarray(np.hstack([neighbours, 1 - 2 * CORNERS]), dtype=np.int64)
+
+
+_TABLE = _corner_table()
+_NOTHING = np.empty((0, 3)), np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
+
+
+@dataclass(frozen=True)
+class Emphasis:
+    """What counts: sum of shape * e(f) + angle * phi(e(u)) over the corners (see corner_kernels), and of sizes.
+
+    Attributes
+    ----------
+    shape
+        Weight of the whole distortion, edge lengths and angles against the target.
+    angle
+        Weight of the angles alone: the distortion of the unit columns, edge lengths free.
+    stiffness
+        phi(e) = e / (1 - stiffness e): no corner gets worse than 1 / stiffness.
+    eps
+        Of the barrier chi_eps; 0 once nothing is folded.
+    size
+        Weight of what cells pay for losing or gaining volume (see size_kernel).
+    """
+
+    shape: float = 1.0
+    angle: float = 0.0
+    stiffness: float = 0.0
+    eps: float = 0.0
+    size: float = 0.0
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Per cell: smallest corner determinant, largest densities e(f) and e(u); infinite where folded."""
+
+    determinant: Field
+    shape: Field
+    angle: Field
+
+
+class SurfacePenalty(Protocol):
+    """What keeps nodes of the boundary near the surface: a penalty, and a limit that is never crossed."""
+
+    def value(self, points: Field) -> float: ...
+    def excess(self, points: Field) -> float: ...
+    def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
+    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> SurfacePenalty: ...
+
+
+@dataclass
+class Shaping:
+    """The corner energy of cells whose nodes move in admissible directions.
+
+    Attributes
+    ----------
+    cells
+        (m, 8) nodes.
+    inverses
+        Inverse target frames as in :class:`hexconformal.energy.distortion_energy.Distortion`, empty for cubes.
+    projectors
+        (n, 3, 3) orthogonal projections onto the admissible displacements; 0 holds a node.
+    surface
+        What keeps boundary nodes near the surface, or None.
+    sizes
+        (m,) volumes that cells should have, 0 for those without; empty for none at all.
+    firmness
+        Factor of the weight of sizes.
+    rounding
+        Of the directions that are taken, see :mod:`hexconformal.solver.step_rounding`; 0 for none. Patches have a finer
+        one.
+    """
+
+    cells: Ints
+    inverses: Field
+    projectors: Field
+    surface: SurfacePenalty | None = None
+    sizes: Field = field(default_factory=lambda: np.empty(0))
+    firmness: float = 1.0
+    rounding: float = 0.0
+
+    @cached_property
+    def _matrix(self) -> BlockMatrix:
+        return BlockMatrix.of_cells(self.cells, self.free)
+
+    @cached_property
+    def _places(self) -> Ints:
+        return cell_places(self.cells, self.free, self._matrix)
+
+    def value(self, points: Field, emphasis: Emphasis) -> float:
+        """Energy at the points; infinite where a corner is folded, too bad, or too far from the surface."""
+        total = self._sums(points, emphasis, None)
+        if self.surface is not None and np.isfinite(total):
+            total += self.surface.value(points)
+        return total
+
+    def excess(self, points: Field) -> float:
+        """Largest distance of the boundary from the surface, in units of its bound."""
+        return 0.0 if self.surface is None else self.surface.excess(points)
+
+    def value_gradient_hessian(self, points: Field, emphasis: Emphasis) -> tuple[float, Field, BlockMatrix]:
+        """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
+        gradient, matrix = np.zeros_like(points), self._matrix
+        matrix.data[:] = 0.0
+        total = self._sums(points, emphasis, gradient)
+        if self.surface is not None:
+            total += self.surface.add(points, gradient, matrix)
+        return total, gradient, matrix
+
+    def _sums(self, points: Field, emphasis: Emphasis, gradient: Field | None) -> float:
+        derivatives = gradient is not None
+        where = (derivatives, *((gradient, self._matrix.data, self._places) if derivatives else _NOTHING))
+        weights = emphasis.eps, emphasis.shape, emphasis.angle, emphasis.stiffness
+        total = float(corner_sums(points, self.cells, _TABLE, self.inverses, *weights, *where))
+        if emphasis.size > 0.0 and len(self.sizes):
+            total += float(size_sums(points, self.cells, self.sizes, emphasis.size * self.firmness, *where))
+        return total
+
+    def surface_force(self, points: Field) -> tuple[float, Field]:
+        """What keeps the boundary near the surface alone: its energy and gradient (n, 3)."""
+        gradient = np.zeros_like(points)
+        return 0.0 if self.surface is None else self.surface.add(points, gradient, self._matrix), gradient
+
+    def measures(self, points: Field) -> Measures:
+        """Figures of every cell, as the energy sees it."""
+        columns = np.empty((3, len(self.cells)))
+        parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
+        return Measures(*columns)
+
+    @cached_property
+    def free(self) -> Mask:
+        """(n,) nodes that can move at all."""
+        return np.asarray(self.projectors.any(axis=(1, 2)))
+
+    @cached_property
+    def inner(self) -> Mask:
+        """(n,) nodes inside the mesh that can move in all directions."""
+        inner = (self.projectors == np.eye(3)).all(axis=(1, 2))
+        inner[boundary_quads(self.cells)[0]] = False
+        return np.asarray(inner)
+
+    def restricted(self, moving: Mask, points: Field) -> tuple[Shaping, Ints]:
+        """The same energy with only some nodes moving: the patch's own problem, and its nodes' ids here."""
+        moving = moving & self.free
+        around = np.flatnonzero(moving[self.cells].any(axis=1))
+        nodes = np.unique(self.cells[around])
+        local = np.full(len(moving), -1)
+        local[nodes] = np.arange(len(nodes))
+        patch = Shaping(
+            local[self.cells[around]],
+            self.inverses[around] if len(self.inverses) > 1 else self.inverses,
+            np.where(moving[nodes, None, None], self.projectors[nodes], 0.0),
+            None if self.surface is None else self.surface.restricted(nodes, moving, points),
+            self.sizes[around] if len(self.sizes) else self.sizes,
+            self.firmness,
+            min(self.rounding, PATCH_ROUNDING),
+        )
+        return patch, nodes

@@ -1,0 +1,306 @@
+"""Closest points on a surface, exactly or by walking from where one was, and on feature curves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..common import MeshError, OptionError, first_ids
+from ..kernel import parallel_ranges
+from ..mesh import along_curve
+from .closest_point_kernels import closest_range, segment_range, walk_range
+
+__all__ = ["Closest", "Polyline", "Surface"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Closest:
+    """Closest points of k places.
+
+    Attributes
+    ----------
+    positions
+        (k, 3) where they are.
+    distances
+        (k,) how far away, in units of length.
+    faces
+        (k,) the face (or the edge of a polyline) they lie on.
+    weights
+        (k, j) weights of the nodes of that face (or edge), which add up to one.
+    """
+
+    positions: Floats
+    distances: Floats
+    faces: Ints
+    weights: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A surface of triangles, or of quads that each stand for four triangles around their centre.
+
+    Attributes
+    ----------
+    points
+        (n, 3) coordinates.
+    faces
+        (f, 3) or (f, 4) nodes in cyclic order.
+
+    Raises
+    ------
+    MeshError
+        If there are no faces, or they have other than three or four nodes.
+
+    Examples
+    --------
+    >>> square = Surface(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2, 3]]))
+    >>> there = square.closest(np.array([[0.5, 0.25, 2.0], [3.0, 0.5, 0.0]]))
+    >>> there.positions.tolist(), there.distances
+    ([[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]], array([2., 2.]))
+    """
+
+    points: Floats
+    faces: Ints
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", np.ascontiguousarray(self.points, dtype=np.float64))
+        object.__setattr__(self, "faces", np.ascontiguousarray(self.faces, dtype=np.int64))
+        if self.faces.ndim != 2 or self.faces.shape[1] not in (3, 4) or len(self.faces) == 0:
+            raise MeshError(f"a surface needs faces of three or four nodes each, not {self.faces.shape}")
+
+    @classmethod
+    def from_pyvista(cls, source: Any) -> Surface:
+        """The surface of anything pyvista can show (of a volume its skin), as triangles without coincident points.
+
+        Raises
+        ------
+        MeshError
+            If this is nothing pyvista can wrap, has no faces, or points that are not finite.
+        """
+        import pyvista as pv
+
+        from ..io import triangles
+
+        try:
+            dataset = pv.wrap(source)
+        except (NotImplementedError, TypeError, ValueError):
+            dataset = source
+        if not isinstance(dataset, pv.DataSet):
+            raise MeshError(f"a surface is one pyvista dataset, or a path, not {type(source).__name__}")
+        poly = triangles(dataset)
+        return cls(np.asarray(poly.points), np.asarray(poly.faces).reshape(-1, 4)[:, 1:])
+
+    def moved(self, points: Floats) -> Surface:
+        """The same faces with their nodes elsewhere; what is known of their neighbours is kept."""
+        other = replace(self, points=points)
+        other.__dict__["neighbours"] = self.neighbours
+        return other
+
+    @cached_property
+    def triangles(self) -> Floats:
+        """(f, t, 3, 3) corners of the one or four triangles of each face."""
+        x = self.points[self.faces]
+        if x.shape[1] == 3:
+            return x[:, None]
+        out = np.empty((len(x), 4, 3, 3))
+        out[:, :, 0], out[:, :3, 1], out[:, 3, 1] = x, x[:, 1:], x[:, 0]
+        out[:, :, 2] = (0.25 * (x[:, 0] + x[:, 1] + x[:, 2] + x[:, 3]))[:, None]
+        return out
+
+    @cached_property
+    def neighbours(self) -> tuple[Ints, Ints]:
+        """Faces that share a node with each face, itself among them: (f + 1,) offsets and their ids."""
+        from scipy.sparse import csr_array
+
+        count, size = self.faces.shape
+        ones = np.ones(count * size, dtype=np.int32)
+        shape = (count, len(self.points))
+        touch = csr_array((ones, (np.repeat(np.arange(count), size), self.faces.ravel())), shape=shape)
+        near = (touch @ touch.T).tocsr()
+        near.sort_indices()
+        return near.indptr.astype(np.int64), near.indices.astype(np.int64)
+
+    @cached_property
+    def boxes(self) -> Floats:
+        """(f, 2, 3) lower and upper corner of the box around each face."""
+        # Corner by corner: minima along a short axis are slow.
+        low, *rest = high, *_ = np.moveaxis(self.points[self.faces], 1, 0)
+        for corner in rest:
+            low, high = np.minimum(low, corner), np.maximum(high, corner)
+        return np.stack([low, high], axis=1)
+
+    def _codes(self, places: Floats) -> Ints:
+        """Where places lie along the space-filling curve (Morton's) through the box of the centres of the faces."""
+        low, size = self._extent
+        return along_curve((places - low) / size)
+
+    @cached_property
+    def _extent(self) -> tuple[Floats, float]:
+        centers = self.boxes.mean(axis=1)
+        low = centers.min(axis=0)
+        return low, max(float((centers - low).max()), 1e-300)
+
+    @cached_property
+    def _sorted(self) -> tuple[Ints, Ints]:
+        """Faces in the order of the curve, and their places on it."""
+        code = self._codes(self.boxes.mean(axis=1))
+        order = np.argsort(code, kind="stable")
+        return order, code[order]
+
+    @cached_property
+    def _tree(self) -> tuple[Ints, Floats]:
+        """Faces in the order of a space-filling curve, and the boxes of a binary tree over that order."""
+        order, _ = self._sorted
+        leaves = 1 << (len(order) - 1).bit_length()
+        # Node i has the children 2 i and 2 i + 1; the faces are the last level.
+        tree = np.empty((2 * leaves, 2, 3))
+        tree[:, 0], tree[:, 1] = np.inf, -np.inf
+        tree[leaves : leaves + len(order)] = self.boxes[order]
+        while leaves > 1:
+            pairs = tree[leaves : 2 * leaves].reshape(-1, 2, 2, 3)
+            leaves //= 2
+            tree[leaves : 2 * leaves, 0] = pairs[:, :, 0].min(axis=1)
+            tree[leaves : 2 * leaves, 1] = pairs[:, :, 1].max(axis=1)
+        return order, tree
+
+    def closest(self, places: ArrayLike, near: Ints | None = None) -> Closest:
+        """The closest point of the whole surface, exactly.
+
+        Parameters
+        ----------
+        places
+            (k, 3) where from.
+        near
+            (k,) faces that are probably close: with them it goes faster.
+        """
+        places = np.ascontiguousarray(places, dtype=np.float64)
+        if near is None:
+            order, codes = self._sorted
+            near = order[np.minimum(np.searchsorted(codes, self._codes(places)), len(order) - 1)]
+        return self._asked(closest_range, places, np.ascontiguousarray(near), *self._tree)
+
+    def walked(self, places: ArrayLike, start: Ints) -> Closest:
+        """The closest point that is found from a face by going to neighbours as long as that helps.
+
+        Local, and so never on the far side of a thin wall; not farther away than the face it starts from.
+
+        Parameters
+        ----------
+        places
+            (k, 3) where from.
+        start
+            (k,) the face where each begins, usually where its last walk ended.
+        """
+        places = np.ascontiguousarray(places, dtype=np.float64)
+        return self._asked(walk_range, places, np.ascontiguousarray(start), self.boxes, *self.neighbours)
+
+    def _asked(self, kernel: Any, places: Floats, start: Ints, *tables: Any) -> Closest:
+        count, size = len(places), self.faces.shape[1]
+        faces, weights = np.empty(count, dtype=np.int64), np.empty((count, size))
+        positions, distances = np.empty((count, 3)), np.empty(count)
+        out = (positions, distances, faces, weights)
+        parallel_ranges(kernel, count, places, start, self.triangles, *tables, *out)
+        return Closest(*out)
+
+
+@dataclass(frozen=True, eq=False)
+class Polyline:
+    """Curves made of straight edges.
+
+    Attributes
+    ----------
+    points
+        (n, 3) coordinates.
+    edges
+        (e, 2) nodes.
+    curves
+        (e,) the curve of each edge, numbers from 0 on.
+
+    Examples
+    --------
+    >>> line = Polyline(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]]), np.array([[0, 1], [1, 2]]), np.array([0, 1]))
+    >>> place = np.array([[0.9, 0.5, 0.0]])
+    >>> line.closest(place, [0]).positions.tolist(), line.closest(place, [1]).positions.tolist()
+    ([[0.9, 0.0, 0.0]], [[1.0, 0.5, 0.0]])
+    """
+
+    points: Floats
+    edges: Ints
+    curves: Ints
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", np.ascontiguousarray(self.points, dtype=np.float64))
+        object.__setattr__(self, "edges", np.ascontiguousarray(self.edges, dtype=np.int64).reshape(-1, 2))
+        object.__setattr__(self, "curves", np.ascontiguousarray(self.curves, dtype=np.int64))
+
+    @cached_property
+    def _segments(self) -> Floats:
+        return np.ascontiguousarray(self.points[self.edges])
+
+    @cached_property
+    def _members(self) -> tuple[Ints, Ints]:
+        # The edges of each curve: offsets and ids.
+        sizes = np.bincount(self.curves)
+        return np.concatenate([[0], np.cumsum(sizes)]), np.argsort(self.curves, kind="stable")
+
+    @cached_property
+    def _neighbours(self) -> tuple[Ints, Ints]:
+        # The edges of the same curve that share a node with each edge, itself among them.
+        from scipy.sparse import csr_array
+
+        count = len(self.edges)
+        # A node counts once per curve, so that curves do not mix where they meet.
+        keys = self.edges * (int(self.curves.max(initial=0)) + 1) + self.curves[:, None]
+        names = np.unique(keys, return_inverse=True)[1].ravel()
+        rows = np.repeat(np.arange(count), 2)
+        touch = csr_array((np.ones(2 * count, dtype=np.int32), (rows, names)), shape=(count, 2 * count))
+        near = (touch @ touch.T).tocsr()
+        return near.indptr.astype(np.int64), near.indices.astype(np.int64)
+
+    def closest(self, places: ArrayLike, curves: ArrayLike) -> Closest:
+        """The closest point on a given curve, exactly.
+
+        Parameters
+        ----------
+        places
+            (k, 3) where from.
+        curves
+            (k,) the curve for each.
+
+        Raises
+        ------
+        OptionError
+            If there is no such curve.
+        """
+        wanted = np.ascontiguousarray(curves, dtype=np.int64)
+        offsets, members = self._members
+        bad = wanted[~np.isin(wanted, self.curves)]
+        if len(bad):
+            raise OptionError(f"there are no such curves: {first_ids(bad)}")
+        return self._asked(places, members[offsets[wanted]], offsets, members, wanted)
+
+    def walked(self, places: ArrayLike, start: Ints) -> Closest:
+        """The closest point found from an edge by going along its curve as long as that helps.
+
+        Parameters
+        ----------
+        places
+            (k, 3) where from.
+        start
+            (k,) the edge where each begins.
+        """
+        return self._asked(places, np.ascontiguousarray(start), *self._neighbours, np.full(len(start), -1))
+
+    def _asked(self, places: ArrayLike, start: Ints, offsets: Ints, ids: Ints, rows: Ints) -> Closest:
+        places = np.ascontiguousarray(places, dtype=np.float64)
+        count = len(places)
+        out = (np.empty((count, 3)), np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 2)))
+        parallel_ranges(segment_range, count, places, start, self._segments, offsets, ids, rows, *out)
+        return Closest(*out)

@@ -1,0 +1,130 @@
+"""A HexMesh, whatever it was made from, as a meshio.Mesh or a pyvista grid, and what cannot go along."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..common import WriteError
+from ..mesh import HexMesh
+from .meshio_mesh import MeshioOrigin, plain_meshio
+from .pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
+from .vtk_mesh import SOLIDS
+
+__all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
+
+# meshio itself turns wedges round for VTK; VTK's positive wedge has the order of Gmsh, and pyvista leaves it so.
+_PIXEL = [0, 1, 3, 2]
+
+
+def to_meshio(mesh: HexMesh) -> tuple[Any, list[str]]:
+    """A new meshio.Mesh, and what of the mesh it cannot hold, in words."""
+    if isinstance(mesh.origin, MeshioOrigin):
+        return mesh.origin.built(mesh), []
+    if not isinstance(mesh.origin, PyvistaOrigin):
+        return plain_meshio(mesh), []
+    return _meshio_from_grid(mesh.origin.built(mesh).cast_to_unstructured_grid())
+
+
+def to_pyvista(mesh: HexMesh) -> tuple[Any, list[str]]:
+    """A new pyvista grid, and what of the mesh it cannot hold, in words.
+
+    Named sets become arrays of zeros and ones with the name of the set.
+    """
+    if isinstance(mesh.origin, PyvistaOrigin):
+        return mesh.origin.built(mesh), []
+    if not isinstance(mesh.origin, MeshioOrigin):
+        return plain_pyvista(mesh), []
+    return grid_from_meshio(mesh.origin.built(mesh))
+
+
+def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
+    import meshio
+    import pyvista as pv
+    from meshio._mesh import topological_dimension
+    from meshio._vtk_common import vtk_to_meshio_type
+
+    types, offsets = grid.celltypes, cell_offsets(grid)
+    sizes, connectivity = np.diff(offsets), np.asarray(grid.cell_connectivity, dtype=np.int64)
+    lost, blocks, places = [], [], []
+    # Grouped by type, and by size where a type has cells of several, in the order of first appearance.
+    kinds = np.unique(np.column_stack([types, sizes]), axis=0, return_index=True, return_inverse=True)
+    for kind in np.argsort(kinds[1]):
+        code, size = kinds[0][kind].tolist()
+        rows = np.flatnonzero(kinds[2].ravel() == kind)
+        name = {8: "quad"}.get(code) or vtk_to_meshio_type.get(code)
+        if name not in topological_dimension or name == "polyhedron" or code == 0:
+            if code in SOLIDS:
+                kind = pv.CellType(code).name.lower()
+                raise WriteError(f"cells that only VTK's formats (.vtu, .vtk) hold: {len(rows)} of type {kind}")
+            lost.append(f"{len(rows)} cells of VTK type {code}")
+            continue
+        nodes = connectivity[offsets[rows][:, None] + np.arange(size)]
+        blocks.append(meshio.CellBlock(name, nodes[:, _PIXEL] if code == 8 else nodes))
+        places.append(rows)
+    fields = {}
+    for name in grid.field_data:
+        value = np.asarray(grid.field_data[name])
+        # The one kind of field data meshio's formats know: number and dimension of a physical group.
+        if value.dtype.kind in "iu" and value.shape == (2,):
+            fields[name] = value
+        else:
+            lost.append(f"field data {name!r}")
+    mesh = meshio.Mesh(
+        np.array(grid.points, dtype=np.float64),
+        blocks,
+        point_data={name: np.array(grid.point_data[name], subok=False) for name in grid.point_data},
+        cell_data={name: [np.asarray(grid.cell_data[name])[rows] for rows in places] for name in grid.cell_data},
+        field_data=fields,
+    )
+    return mesh, lost
+
+
+def grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
+    """A new pyvista grid of a meshio.Mesh, and what it cannot hold, in words."""
+    import pyvista as pv
+    from meshio._vtk_common import meshio_to_vtk_type
+
+    lost = ["periodic nodes"] if mesh.gmsh_periodic is not None else []
+    flat, types = [], []
+    for block in mesh.cells:
+        if block.type not in meshio_to_vtk_type:
+            raise WriteError(f"cells of type {block.type} cannot be written in VTK's formats")
+        flat.append(np.column_stack([np.full(len(block.data), block.data.shape[1]), block.data]).ravel())
+        types.append(np.full(len(block.data), meshio_to_vtk_type[block.type], dtype=np.uint8))
+    points = np.pad(mesh.points, ((0, 0), (0, 3 - mesh.points.shape[1])))  # in a plane they may have two coordinates
+    grid = pv.UnstructuredGrid(np.concatenate(flat).astype(np.int64), np.concatenate(types), points)
+    for name, array in mesh.point_data.items():
+        grid.point_data.set_array(array, name)
+    for name, parts in mesh.cell_data.items():
+        if len({part.shape[1:] for part in parts}) > 1:
+            lost.append(f"cell array {name!r}, whose shape differs between types of cells")
+        else:
+            grid.cell_data.set_array(np.concatenate(parts), name)
+    for name, ids in mesh.point_sets.items():
+        grid.point_data.set_array(_membership(ids, grid.n_points), _free(name, grid.point_data))
+    for name, parts in mesh.cell_sets.items():
+        # Gmsh's own sets name entities of its geometry, not cells.
+        if not name.startswith("gmsh:"):
+            members = [_membership(ids, len(block.data)) for ids, block in zip(parts, mesh.cells, strict=False)]
+            grid.cell_data.set_array(np.concatenate(members), _free(name, grid.cell_data))
+    for name, value in mesh.field_data.items():
+        if str(name).startswith("med:"):
+            continue
+        try:
+            grid.field_data.set_array(np.atleast_1d(value), str(name))
+        except (TypeError, ValueError):
+            lost.append(f"field data {name!r}")
+    return grid, lost
+
+
+def _membership(ids: Any, count: int) -> Any:
+    result = np.zeros(count, dtype=np.uint8)
+    if ids is not None and len(ids):
+        result[np.asarray(ids, dtype=np.int64)] = 1
+    return result
+
+
+def _free(name: str, taken: Any) -> str:
+    return name if name not in taken else f"set:{name}"

@@ -1,0 +1,109 @@
+"""Hexahedral meshes from and to meshio.Mesh, which is never changed."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import MeshError
+from ..mesh import HexMesh
+from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
+
+__all__ = ["MeshioOrigin", "from_meshio", "plain_meshio"]
+
+
+@dataclass(frozen=True)
+class MeshioOrigin:
+    """A meshio.Mesh, and which of its cells are the hexahedra."""
+
+    source: Any
+    selection: Selection
+    file: SourceFile | None = None
+
+    def built(self, mesh: HexMesh) -> Any:
+        """A new meshio.Mesh that holds all of the source, with the points, cells and arrays of `mesh`."""
+        import meshio
+
+        old, rows = self.source, self.selection.rows
+        same = np.array_equal(mesh.cells, self.selection.cells)
+        if self.selection.higher and not same:
+            raise MeshError("the node order of linearised cells cannot be changed")
+        blocks, start = [], 0
+        cell_data: dict[str, list[Any]] = {name: [] for name in [*old.cell_data, *mesh.cell_data]}
+        for number, block in enumerate(old.cells):
+            count = len(block.data)
+            mine = slice(*np.searchsorted(rows, [start, start + count]))
+            places = rows[mine] - start
+            nodes = copy.deepcopy(block.data)
+            if len(places) and not same:
+                nodes[places] = mesh.cells[mine]
+            blocks.append(meshio.CellBlock(block.type, nodes, tags=list(block.tags)))
+            for name, parts in cell_data.items():
+                before = np.asarray(old.cell_data[name][number]) if name in old.cell_data else None
+                values = mesh.cell_data.get(name)
+                parts.append(np.array(before) if values is None else fill_cells(before, values[mine], places, count))
+            start += count
+        result = meshio.Mesh(
+            straightened(mesh.points, self.selection),
+            blocks,
+            point_data={name: array.copy() for name, array in mesh.point_data.items()},
+            cell_data=cell_data,
+            field_data=copy.deepcopy(old.field_data),
+            point_sets=copy.deepcopy(old.point_sets),
+            cell_sets=copy.deepcopy(old.cell_sets),
+            gmsh_periodic=copy.deepcopy(old.gmsh_periodic),
+            info=copy.deepcopy(old.info),
+        )
+        # Some readers hang more onto the mesh, such as the families of MED.
+        for name in vars(old).keys() - vars(result).keys():
+            setattr(result, name, copy.deepcopy(getattr(old, name)))
+        return result
+
+    def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
+        """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
+        if name not in self.source.cell_data:
+            return None
+        pairs = zip(self.source.cells, self.source.cell_data[name], strict=True)
+        found = [(block.data, values) for block, values in pairs if block.type == "quad"]
+        nodes = np.concatenate([np.empty((0, 4), dtype=np.int64), *(np.asarray(part) for part, _ in found)])
+        return nodes, np.concatenate([np.empty(0, dtype=np.int64), *(np.asarray(part) for _, part in found)])
+
+
+def from_meshio(source: Any, other_cells: str, linearise: bool, file: SourceFile | None = None) -> HexMesh:
+    """Take in a meshio.Mesh; see :func:`hexconformal.io.read_write.as_hex_mesh`."""
+    blocks, start = [], 0
+    for block in source.cells:
+        rows = np.arange(start, start + len(block.data))
+        blocks.append(Block(block.type, block.dim, _nodes(block), rows))
+        start += len(rows)
+    selection = select(blocks, len(source.points), other_cells, linearise)
+    cell_data = {}
+    for name, parts in source.cell_data.items():
+        arrays = [np.asarray(part) for part in parts]
+        # An array that differs in shape from block to block stays where it is.
+        if len({array.shape[1:] for array in arrays}) == 1:
+            cell_data[name] = np.concatenate(arrays)[selection.rows]
+    return HexMesh(source.points, selection.cells, source.point_data, cell_data, MeshioOrigin(source, selection, file))
+
+
+def plain_meshio(mesh: HexMesh) -> Any:
+    """A meshio.Mesh of a mesh that was made from arrays."""
+    import meshio
+
+    return meshio.Mesh(
+        mesh.points.copy(),
+        [("hexahedron", mesh.cells.copy())],
+        point_data={name: array.copy() for name, array in mesh.point_data.items()},
+        cell_data={name: [array.copy()] for name, array in mesh.cell_data.items()},
+    )
+
+
+def _nodes(block: Any) -> NDArray[np.int64]:
+    if block.type.startswith("polyhedron"):
+        faces = [face for cell in block.data for face in cell]
+        return np.concatenate([np.ravel(face) for face in faces]) if faces else np.empty(0, dtype=np.int64)
+    return np.asarray(block.data)

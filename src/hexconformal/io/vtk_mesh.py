@@ -1,0 +1,174 @@
+"""Hexahedral meshes from and to plain VTK grids, which are never changed; pyvista is not needed.
+
+Inside ParaView there is VTK, but a second copy of it, as pyvista would bring along, must not be loaded.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh import HexMesh
+from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
+
+__all__ = ["SOLIDS", "VtkOrigin", "blocks", "cell_table", "from_vtk", "points_of", "updated"]
+
+SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
+_NAMES = {11: "voxel", 12: "hexahedron", 25: "hexahedron20", 29: "hexahedron27"}
+_QUAD = 9
+
+
+@dataclass(frozen=True)
+class VtkOrigin:
+    """A vtkUnstructuredGrid with its arrays, and which of its cells are the hexahedra."""
+
+    source: Any
+    selection: Selection
+    file: SourceFile | None = None
+
+    def built(self, mesh: HexMesh) -> Any:
+        """A new grid that shares cells and arrays with the source, with the points and the arrays of `mesh`."""
+        points = straightened(mesh.points, self.selection)
+        return updated(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
+
+    def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
+        """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        array = self.source.GetCellData().GetArray(name)
+        if array is None:
+            return None
+        offsets, nodes = cell_table(self.source.GetCells())
+        rows = np.flatnonzero(_cell_types(self.source) == _QUAD)
+        return nodes[offsets[rows][:, None] + np.arange(4)], vtk_to_numpy(array)[rows]
+
+
+def from_vtk(grid: Any, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
+    """Take in a vtkUnstructuredGrid; see :func:`hexconformal.io.read_write.as_hex_mesh`.
+
+    Its arrays are not taken in, but are there again in what :meth:`hexconformal.HexMesh.restored` returns.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.io.pyvista_mesh import plain_pyvista
+    >>> mesh = from_vtk(plain_pyvista(HexMesh(*box((2, 2, 2)))))
+    >>> grid = mesh.replaced(cell_data={"number": np.arange(8)}).restored()
+    >>> grid.GetClassName(), grid.GetCellData().GetArray("number").GetRange()
+    ('vtkUnstructuredGrid', (0.0, 7.0))
+    """
+    offsets, nodes = cell_table(grid.GetCells())
+    selection = select(blocks(_cell_types(grid), offsets, nodes), grid.GetNumberOfPoints(), other_cells, linearise)
+    return HexMesh(points_of(grid), selection.cells, origin=VtkOrigin(grid, selection))
+
+
+def updated(
+    source: Any,
+    points: NDArray[np.float64],
+    point_data: Mapping[str, NDArray[Any]],
+    cell_data: Mapping[str, NDArray[Any]],
+    rows: NDArray[np.int64],
+) -> Any:
+    """A new dataset that shares all with a vtkUnstructuredGrid or vtkPolyData but its points and some arrays.
+
+    Parameters
+    ----------
+    source
+        The dataset; it is not changed.
+    points
+        (n, 3) new positions.
+    point_data, cell_data
+        Arrays to set, first axes n and k.
+    rows
+        (k,) the cells that `cell_data` is about; others keep what they have, or get NaN (0 for integers).
+    """
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
+
+    result = vtkPolyData() if source.IsA("vtkPolyData") else vtkUnstructuredGrid()
+    result.ShallowCopy(source)
+    moved = vtkPoints()
+    moved.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    result.SetPoints(moved)
+    on_cells = {}
+    for name, values in cell_data.items():
+        old = source.GetCellData().GetArray(name)
+        filled = fill_cells(None if old is None else vtk_to_numpy(old), values, rows, source.GetNumberOfCells())
+        on_cells[name] = filled
+    for attributes, arrays in ((result.GetPointData(), point_data), (result.GetCellData(), on_cells)):
+        for name, values in arrays.items():
+            array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+            array.SetName(name)
+            attributes.AddArray(array)
+    return result
+
+
+def blocks(types: NDArray[Any], offsets: NDArray[np.int64], nodes: NDArray[np.int64]) -> list[Block]:
+    """The cells of a VTK grid by their type.
+
+    Parameters
+    ----------
+    types
+        (m,) VTK's numbers of the cells' types.
+    offsets
+        (m + 1,) where the nodes of each cell start.
+    nodes
+        Nodes of all cells, one cell after the other.
+
+    Examples
+    --------
+    >>> [block.name for block in blocks(np.array([10, 5]), np.array([0, 4, 7]), np.arange(7))]
+    ['triangle', 'tetra']
+    """
+    found = []
+    for code in np.unique(types).tolist():
+        rows = np.flatnonzero(types == code)
+        size = offsets[rows + 1] - offsets[rows]
+        if code in _NAMES:
+            corners = nodes[offsets[rows][:, None] + np.arange(size[0])]
+        else:
+            corners = nodes[np.repeat(types == code, np.diff(offsets))]
+        found.append(Block(_NAMES.get(code) or _name(code), 3 if code in SOLIDS else 2, corners, rows))
+    return found
+
+
+def points_of(dataset: Any) -> NDArray[np.float64]:
+    """(n, 3) points of a VTK dataset."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    points = dataset.GetPoints()
+    return np.empty((0, 3)) if points is None else vtk_to_numpy(points.GetData()).astype(np.float64)
+
+
+def cell_table(cells: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Offsets (m + 1,) and nodes of all cells of a vtkCellArray, one cell after the other."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    offsets, nodes = (vtk_to_numpy(array) for array in (cells.GetOffsetsArray(), cells.GetConnectivityArray()))
+    return offsets.astype(np.int64), nodes.astype(np.int64)
+
+
+def _cell_types(grid: Any) -> NDArray[np.uint8]:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkVersion
+
+    # What returned the array was renamed; under the new name the old VTK has something else.
+    renamed = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 6)
+    types: NDArray[np.uint8] = vtk_to_numpy(grid.GetCellTypes() if renamed else grid.GetCellTypesArray())
+    return types
+
+
+def _name(code: int) -> str:
+    """What VTK calls a type of cells, in words."""
+    from vtkmodules.vtkCommonDataModel import vtkGenericCell
+
+    cell = vtkGenericCell.InstantiateCell(code)
+    if cell is None:
+        return f"VTK type {code}"
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cell.GetClassName().removeprefix("vtk")).lower()

@@ -1,0 +1,50 @@
+"""The scratch array in which compiled loops keep a cell: a column per quadrature point, a row per component.
+
+A loop over its columns works on several points at once, because everything in the loop is inlined and free of
+branches, and because rows of one array of constant shape are known not to overlap.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .distortion import Frame
+from .jit import algebra
+from .quaternion import Vector
+
+__all__ = ["frame", "put", "put_inverses", "vector"]
+
+Field = NDArray[np.float64]
+
+
+@algebra
+def vector(s: Field, row: int, q: int) -> Vector:
+    """The vector in three rows, at point q."""
+    return s[row, q], s[row + 1, q], s[row + 2, q]
+
+
+@algebra
+def frame(s: Field, row: int, q: int) -> Frame:
+    """The frame in nine rows, column by column."""
+    return vector(s, row, q), vector(s, row + 3, q), vector(s, row + 6, q)
+
+
+@algebra
+def put(f: Frame, s: Field, row: int, q: int) -> None:
+    """Write a frame into nine rows."""
+    s[row, q], s[row + 1, q], s[row + 2, q] = f[0]
+    s[row + 3, q], s[row + 4, q], s[row + 5, q] = f[1]
+    s[row + 6, q], s[row + 7, q], s[row + 8, q] = f[2]
+
+
+@algebra
+def put_inverses(inverses: Field, c: int, s: Field, row: int) -> None:
+    """Write W^-1 at the points of cell c into nine rows, row by row; nothing where all targets are the unit cube."""
+    if len(inverses) > 0:
+        target = c if len(inverses) > 1 else 0
+        step = 1 if inverses.shape[1] > 1 else 0
+        for q in range(8):
+            for i in range(3):
+                for j in range(3):
+                    s[row + 3 * i + j, q] = inverses[target, q * step, i, j]

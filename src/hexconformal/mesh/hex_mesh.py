@@ -1,0 +1,123 @@
+"""The one container of a hexahedral mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..common import MeshError
+from .arrays import checked_cells, checked_data, checked_points
+
+__all__ = ["HexMesh"]
+
+
+@dataclass(frozen=True, eq=False)
+class HexMesh:
+    """Points and hexahedra with their arrays, all read-only, and what they were made from.
+
+    Attributes
+    ----------
+    points
+        (n, 3) positions, float64, in the mesh's own unit of length.
+    cells
+        (m, 8) hexahedra in VTK node order, int64.
+    point_data
+        Arrays by name, first axis n.
+    cell_data
+        Arrays by name, first axis m: the values on the hexahedra.
+    origin
+        What the mesh was made from, for :meth:`restored` and for writing; None if it was made from arrays.
+
+    Raises
+    ------
+    MeshError
+        If shapes or types make no sense, or there is no hexahedron.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> mesh = HexMesh(CORNERS, [[0, 1, 2, 3, 4, 5, 6, 7]])
+    >>> mesh
+    HexMesh(8 points, 1 hexahedra)
+    >>> moved = mesh.replaced(points=2 * mesh.points, point_data={"height": mesh.points[:, 2]})
+    >>> moved.points.max(), list(moved.point_data), mesh.points.max()
+    (np.float64(2.0), ['height'], np.float64(1.0))
+    """
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    point_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    cell_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    origin: Any = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", checked_points(self.points))
+        object.__setattr__(self, "cells", checked_cells(self.cells, 8, "hexahedra"))
+        if len(self.cells) == 0:
+            raise MeshError("there are no hexahedra")
+        object.__setattr__(self, "point_data", checked_data(self.point_data, len(self.points), "point_data"))
+        object.__setattr__(self, "cell_data", checked_data(self.cell_data, len(self.cells), "cell_data"))
+
+    def __repr__(self) -> str:
+        return f"HexMesh({len(self.points)} points, {len(self.cells)} hexahedra)"
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """(n,) nodes of the other three-dimensional cells that were carried along: keep them where they are."""
+        return np.zeros(len(self.points), dtype=bool) if self.origin is None else self.origin.selection.held
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed or set aside when the mesh was taken in, in words."""
+        return () if self.origin is None else self.origin.selection.notes
+
+    def replaced(
+        self,
+        points: ArrayLike | None = None,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
+    ) -> HexMesh:
+        """The same mesh with other points, and with arrays added to (or put in the place of) its own.
+
+        Parameters
+        ----------
+        points
+            (n, 3) new positions.
+        point_data, cell_data
+            Arrays by name, first axis n or m.
+
+        Raises
+        ------
+        MeshError
+            If there are other than n points, or an array has another length.
+        """
+        points = self.points if points is None else checked_points(points)
+        if len(points) != len(self.points):
+            raise MeshError(f"{len(points)} points cannot take the place of {len(self.points)}")
+        return replace(
+            self,
+            points=points,
+            point_data=dict[str, Any](self.point_data) | dict(point_data or {}),
+            cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
+        )
+
+    def restored(self) -> Any:
+        """The mesh as an object of the type it was made from.
+
+        Everything that came in is there again: other cells in their order, arrays, field data, named sets,
+        unreferenced points. Points are those of this mesh, always in float64 (rounding to float32 could turn a
+        thin cell inside out); arrays added to `cell_data` are NaN (0 for integers) on other cells. Higher-order
+        nodes of linearised cells lie on the straight edges and trilinear faces.
+
+        Returns
+        -------
+        ``(points, cells)`` for arrays, a meshio.Mesh, a pyvista grid; a mesh that was read from a file is
+        returned as it is.
+        """
+        if self.origin is None:
+            return self.points.copy(), self.cells.copy()
+        return self if self.origin.file is not None else self.origin.built(self)

@@ -1,0 +1,233 @@
+"""How hexahedra hang together: their shared faces, their outer surface, their connected pieces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import FACES
+from ..kernel import algebra, loop
+
+__all__ = ["FaceTable", "boundary_quads", "by_first_appearance", "components", "face_table", "islands", "rings"]
+
+
+@dataclass(frozen=True)
+class FaceTable:
+    """Every face of a hexahedral mesh once.
+
+    Attributes
+    ----------
+    quads
+        (f, 4) nodes, counter-clockwise seen from outside the first cell.
+    cells
+        (f, 2) the first cell and its neighbour across the face, -1 where there is none.
+    uses
+        (f,) number of cells that own the face: 1 on the boundary, 2 inside, more is non-manifold.
+    turn
+        (f,) 1 where the neighbour runs round the face the other way (as it should), -1 where it runs the same
+        way (one of the two cells is mirrored), 0 on the boundary or where the two disagree on the face's edges.
+    """
+
+    quads: NDArray[np.int64]
+    cells: NDArray[np.int64]
+    uses: NDArray[np.int64]
+    turn: NDArray[np.int8]
+
+
+def boundary_quads(cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The faces that belong to one cell only.
+
+    Parameters
+    ----------
+    cells
+        (m, 8) hexahedra in VTK order, ids >= 0.
+
+    Returns
+    -------
+    quads
+        (k, 4) nodes, counter-clockwise seen from outside, ordered by their cell.
+    owners
+        (k,) the cell each quad belongs to.
+
+    Examples
+    --------
+    >>> quads, owners = boundary_quads(np.arange(8)[None])
+    >>> quads[0], len(quads), owners.max()
+    (array([0, 4, 7, 3]), 6, np.int64(0))
+    """
+    faces = np.flatnonzero(np.bincount(_firsts(cells)) == 1)
+    return _quads(cells, faces), faces // 6
+
+
+def face_table(cells: NDArray[np.int64]) -> FaceTable:
+    """All faces, each with the cells on its two sides.
+
+    Parameters
+    ----------
+    cells
+        (m, 8) hexahedra in VTK order, ids >= 0.
+
+    Examples
+    --------
+    >>> two = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
+    >>> table = face_table(two)
+    >>> len(table.quads), table.cells[table.uses == 2], table.turn.max()
+    (11, array([[0, 1]]), np.int8(1))
+    """
+    first = _firsts(cells)
+    uses = np.bincount(first)
+    faces = np.flatnonzero(uses)
+    repeats = np.flatnonzero(first != np.arange(len(first)))
+    # Written backwards, so that the second owner of a crowded face stays.
+    across = np.full(len(first), -1)
+    across[first[repeats[::-1]]] = repeats[::-1]
+    across = across[faces]
+    uses = uses[faces]
+    del first, repeats
+    quads = _quads(cells, faces)
+    inside = across >= 0
+    owners = np.stack([faces // 6, np.where(inside, across // 6, -1)], axis=1)
+    turn = np.zeros(len(faces), dtype=np.int8)
+    turn[inside] = _turn(quads[inside], _quads(cells, across[inside]))
+    return FaceTable(quads, owners, uses, turn)
+
+
+def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
+    """Pieces of the mesh that share no node.
+
+    Parameters
+    ----------
+    cells
+        (m, 8) hexahedra, ids >= 0.
+
+    Returns
+    -------
+    count
+        Number of pieces.
+    labels
+        (m,) piece of each cell, numbered by first appearance.
+
+    Examples
+    --------
+    >>> components(np.array([np.arange(8), np.arange(8, 16)]))
+    (2, array([0, 1]))
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    size = int(cells.max()) + 1
+    # A star at the first node of each cell connects its eight nodes; 32 bits are what the graph routines work in.
+    cells = cells.astype(np.int32) if size < 2**31 else cells
+    rows = np.repeat(cells[:, 0], 7)
+    links = csr_array((np.ones(len(rows)), (rows, cells[:, 1:].ravel())), shape=(size, size))
+    return by_first_appearance(connected_components(links, directed=False)[1][cells[:, 0]])
+
+
+def by_first_appearance(labels: NDArray[np.integer]) -> tuple[int, NDArray[np.int64]]:
+    """How many different labels there are, and the labels numbered in the order in which they come first.
+
+    Examples
+    --------
+    >>> by_first_appearance(np.array([7, 3, 7, 5]))
+    (3, array([0, 1, 0, 2]))
+    """
+    names, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
+    rank = np.empty(len(names), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(names))
+    return len(names), rank[inverse]
+
+
+def islands(cells: NDArray[np.int64], core: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
+    """The connected parts of a region of nodes; two nodes of one cell are connected.
+
+    Parameters
+    ----------
+    cells
+        (m, 8) hexahedra.
+    core
+        (n,) nodes of the region.
+
+    Examples
+    --------
+    >>> two = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
+    >>> core = np.zeros(12, dtype=bool)
+    >>> core[[0, 11]] = True
+    >>> [np.flatnonzero(island) for island in islands(two, core)]
+    [array([0]), array([11])]
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    around = np.flatnonzero(core[cells].any(axis=1))
+    corners = cells[around]
+    inside = core[corners.ravel()]
+    rows = np.repeat(np.arange(len(around)), 8)[inside]
+    shape = len(around), len(core)
+    touch = coo_array((np.ones(len(rows)), (rows, corners.ravel()[inside])), shape=shape).tocsr()
+    count, labels = connected_components(touch @ touch.T, directed=False)
+    found = np.zeros((count, len(core)), dtype=bool)
+    for label in range(count):
+        found[label, corners[labels == label]] = True
+    return list(found & core)
+
+
+def rings(cells: NDArray[np.int64], count: int, cores: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
+    """(count,) nodes of the cells in a mask (m,), grown by rings of cells."""
+    nodes = np.zeros(count, dtype=bool)
+    nodes[cells[cores]] = True
+    for _ in range(width):
+        nodes[cells[nodes[cells].any(axis=1)]] = True
+    return nodes
+
+
+def _quads(cells: NDArray[np.int64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    # Face number 6 c + f is face f of cell c.
+    places = FACES[faces % 6]
+    places += (faces // 6 * 8)[:, None]
+    return np.take(cells.reshape(-1), places)
+
+
+@loop
+def _first_equal(cells, faces, heads, following, first):  # type: ignore[no-untyped-def]
+    # heads and following chain, for every node, the different faces of which it is the smallest.
+    for face in range(len(first)):
+        a, b, c, d = _sorted_nodes(cells, faces, face)
+        other = heads[a]
+        while other >= 0 and (a, b, c, d) != _sorted_nodes(cells, faces, other):
+            other = following[other]
+        if other >= 0:
+            first[face] = other
+        else:
+            first[face] = face
+            following[face] = heads[a]
+            heads[a] = face
+
+
+@algebra
+def _sorted_nodes(cells, faces, face):  # type: ignore[no-untyped-def]
+    cell, local = divmod(face, 6)
+    a, b = cells[cell, faces[local, 0]], cells[cell, faces[local, 1]]
+    c, d = cells[cell, faces[local, 2]], cells[cell, faces[local, 3]]
+    a, b = min(a, b), max(a, b)
+    c, d = min(c, d), max(c, d)
+    low, high = max(a, c), min(b, d)
+    return min(a, c), min(low, high), max(low, high), max(b, d)
+
+
+def _firsts(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """For each of the 6 m faces the number of the first face with the same nodes, often its own."""
+    first = np.empty(6 * len(cells), dtype=np.int64)
+    following = np.empty(len(first), dtype=np.int64)
+    heads = np.full(int(cells.max()) + 1, -1, dtype=np.int64)
+    # Read-only arrays would be compiled for anew.
+    _first_equal(np.require(cells, np.int64, ["C", "W"]), FACES, heads, following, first)
+    return first
+
+
+def _turn(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
+    rows = np.arange(len(one))
+    place = np.argmax(other == one[:, :1], axis=1)
+    after = other[rows, (place + 1) % 4]
+    return np.asarray(np.subtract(after == one[:, 3], after == one[:, 1], dtype=np.int8))

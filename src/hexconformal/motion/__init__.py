@@ -1,0 +1,17 @@
+"""Moving a mesh with its boundary, step after step (28).
+
+Belongs here: MeshMotion, the extension of displacements, and runs by a table. Imports `common`, `kernel`, `elements`,
+`mesh`, `energy`, `io`, `quality`, `runs` and `solver`.
+"""
+
+from .mesh_motion import MeshMotion, MotionReport, MotionStep
+from .motion_run import MotionRun
+from .motion_table import read_boundary
+
+__all__ = [
+    "MeshMotion",
+    "MotionReport",
+    "MotionRun",
+    "MotionStep",
+    "read_boundary",
+]

@@ -1,0 +1,117 @@
+"""Extend a displacement of the boundary into the mesh by a linear problem: harmonic, or elastic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from ..elements import cell_volumes, gauss_rule, shape_gradients
+from ..energy import Distortion, cell_frames
+from ..kernel import loop, parallel_ranges
+from ..mesh import Frame, corner_incidences, find, node_pattern
+from ..solver import Constraint, Metric, conjugate_gradients
+
+__all__ = ["EXTENSIONS", "Elastic", "Harmonic"]
+
+Field = NDArray[np.float64]
+
+_POISSON = 0.3
+_ROUNDS = 1000
+
+
+class Harmonic:
+    """Componentwise harmonic on the reference cells, where the displacement is not given.
+
+    Parameters
+    ----------
+    frame
+        The mesh.
+    constraint
+        Where nodes may go; those whose displacement is given are held.
+    tolerance
+        Of the linear solver.
+
+    Attributes
+    ----------
+    metric
+        The preconditioner: an approximate inverse of the scalar Laplacian on the nodes that may go.
+    """
+
+    def __init__(self, frame: Frame, constraint: Constraint, tolerance: float) -> None:
+        self._constraint, self._tolerance = constraint, tolerance
+        self._laplacian = Distortion(frame.cells, len(frame.start), quadrature="corners").laplacian()
+        self.metric = Metric(self._laplacian, constraint, frame.used)
+
+    def __call__(self, field: Field, points: Field) -> Field:
+        """The field (n, 3), zero but where it is given, continued to all nodes of the mesh as it is at the points."""
+        return self._solved(self._laplacian.__matmul__, self.metric, field)
+
+    def _solved(self, product: Callable[[Field], Field], metric: Metric, field: Field) -> Field:
+        if not field.any():
+            return field
+        project = self._constraint.project
+        load = project(-product(field))
+        return field + conjugate_gradients(lambda v: project(product(v)), metric, load, self._tolerance, _ROUNDS)
+
+
+class Elastic(Harmonic):
+    """Linear elasticity on the mesh as it is, cells stiffer as they are smaller (Jacobian-based stiffening).
+
+    Notes
+    -----
+    Stein, Tezduyar & Benney, Mesh moving techniques for fluid-structure interactions with large displacements,
+    J. Appl. Mech. 70 (2003): Young's modulus goes with one over the volume of a cell. Every step starts from the
+    last mesh; the way back does not lead to the first one.
+    """
+
+    def __init__(self, frame: Frame, constraint: Constraint, tolerance: float) -> None:
+        super().__init__(frame, constraint, tolerance)
+        self._cells = frame.cells
+
+    def __call__(self, field: Field, points: Field) -> Field:
+        volumes = cell_volumes(points, self._cells)
+        matrix = _stiffness(points, self._cells, volumes.mean() / volumes)
+        return self._solved(lambda v: np.asarray(matrix @ v.ravel()).reshape(-1, 3), self.metric, field)
+
+
+def _stiffness(points: Field, cells: NDArray[np.int64], young: Field) -> sparse.bsr_matrix:
+    """(3 n, 3 n) stiffness matrix of isotropic elasticity in 3 x 3 blocks, 2 x 2 x 2 Gauss points."""
+    count = len(points)
+    rule, weights = gauss_rule()
+    frames = cell_frames(points, cells)
+    gradients = np.einsum("qai,mqij->mqaj", shape_gradients(rule), np.linalg.inv(frames))
+    measures = np.linalg.det(frames) * weights * young[:, None]
+    incidences = corner_incidences(cells, count)
+    indptr, indices = node_pattern(cells, *incidences)
+    data = np.empty((len(indices), 3, 3))
+    lame, shear = _POISSON / ((1 + _POISSON) * (1 - 2 * _POISSON)), 0.5 / (1 + _POISSON)
+    parallel_ranges(_rows, count, cells, gradients, measures, lame, shear, *incidences, indptr, indices, data)
+    return sparse.bsr_matrix((data, indices, indptr), shape=(3 * count, 3 * count))
+
+
+@loop
+def _rows(first, last, cells, g, measures, lame, shear, offsets, incidences, indptr, indices, data):  # type: ignore[no-untyped-def]
+    for node in range(first, last):
+        for k in range(indptr[node], indptr[node + 1]):
+            data[k] = 0.0
+        for k in range(offsets[node], offsets[node + 1]):
+            cell, a = incidences[k] // 8, incidences[k] % 8
+            for b in range(8):
+                place = find(indices, indptr[node], indptr[node + 1], cells[cell, b])
+                for q in range(8):
+                    w = measures[cell, q]
+                    inner = 0.0
+                    for i in range(3):
+                        inner += g[cell, q, a, i] * g[cell, q, b, i]
+                    for i in range(3):
+                        data[place, i, i] += w * shear * inner
+                        for j in range(3):
+                            data[place, i, j] += w * (
+                                lame * g[cell, q, a, i] * g[cell, q, b, j] + shear * g[cell, q, a, j] * g[cell, q, b, i]
+                            )
+
+
+EXTENSIONS = {"harmonic": Harmonic, "elastic": Elastic}

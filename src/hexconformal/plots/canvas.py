@@ -1,0 +1,266 @@
+"""What all pictures share: panels of histograms, and a stage for meshes in three dimensions."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..common import WriteError, saving
+
+__all__ = ["PICTURES", "PIXELS", "VIEW", "Panel", "View", "add_ghost", "add_grid", "bounds", "histograms"]
+__all__ += ["named", "on_screen", "require_rendering", "save", "side_by_side", "stage", "worst_view"]
+
+Floats = NDArray[np.float64]
+
+PICTURES = (".pdf", ".png", ".svg")
+PIXELS = 1100
+VIEW = np.array([0.92, -1.0, 0.72])  # from where the camera looks
+
+_BEFORE, _AFTER = "#c8553d", "#2a6f97"
+# Bad to good; readable for colour-blind eyes, and light enough for black edges.
+_BAD_TO_GOOD = ("#a4243b", "#d8572a", "#f4a259", "#f6e7b4", "#a9d6c6", "#5fa8b8")
+_FOLDED = "#7b1fa2"
+_INK = "#20262e"
+_SMALL = 0.025  # of the picture; smaller cells get a ring
+
+# Without a graphics driver VTK does not fail, it crashes: so another process has to try.
+_TRIAL = """
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+import vtkmodules.vtkRenderingOpenGL2
+window = vtkRenderWindow()
+window.SetOffScreenRendering(1)
+window.Render()
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One histogram: its title, the values of each group of cells, the edges of its bins, and its kind of axis."""
+
+    title: str
+    columns: Sequence[Floats]
+    edges: Floats
+    logarithmic: bool = False
+
+
+def histograms(path: Path, heading: str, panels: Sequence[Panel]) -> None:
+    """Draw four panels, of one group of cells or of those before and after."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 7))
+    places = figure.subplots(
+        2, 2, gridspec_kw={"left": 0.075, "right": 0.98, "top": 0.85, "hspace": 0.52, "bottom": 0.05}
+    )
+    for axes, panel in zip(places.flat, panels, strict=True):
+        groups = [("before", _BEFORE), ("after", _AFTER)] if len(panel.columns) == 2 else [("cells", _AFTER)]
+        edges, least = panel.edges, len(groups) - 1
+        for number, ((label, colour), values) in enumerate(zip(groups, panel.columns, strict=True)):
+            share = 100 * np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / len(values)
+            axes.stairs(share, edges, fill=True, color=colour, alpha=0.35)
+            axes.stairs(share, edges, color=colour, linewidth=1.2)
+            place = (0, 1.05 + 0.075 * (least - number))
+            axes.text(*place, f"{label}: {_value_range(values)}", color=colour, fontsize=9, transform=axes.transAxes)
+        axes.set_title(panel.title, fontsize=10, loc="left", pad=20 + 12 * least, fontweight="bold")
+        axes.set_yscale("log")
+        if panel.logarithmic:
+            axes.set_xscale("log")
+        axes.set_ylim(50 / max(len(values) for values in panel.columns), 150)
+        axes.yaxis.set_major_formatter("{x:g} %")
+        axes.tick_params(labelsize=9)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.grid(axis="y", color="#dddddd", linewidth=0.6)
+        axes.set_axisbelow(True)
+    figure.suptitle(heading, x=0.015, y=0.985, ha="left", fontsize=12)
+    save(path, figure)
+
+
+def save(path: Path, figure: Any) -> None:
+    """Write a figure, completely or not at all."""
+    saving(path, partial(_put, figure))
+
+
+def _put(figure: Any, target: Path) -> None:
+    figure.savefig(target, dpi=160, facecolor="white")
+
+
+def _value_range(values: Floats) -> str:
+    """Smallest, mean and largest value, in words."""
+    named = (("min", values.min()), ("mean", values.mean()), ("max", values.max()))
+    return "   ".join(f"{name} {0.0 if abs(value) < 1e-12 else value:.3g}" for name, value in named)
+
+
+def _colours() -> Floats:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("bad to good", _BAD_TO_GOOD, N=256)(np.linspace(0, 1, 256))
+
+
+@cache
+def require_rendering() -> None:
+    """Raise a WriteError unless three-dimensional pictures can be drawn here, on a screen or without one."""
+    if not sys.executable:
+        return
+    trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, check=False)
+    if trial.returncode != 0:
+        raise WriteError(
+            "this machine cannot draw in three dimensions: VTK finds no graphics driver; install a software one "
+            "(Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri)"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One of the meshes drawn side by side.
+
+    Attributes
+    ----------
+    title
+        What stands above it.
+    values
+        The measure of all its cells.
+    draw
+        Puts what is to be seen onto the stage.
+    said
+        What stands below the title, before the range of the values.
+    small
+        (k, j, 3) corners of the cells that get a ring where they are too small to be seen.
+    """
+
+    title: str
+    values: Floats
+    draw: Callable[[Any], None]
+    said: str = ""
+    small: Floats | None = None
+
+
+def worst_view(values: Floats, corners: Floats, draw: Callable[[Any], None]) -> View:
+    """A view of the worst cells, with their corners (k, j, 3), of a mesh whose cells have these values."""
+    said = f"{int((values <= 0).sum())} inverted   "
+    return View(f"{len(corners)} worst of {len(values)} cells", values, draw, said, corners)
+
+
+def named(views: Sequence[View]) -> list[View]:
+    """The views, titled before and after if there are two."""
+    names = ("before: ", "after: ") if len(views) == 2 else ("",)
+    return [replace(view, title=name + view.title) for name, view in zip(names, views, strict=True)]
+
+
+def side_by_side(path: Path, views: Sequence[View], box: list[float], measure: str) -> None:
+    """Draw meshes in three dimensions side by side, seen from the same place, coloured by a measure."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5 * len(views), 5.9), facecolor="white")
+    for number, view in enumerate(views):
+        with stage(box) as plotter:
+            view.draw(plotter)
+            picture = plotter.screenshot(None, return_img=True)
+            corners = None if view.small is None else on_screen(plotter, view.small)
+        axes = _panel(figure, number, len(views), picture, view.title, view.said + _value_range(view.values))
+        if corners is not None:
+            _ring_small(axes, corners)
+    _colour_bar(figure, measure, any((view.values < 0).any() for view in views))
+    save(path, figure)
+
+
+def bounds(*corners: ArrayLike) -> list[float]:
+    """xmin, xmax, ymin, ... of points (..., 3)."""
+    points = np.concatenate([np.reshape(part, (-1, 3)) for part in corners])
+    result: list[float] = np.stack([points.min(axis=0), points.max(axis=0)], axis=1).ravel().tolist()
+    return result
+
+
+@contextmanager
+def stage(box: list[float]) -> Iterator[Any]:
+    """A plotter with its light and its camera, which looks at the box."""
+    import pyvista
+
+    pv: Any = pyvista
+    with pv.vtk_verbosity("off"):
+        plotter = pv.Plotter(off_screen=True, window_size=[PIXELS, PIXELS], lighting="none")
+        try:
+            plotter.set_background("white")
+            plotter.add_light(pv.Light(position=(0.4, -0.95, 1.4), light_type="scene light", intensity=1.0))
+            plotter.enable_parallel_projection()
+            plotter.camera_position = "xy"
+            plotter.view_vector(VIEW, viewup=(0, 0, 1))
+            plotter.reset_camera(bounds=box)
+            plotter.camera.zoom(1.08)
+            plotter.enable_anti_aliasing("ssaa")
+            yield plotter
+        finally:
+            plotter.close()
+
+
+def add_grid(plotter: Any, faces: Any, values: Floats, line_width: float = 2.2) -> None:
+    """Show faces (a pyvista surface) with their edges, coloured by a measure that is 1 at best, folded below 0."""
+    from matplotlib.colors import ListedColormap
+
+    faces.cell_data["measure"] = values
+    plotter.add_mesh(
+        faces,
+        scalars="measure",
+        clim=(0, 1),
+        cmap=ListedColormap(_colours()),
+        below_color=_FOLDED,
+        show_edges=True,
+        edge_color=_INK,
+        line_width=line_width,
+        ambient=0.66,
+        diffuse=0.42,
+        show_scalar_bar=False,
+        reset_camera=False,
+    )
+
+
+def add_ghost(plotter: Any, faces: Any) -> None:
+    """Show a surface as a translucent skin."""
+    plotter.add_mesh(faces, color="#8fa3b0", opacity=0.1, reset_camera=False)
+    plotter.add_mesh(faces, style="wireframe", color=_INK, opacity=0.08, line_width=1, reset_camera=False)
+
+
+def on_screen(plotter: Any, points: Floats) -> Floats:
+    """Pixels (..., 2) where points (..., 3) appear, from the upper left."""
+    matrix = plotter.camera.GetCompositeProjectionTransformMatrix(1.0, -1.0, 1.0)
+    to_view = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(2)])
+    view = points @ to_view[:, :3].T + to_view[:, 3]
+    return np.asarray((view * [0.5, -0.5] + 0.5) * PIXELS)
+
+
+def _panel(figure: Any, number: int, count: int, picture: Any, title: str, text: str) -> Any:
+    """One of the pictures of a figure, side by side."""
+    width = 1 / count
+    axes = figure.add_axes((width * (number + 0.02), 0.13, 0.96 * width, 0.77))
+    axes.imshow(picture)
+    axes.set_axis_off()
+    figure.text(width * (number + 0.5), 0.945, title, ha="center", fontsize=14, fontweight="bold")
+    figure.text(width * (number + 0.5), 0.905, text, ha="center", fontsize=10)
+    return axes
+
+
+def _ring_small(axes: Any, corners: Floats) -> None:
+    """A ring around each cell, with its corners (m, k, 2) on the screen, that is too small to be seen."""
+    small = np.ptp(corners, axis=1).max(axis=1) < _SMALL * PIXELS
+    axes.scatter(*corners[small].mean(axis=1).T, s=130, facecolors="none", edgecolors=_INK, linewidths=0.8)
+
+
+def _colour_bar(figure: Any, label: str, folded: bool) -> None:
+    """What the colours mean; `folded` tells whether there are any below 0."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    bar = figure.add_axes((0.3, 0.085, 0.4, 0.025))
+    shown = ScalarMappable(Normalize(0, 1), ListedColormap(_colours()).with_extremes(under=_FOLDED))
+    figure.colorbar(
+        shown, cax=bar, orientation="horizontal", extend="min" if folded else "neither", ticks=[0, 0.25, 0.5, 0.75, 1]
+    )
+    bar.tick_params(labelsize=9)
+    bar.set_xlabel(label + (" (purple: inverted)" if folded else ""), fontsize=10)

@@ -1,0 +1,176 @@
+"""Pictures: how quality is distributed, and what a mesh looks like inside, before and after."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import MeshError, OptionError, check_writable
+from ..io import as_hex_mesh
+from ..mesh import HexMesh, boundary_quads
+from ..quality import Quality, quality
+from . import canvas
+from .canvas import PICTURES, VIEW, require_rendering
+
+__all__ = ["PICTURES", "before_after", "histogram", "worst_cells"]
+
+_MEASURE = "scaled Jacobian"
+_LONG = 20  # edge ratio from which on the axis is logarithmic
+
+
+def histogram(path: Any, before: Any, after: Any = None) -> None:
+    """Draw how scaled Jacobian, shape, conformal distortion and edge ratio are distributed over the cells.
+
+    Parameters
+    ----------
+    path
+        A .png, .pdf or .svg file.
+    before, after
+        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or what :func:`hexconformal.quality` said of them.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box, sheared_cube
+    >>> histogram("quality.png", sheared_cube(6), box((6, 6, 6)))
+    """
+    path = Path(path)
+    check_writable(path, PICTURES)
+    groups = [_measured(mesh) for mesh in (before, after) if mesh is not None]
+    panels = []
+    for name, title in _PANELS:
+        columns = [np.asarray(getattr(measured, name)) for measured in groups]
+        edges = _bins(name, np.concatenate(columns))
+        panels.append(canvas.Panel(title, columns, edges, logarithmic=edges[-1] >= _LONG))
+    canvas.histograms(path, f"Quality of {len(groups[0].cells)} cells: share of the cells by", panels)
+
+
+_PANELS = (
+    ("scaled_jacobian", "scaled Jacobian (1 is best)"),
+    ("shape", "shape, mean ratio (1 is best)"),
+    ("conformal_distortion", "conformal distortion (0 is best)"),
+    ("edge_ratio", "edge ratio (1 is best)"),
+)
+
+
+def before_after(path: Any, before: Any, after: Any) -> None:
+    """Draw a mesh before and after, side by side, cut open and coloured by scaled Jacobian.
+
+    The cells whose centre after lies in the octant that faces the viewer are left out of both.
+
+    Parameters
+    ----------
+    path
+        A .png, .pdf or .svg file.
+    before, after
+        Two meshes with the same cells, anything :func:`hexconformal.as_hex_mesh` takes.
+
+    Raises
+    ------
+    MeshError
+        If they do not have the same cells.
+    WriteError
+        If the file cannot be written, or this machine cannot draw in three dimensions.
+    """
+    path = Path(path)
+    check_writable(path, PICTURES)
+    meshes = as_hex_mesh(before), as_hex_mesh(after)
+    if not np.array_equal(meshes[0].cells, meshes[1].cells):
+        raise MeshError("before and after must have the same cells")
+    require_rendering()
+    kept = ~_facing(meshes[1])
+    views = [
+        canvas.View(title, measured.scaled_jacobian, partial(_add_cells, mesh=measured, kept=kept))
+        for title, measured in zip(("before", "after"), map(quality, meshes), strict=True)
+    ]
+    canvas.side_by_side(path, views, canvas.bounds(*(mesh.points[mesh.cells] for mesh in meshes)), _MEASURE)
+
+
+def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> None:
+    """Draw the worst cells of a mesh, or of one before and after, solid inside the translucent boundary.
+
+    Each mesh shows its own worst cells, with a ring around those that would be too small to be seen.
+
+    Parameters
+    ----------
+    path
+        A .png, .pdf or .svg file.
+    before, after
+        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or what :func:`hexconformal.quality` said of them.
+    count
+        How many cells, those with the smallest scaled Jacobian.
+
+    Raises
+    ------
+    OptionError
+        If `count` is less than one.
+    WriteError
+        If the file cannot be written, or this machine cannot draw in three dimensions.
+    """
+    path = Path(path)
+    check_writable(path, PICTURES)
+    if count < 1:
+        raise OptionError(f"a picture of the worst cells needs one or more, not {count}")
+    require_rendering()
+    measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
+    box = canvas.bounds(*(mesh.points[mesh.cells] for mesh in measured))
+    canvas.side_by_side(path, canvas.named([_worst(mesh, count) for mesh in measured]), box, _MEASURE)
+
+
+def _worst(mesh: Quality, count: int) -> canvas.View:
+    worst = mesh.worst(count)
+    shown = np.zeros(len(mesh.cells), dtype=bool)
+    shown[worst] = True
+
+    def draw(plotter: Any) -> None:
+        canvas.add_ghost(plotter, _boundary(mesh))
+        _add_cells(plotter, mesh, shown)
+
+    return canvas.worst_view(mesh.scaled_jacobian, mesh.points[mesh.cells[worst]], draw)
+
+
+def _measured(mesh: Any) -> Quality:
+    return mesh if isinstance(mesh, Quality) else quality(mesh)
+
+
+def _bins(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    if name == "edge_ratio":
+        largest = float(values[np.isfinite(values)].max(initial=1.1))
+        return np.linspace(1, largest, 41) if largest < _LONG else np.geomspace(1, largest, 41)
+    return np.linspace(min(float(np.floor(10 * values.min()) / 10), 0), 1, 41)
+
+
+def _facing(mesh: HexMesh) -> NDArray[np.bool_]:
+    """(m,) cells whose centre lies in the octant, of the box around the mesh, that faces the viewer."""
+    centres = mesh.points[mesh.cells].mean(axis=1)
+    middle = (centres.min(axis=0) + centres.max(axis=0)) / 2
+    size = float(np.ptp(centres, axis=0).max())
+    facing: NDArray[np.bool_] = ((centres - middle) * np.sign(VIEW) > 1e-6 * size).all(axis=1)
+    return facing if not facing.all() else ~facing
+
+
+def _add_cells(plotter: Any, mesh: Quality, kept: NDArray[np.bool_]) -> None:
+    import pyvista
+
+    pv: Any = pyvista
+    cells = np.column_stack([np.full(int(kept.sum()), 8), mesh.cells[kept]])
+    grid = pv.UnstructuredGrid(cells.ravel(), np.full(len(cells), pv.CellType.HEXAHEDRON), np.array(mesh.points))
+    grid.cell_data["cell"] = np.flatnonzero(kept)
+    faces = grid.extract_surface(algorithm="dataset_surface")
+    canvas.add_grid(plotter, faces, mesh.scaled_jacobian[np.asarray(faces.cell_data["cell"])])
+
+
+def _boundary(mesh: Quality) -> Any:
+    import pyvista
+
+    quads = boundary_quads(mesh.cells)[0]
+    faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
+    return pyvista.PolyData(np.array(mesh.points), faces).clean()

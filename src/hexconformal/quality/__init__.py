@@ -1,0 +1,26 @@
+"""How good a mesh is, and whether it can be worked on.
+
+Belongs here: measures with their statistics, checks, node order, what no valid mesh can have or exceed. Imports
+`common`, `elements`, `mesh` and `io`.
+"""
+
+from .assessment import Quality, Summary, quality
+from .attainable_bound import held_bound
+from .checks import check, require_sound
+from .node_order import orient
+from .statistics import Statistics, as_table, statistics
+from .winding_number import inside_out
+
+__all__ = [
+    "Quality",
+    "Statistics",
+    "Summary",
+    "as_table",
+    "check",
+    "held_bound",
+    "inside_out",
+    "orient",
+    "quality",
+    "require_sound",
+    "statistics",
+]

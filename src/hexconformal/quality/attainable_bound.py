@@ -1,0 +1,54 @@
+"""What no method can exceed: the scaled Jacobian of corners that are held."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import CORNER_EDGES
+
+__all__ = ["held_bound"]
+
+
+def held_bound(
+    points: NDArray[np.float64], cells: NDArray[np.int64], held: NDArray[np.bool_]
+) -> tuple[float, int | None]:
+    """Upper bound of the smallest scaled Jacobian while some nodes cannot move.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    cells
+        (m, 8) hexahedra.
+    held
+        (n,) nodes that cannot move.
+
+    Returns
+    -------
+    The bound and the cell it belongs to; 1 and None where nothing is held. A corner whose node and three neighbours
+    are held keeps its scaled Jacobian; one whose node and two neighbours are held has at most the sine of the angle
+    between those two edges.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import sheared_block
+    >>> points, cells = sheared_block(1, shear=1.0)
+    >>> bound, cell = held_bound(points, cells, points[:, 0] < 1.5)
+    >>> round(bound, 6), int(cell)
+    (0.707107, 0)
+    """
+    neighbours = cells[:, CORNER_EDGES]
+    best, where = 1.0, None
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        cell, corner = np.nonzero(held[cells] & held[neighbours[:, :, i]] & held[neighbours[:, :, j]])
+        if len(cell) == 0:
+            continue
+        edges = points[neighbours[cell, corner]] - points[cells[cell, corner]][:, None]
+        edges /= np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-300)
+        area = np.cross(edges[:, i], edges[:, j])
+        whole = held[neighbours[cell, corner, k]]
+        values = np.where(whole, np.einsum("ki,ki->k", area, edges[:, k]), np.linalg.norm(area, axis=1))
+        if values.min() < best:
+            best, where = float(values.min()), int(cell[values.argmin()])
+    return best, where

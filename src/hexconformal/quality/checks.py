@@ -1,0 +1,248 @@
+"""Is this a mesh that can be worked on? Every reason why not, found before the work starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..common import MeshError, first_ids, odd_points
+from ..io import as_hex_mesh
+from ..mesh import HexMesh, components, face_table
+from .impossible_corners import doubled_corners
+from .node_order import NO_BOUNDARY, best_order, center_determinants
+
+__all__ = ["Finding", "check", "require_sound"]
+
+# Relative to the size of the mesh, and of a cell.
+_COINCIDENT = 1e-12
+_FLAT = 1e-10
+_HANGING = 1e-6
+_SAMPLE = 20_000
+# Of the bounding box: what reaches across it, and what the usual cell is short of.
+_SPANNING, _SHORT = 0.95, 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One thing found in a mesh.
+
+    Attributes
+    ----------
+    kind
+        A word for programs: "not finite", "bad index", "repeated nodes", "duplicate cells", "crowded faces",
+        "no boundary", "mirrored", "foreign order" (errors); "coincident points", "flat cells", "wrapped cells",
+        "hanging nodes", "doubled corners", "pieces", "unreferenced points" (warnings).
+    severity
+        "error" if the mesh has to be refused, "warning" if it can be worked on.
+    ids
+        The points or cells concerned.
+    message
+        What is wrong, how many, the first ids, and what to do.
+    """
+
+    kind: str
+    severity: Literal["error", "warning"]
+    ids: NDArray[np.int64]
+    message: str
+
+
+def require_sound(mesh: HexMesh) -> tuple[Finding, ...]:
+    """Raise a MeshError that lists all errors found by :func:`check`; otherwise return the warnings."""
+    findings = check(mesh)
+    errors = [finding.message for finding in findings if finding.severity == "error"]
+    if errors:
+        raise MeshError("; ".join(errors))
+    return findings
+
+
+def check(mesh: Any) -> tuple[Finding, ...]:
+    """Look for everything in a mesh that makes work on it impossible or doubtful.
+
+    Inverted cells are not among it: those are what the work is for.
+
+    Parameters
+    ----------
+    mesh
+        Anything :func:`hexconformal.as_hex_mesh` takes.
+
+    Returns
+    -------
+    The findings, errors first. Ids that point nowhere, and points that are not finite, hide what comes after.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> [finding.message for finding in check(HexMesh(CORNERS, [[0, 1, 2, 2, 4, 5, 6, 6]]))][0]
+    'cells with a repeated node (collapsed hexahedra such as wedges): 1 (ids 0); mesh them with hexahedra'
+    >>> check(HexMesh(CORNERS, [range(8)]))
+    ()
+    """
+    mesh = as_hex_mesh(mesh)
+    found = _check_numbers(mesh)
+    if not found:
+        found = [*_check_cells(mesh), *_check_points(mesh)]
+        if not any(finding.kind == "repeated nodes" for finding in found):
+            found += _check_faces(mesh)
+    return tuple(sorted(found, key=lambda finding: finding.severity))
+
+
+def _check_numbers(mesh: HexMesh) -> list[Finding]:
+    found = []
+    bad, text = odd_points(mesh.points)
+    if len(bad):
+        found.append(_error("not finite", bad, text))
+    if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
+        bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
+        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
+        if mesh.cells.min() == 1 and mesh.cells.max() == len(mesh.points):
+            text += "; ids start at 1 here, subtract 1"
+        found.append(_error("bad index", bad, text))
+    return found
+
+
+def _check_cells(mesh: HexMesh) -> list[Finding]:
+    found = []
+    nodes = np.sort(mesh.cells, axis=1)
+    bad = np.flatnonzero((nodes[:, 1:] == nodes[:, :-1]).any(axis=1))
+    if len(bad):
+        text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad)}"
+        found.append(_error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
+    twins = _twins(nodes)
+    if len(twins):
+        text = f"cells with the same nodes as an earlier one: {first_ids(twins)}; remove them"
+        found.append(_error("duplicate cells", twins, text))
+    volumes, sizes = center_determinants(mesh.points, mesh.cells)
+    flat = np.flatnonzero(np.abs(volumes) <= _FLAT * sizes)
+    if len(flat):
+        found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat)}"))
+    wrapped = _wrapped(mesh, np.flatnonzero(volumes < 0))
+    if len(wrapped):
+        text = f"inverted cells that reach from one end of the mesh to the other: {first_ids(wrapped)}"
+        advice = "if the mesh is periodic, give them nodes of their own at one end"
+        found.append(_warning("wrapped cells", wrapped, f"{text}; {advice}"))
+    return found
+
+
+def _wrapped(mesh: HexMesh, inverted: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Inverted cells that span the mesh along an axis along which others are short: where a periodic one is closed."""
+    if not 0 < len(inverted) < len(mesh.cells) / 2:
+        return inverted[:0]
+    whole = np.ptp(mesh.points, axis=0)
+    usual = np.median(np.ptp(mesh.points[mesh.cells[:: _stride(mesh)]], axis=1), axis=0)
+    spans = np.ptp(mesh.points[mesh.cells[inverted]], axis=1) > _SPANNING * whole
+    return inverted[(spans & (usual < _SHORT * whole)).any(axis=1)]
+
+
+def _stride(mesh: HexMesh) -> int:
+    # What holds for most cells is asked of a sample.
+    return max(len(mesh.cells) // _SAMPLE, 1)
+
+
+def _twins(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    # Cells with equal sums of their ids and of their squares are candidates; few, so they can be compared.
+    keys = (nodes * (nodes + 7919)).sum(axis=1)
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    near = np.flatnonzero(keys[1:] == keys[:-1])
+    if len(near) == 0:
+        return near
+    candidates = np.unique(np.concatenate([order[near], order[near + 1]]))
+    _, first, inverse = np.unique(nodes[candidates], axis=0, return_index=True, return_inverse=True)
+    again = first[inverse.ravel()] != np.arange(len(candidates))
+    return np.asarray(candidates[again])
+
+
+def _check_points(mesh: HexMesh) -> list[Finding]:
+    found = []
+    used = np.zeros(len(mesh.points), dtype=bool)
+    used[mesh.cells] = True
+    unused = np.flatnonzero(~used)
+    if len(unused):
+        found.append(_warning("unreferenced points", unused, f"points in no hexahedron (kept): {first_ids(unused)}"))
+    places = mesh.points - mesh.points.mean(axis=0)
+    size = float(np.abs(places).max())
+    # Points at one place lie side by side once sorted along a direction in which no two others of a grid do.
+    key = places @ np.array([0.7390851332, 0.5671432904, 0.3637586203])
+    order = np.argsort(key)
+    order = order[used[order]]
+    close = np.abs(np.diff(key[order])) <= 2 * _COINCIDENT * size
+    pairs = np.stack([order[:-1][close], order[1:][close]])
+    pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT * size]
+    if pairs.shape[1]:
+        ids = np.unique(pairs)
+        text = f"points that coincide with another: {first_ids(ids)}; if they are one, merge them"
+        found.append(_warning("coincident points", ids, text))
+    return found
+
+
+def _check_faces(mesh: HexMesh) -> list[Finding]:
+    found = []
+    faces = face_table(mesh.cells)
+    crowded = np.flatnonzero(faces.uses > 2)
+    if len(crowded):
+        names = ", ".join(str(tuple(nodes)) for nodes in faces.quads[crowded[:3]].tolist())
+        cells = np.unique(faces.cells[crowded])
+        text = f"faces shared by more than two cells: {len(crowded)} (nodes {names}), of cells {first_ids(cells)}"
+        found.append(_error("crowded faces", cells, text))
+    if (faces.uses > 1).all():
+        return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
+    order = best_order(mesh.points, mesh.cells[:: _stride(mesh)])
+    odd = faces.cells[(faces.turn != 1) & (faces.uses == 2)]
+    if order.name != "VTK":
+        text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
+        found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
+    elif len(odd):
+        ids = np.unique(odd)
+        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids)}"
+        found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
+    elif order.mirrored:
+        text = "the cells are mirrored (negative volume); orient() turns them round"
+        found.append(_error("mirrored", np.arange(len(mesh.cells)), text))
+    count, labels = components(mesh.cells)
+    if count > 1:
+        first = np.unique(labels, return_index=True)[1]
+        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first)}"
+        found.append(_warning("pieces", first, text))
+    doubled = doubled_corners(faces, mesh.cells)
+    if len(doubled):
+        text = f"nodes with two faces between the same two edges: {first_ids(doubled)}"
+        advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"
+        found.append(_warning("doubled corners", doubled, f"{text}; {advice}"))
+    hanging = _hanging(mesh.points, faces.quads[faces.uses == 1])
+    if len(hanging):
+        text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging)}; they are not tied to it"
+        found.append(_warning("hanging nodes", hanging, text))
+    return found
+
+
+def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Boundary nodes in the middle of a boundary edge or face: where cells were split in two."""
+    from scipy.spatial import cKDTree
+
+    if len(quads) == 0:
+        return np.empty(0, dtype=np.int64)
+    after = np.roll(quads, -1, axis=1)
+    # Each edge once: its other quad runs along it the other way.
+    edge = quads < after
+    ends = points[quads[edge]], points[after[edge]]
+    middles = np.concatenate([(ends[0] + ends[1]) / 2, points[quads].mean(axis=1)])
+    lengths = np.linalg.norm(points[quads[:, 2]] - points[quads[:, 0]], axis=1)
+    reach = _HANGING * np.concatenate([np.linalg.norm(ends[1] - ends[0], axis=1), lengths])
+    owner = np.concatenate([np.nonzero(edge)[0], np.arange(len(quads))])
+    nodes = np.unique(quads)
+    distances, nearest = cKDTree(points[nodes]).query(middles, distance_upper_bound=float(reach.max()))
+    hit = np.asarray(distances <= reach) & np.isfinite(distances)
+    found = nodes[np.asarray(nearest)[hit]]
+    # A corner of the quad itself is no hanging node: two of them may coincide.
+    return np.unique(found[(quads[owner[hit]] != found[:, None]).all(axis=1)])
+
+
+def _error(kind: str, ids: ArrayLike, message: str) -> Finding:
+    return Finding(kind, "error", np.asarray(ids, dtype=np.int64), message)
+
+
+def _warning(kind: str, ids: ArrayLike, message: str) -> Finding:
+    return Finding(kind, "warning", np.asarray(ids, dtype=np.int64), message)

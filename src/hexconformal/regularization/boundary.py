@@ -1,0 +1,135 @@
+"""The boundary of a run: what is held exactly, and the band that keeps the rest near the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import MeshError
+from ..geometry import Band, Surface, find_features, surface_tags
+from ..io import read_surface
+from ..mesh import Frame
+from ..solver import Constraint, boundary_constraint, fixed_components, free_directions
+from .options import Options
+
+__all__ = ["Boundary", "boundary_of", "flat_normals"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_FLAT = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
+_AXIS = 1e-9  # components of a unit normal below this are rounding
+_APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """How the boundary of a mesh is kept.
+
+    Attributes
+    ----------
+    constraint
+        What nodes may do exactly: stay, slide along a straight line, slide in a plane.
+    band
+        Keeps curved parts near the surface; None where there are none that may move.
+    notes
+        What was decided, in words.
+    """
+
+    constraint: Constraint
+    band: Band | None = None
+    notes: tuple[str, ...] = ()
+
+
+def boundary_of(frame: Frame, options: Options) -> Boundary:
+    """The boundary as the options ask for it.
+
+    Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
+    Everything else slides in a band around the surface.
+
+    Raises
+    ------
+    OptionError
+        If masks or modes make no sense.
+    MeshError
+        If the surface to slide on is not that of the mesh.
+    """
+    fixed = fixed_components(frame.mesh, options.fixed)[frame.nodes]
+    if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
+        return Boundary(boundary_constraint(frame.start, frame.quads, options.boundary, fixed, frame.nodes))
+    tolerance = options.hausdorff * frame.diagonal
+    reference = _reference(frame, options.surface)
+    tags = surface_tags(frame.mesh, frame.nodes[frame.quads])
+    features = find_features(frame.start, frame.quads, tags=tags, mode=options.features, tolerance=tolerance)
+    sums = np.zeros((len(frame.start), 3, 3))
+    if not features.soft and reference is None:
+        sums = flat_normals(frame.start, frame.quads, features.patches, _FLAT * tolerance)
+    constraint = Constraint.from_sums(sums, fixed)
+    sliding = np.zeros(len(sums), dtype=bool)
+    sliding[frame.quads] = True
+    sliding &= free_directions(sums) == 3
+    if not features.soft:
+        # Straight edges between flat patches need no band, curved ones do.
+        bent = features.edges[free_directions(sums)[features.edges].max(axis=1) > 1]
+        sliding[bent] = True
+    notes = (f"features: {features.reason}",)
+    if not (sliding & ~fixed.all(axis=1)).any():
+        return Boundary(constraint, None, notes)
+    original = Surface(frame.start, frame.quads)
+    return Boundary(constraint, Band(original, tolerance, features, reference=reference), notes)
+
+
+def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
+    """(n, 3, 3) sums of n n^T over the planes of the flat patches around every node.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (k, 4) boundary quads.
+    patches
+        (k,) patch of each.
+    tolerance
+        Distance from its plane up to which a patch is flat.
+    """
+    sums = np.zeros((len(points), 3, 3))
+    order = np.argsort(patches, kind="stable")
+    for part in np.split(order, np.flatnonzero(np.diff(patches[order])) + 1):
+        nodes = np.unique(quads[part])
+        x = points[nodes] - points[nodes].mean(axis=0)
+        normal = np.linalg.eigh(x.T @ x)[1][:, 0]
+        if np.abs(x @ normal).max() <= tolerance:
+            # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
+            normal[np.abs(normal) < _AXIS] = 0.0
+            sums[nodes] += np.outer(normal, normal) / (normal @ normal)
+    return sums
+
+
+def _reference(frame: Frame, surface: Any) -> Surface | None:
+    """The surface to slide on, if the user gives one, in the run's frame."""
+    if surface is None:
+        return None
+    if isinstance(surface, str) or hasattr(surface, "__fspath__"):
+        surface = read_surface(surface)
+    given = Surface.from_pyvista(surface)
+    _require_near(frame, given)
+    return Surface(frame.from_user(given.points), given.faces)
+
+
+def _require_near(frame: Frame, given: Surface) -> None:
+    """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
+    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.nodes[frame.used]]
+    boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
+    sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
+    apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))
+    if apart > _APART * sizes[1]:
+        (low, high), (low_here, high_here) = (tuple(", ".join(f"{x:.4g}" for x in end) for end in box) for box in boxes)
+        raise MeshError(
+            f"the surface is not that of the mesh: it reaches from ({low}) to ({high}), diagonal {sizes[0]:.4g}, the "
+            f"mesh from ({low_here}) to ({high_here}), diagonal {sizes[1]:.4g}, a ratio of "
+            f"{sizes[0] / sizes[1]:.3g}; is it another unit of length, another origin, or another file?"
+        )

@@ -1,0 +1,229 @@
+"""What a run is asked to do, and what it says of every iteration."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields
+from math import isnan
+from typing import Any
+
+import numpy as np
+
+from ..common import OptionError, array_of_numbers, require_choices, require_counts, require_flags, require_numbers
+
+__all__ = ["CHOICES", "Options", "Record"]
+
+CHOICES = {
+    "boundary": ("slide", "fixed", "free"),
+    "features": ("auto", "keep", "soft"),
+    "energy": ("barrier", "quaternionic"),
+    "weight": ("reference", "volume"),
+    "quadrature": ("auto", "gauss", "corners"),
+    "method": ("auto", "lbfgs", "newton", "majorize"),
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of :func:`hexconformal.regularize`.
+
+    Attributes
+    ----------
+    boundary
+        "slide": boundary nodes move in the flat faces and along the straight edges they lie on, and along
+        curved parts within `hausdorff`; "fixed": they stay; "free": nothing holds them but `fixed`.
+    hausdorff
+        How far a curved boundary may move, in both directions, relative to the diagonal of the bounding box.
+        0: curved parts stay. With the plain energy curved parts always stay.
+    features
+        Sharp edges and corners: "keep"; "soft": they may be rounded within `hausdorff`; "auto": kept unless
+        they are noise, or the stair steps of a voxel mesh.
+    surface
+        Surface to slide on instead of the input's own: a path or a pyvista mesh, which may be finer.
+        Cells may lose quality on the way, but none folds; the report says if the bound is not reached. Refused if
+        its bounding box is not about that of the mesh.
+    conserve_volume
+        With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
+        at its end, by the least change of shape within `hausdorff`; the report says if that is not enough.
+    fixed
+        Nodes held besides: the name of a point array, or an (n,) mask, (n, 3) mask by component, or node ids.
+    target
+        Perfect shape: "auto" (cubes, but valid cells that are clearly stretched keep their proportions, as in
+        boundary layers; cubes with the plain energy), "cube", "a:b:c" or three numbers (a box), "input" (the
+        cells' own shapes), (m, 3) edge lengths of a box for every cell, or the (n, 3) points of a reference mesh
+        with the same cells.
+    sizes
+        How large cells should be: "input": as they are, so that valid cells do not shrink or swell more than
+        their shape is worth, inverted ones having no size; "free"; (m,) wanted volumes, in the mesh's unit of length
+        cubed, or the name of a cell array with them: quality may be lost on the way to these, but no cell folds.
+        What counts is the ratio of the two; the report has the smallest and largest. Without effect where the
+        distortion alone is minimized: by the plain energy, and in valid meshes with flat or fixed boundary until the
+        worst cells are raised.
+    weight
+        "reference": every cell counts the same; "volume": by its volume in the input, the dV of the note.
+    energy
+        "barrier": the conformally invariant distortion, infinite for folded cells; "quaternionic": the plain
+        distortion of Gruber & Aulisa, blind to orientation, kept valid by the line search alone.
+    quadrature
+        "gauss" (2 x 2 x 2), "corners", or "auto": Gauss points for the plain energy; corners for the barrier,
+        which at the Gauss points would not see a corner fold.
+    method
+        "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", the note's method
+        (plain energy only).
+    lift
+        Raise the worst cells once the distortion is low: from then on the smallest scaled Jacobian counts more
+        than the sum. None means yes with the barrier, no with the plain energy.
+    tolerance
+        Stop where the gradient is this much smaller than at the start; with `lift`, that is only reached by
+        meshes that become regular, others go on to the worst cells where the energy stalls.
+    max_iterations
+        Stop after so many.
+
+    Notes
+    -----
+    On curved boundaries, around cells that stay inverted, and with wanted volumes the sum is lowered by another method,
+    equation (11), as far as it is worth: `weight`, `quadrature`, `method` and `tolerance` have no effect there, and the
+    report says so if they were given.
+
+    Raises
+    ------
+    OptionError
+        If a value, or a combination of values, makes no sense.
+
+    Examples
+    --------
+    >>> Options(boundary="slippery")
+    Traceback (most recent call last):
+        ...
+    hexconformal.OptionError: boundary is 'slide', 'fixed' or 'free', not 'slippery'
+    """
+
+    boundary: str = "slide"
+    fixed: Any = None
+    hausdorff: float = 0.005
+    features: str = "auto"
+    surface: Any = None
+    conserve_volume: bool = False
+    target: Any = "auto"
+    sizes: Any = "input"
+    weight: str = "reference"
+    energy: str = "barrier"
+    quadrature: str = "auto"
+    method: str = "auto"
+    lift: bool | None = None
+    tolerance: float = 1e-6
+    max_iterations: int = 200
+
+    def __post_init__(self) -> None:
+        require_choices(self, CHOICES)
+        require_numbers(self, "tolerance", "hausdorff")
+        require_counts(self, "max_iterations")
+        require_flags(self, "conserve_volume", optional=["lift"])
+        if not isinstance(self.target, str):
+            array_of_numbers("target", self.target, "a name, edge lengths or points")
+        if not 0.0 <= self.tolerance < 1.0:
+            raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
+        if not 0.0 <= self.hausdorff < 1.0:
+            raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
+        if self.surface is not None and (self.boundary != "slide" or self.energy != "barrier" or not self.hausdorff):
+            raise OptionError("surface goes with boundary='slide', energy='barrier' and hausdorff > 0")
+        if self.conserve_volume and (self.boundary == "free" or self.surface is not None):
+            raise OptionError("conserve_volume goes with boundary='slide', and without another surface to slide on")
+        if self.resizes and self.energy != "barrier":
+            raise OptionError("sizes goes with energy='barrier'")
+        if isinstance(self.target, str) and self.target == "auto" and self.energy == "quaternionic":
+            object.__setattr__(self, "target", "cube")
+        if self.lift and self.energy == "quaternionic":
+            raise OptionError("lift goes with energy='barrier': the plain energy is blind to orientation")
+        if self.method == "majorize" and self.energy != "quaternionic":
+            raise OptionError("method 'majorize' minimizes the plain energy only: add energy='quaternionic'")
+
+    @property
+    def rule(self) -> str:
+        """The quadrature, decided."""
+        if self.quadrature != "auto":
+            return self.quadrature
+        return "gauss" if self.energy == "quaternionic" else "corners"
+
+    @property
+    def lifts(self) -> bool:
+        """Whether the worst cells are raised."""
+        return self.energy == "barrier" if self.lift is None else self.lift
+
+    @property
+    def resizes(self) -> bool:
+        """Whether cells should get other sizes than they have."""
+        return not (isinstance(self.sizes, str) and self.sizes in ("input", "free"))
+
+    @property
+    def of_minimization(self) -> tuple[str, ...]:
+        """What was given that has no effect where the sum is lowered by another method; see the notes above."""
+        names = ("weight", "quadrature", "method", "tolerance")
+        return tuple(name for name in names if getattr(self, name) != getattr(Options, name))
+
+    def described(self) -> dict[str, Any]:
+        """The options in plain types, arrays by their shape alone, for a report."""
+        return {field.name: _described(getattr(self, field.name)) for field in fields(self)}
+
+
+def _described(value: Any) -> Any:
+    if value is None or isinstance(value, (str, int, float, np.generic)):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, (list, tuple)):
+        return f"given ({len(value)} values)"
+    shape = getattr(value, "shape", None)
+    return f"given ({' x '.join(map(str, shape)) if shape else type(value).__name__})"
+
+
+@dataclass(frozen=True)
+class Record:
+    """One iteration.
+
+    Attributes
+    ----------
+    iteration
+        0 is the input.
+    phase
+        The solver at work.
+    energy
+        The summed distortion, in the mesh's own units; NaN where cells are inverted still. Raising the worst cells may
+        raise it.
+    gradient
+        Norm of its admissible gradient, relative to the input's; NaN where other things are minimized with it.
+    step
+        Length of the step taken, 1 for a full one.
+    min_scaled_jacobian, mean_scaled_jacobian
+        Over the cells, each by its smallest corner.
+    inverted
+        Number of cells with a scaled Jacobian that is not positive.
+    seconds
+        Since the run began.
+
+    Examples
+    --------
+    >>> print(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36))
+    7 lbfgs  energy 4.685e+00  gradient 1.3e-02  min 0.9873  mean 0.9994  inverted 0  1.4 s
+    >>> print(Record(0, "input", float("nan"), float("nan"), 1.0, -0.25, 0.73, 4, 0.02))  # NaN: not told
+    0 input  min -0.2500  mean 0.7300  inverted 4  0.0 s
+    """
+
+    iteration: int
+    phase: str
+    energy: float
+    gradient: float
+    step: float
+    min_scaled_jacobian: float
+    mean_scaled_jacobian: float
+    inverted: int
+    seconds: float
+
+    def __str__(self) -> str:
+        energy = "" if isnan(self.energy) else f"  energy {self.energy:.3e}"
+        gradient = "" if isnan(self.gradient) else f"  gradient {self.gradient:.1e}"
+        return (
+            f"{self.iteration} {self.phase}{energy}{gradient}"
+            f"  min {self.min_scaled_jacobian:.4f}  mean {self.mean_scaled_jacobian:.4f}"
+            f"  inverted {self.inverted}  {self.seconds:.1f} s"
+        )

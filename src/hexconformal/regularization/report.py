@@ -1,0 +1,143 @@
+"""What a run did to a mesh, for people and for programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any
+
+from ..common import Plain, json_safe
+from ..quality import Summary
+
+__all__ = ["Report"]
+
+
+@dataclass(frozen=True, repr=False)
+class Report(Plain):
+    """What a run did: the mesh before and after, what moved, and why it stopped.
+
+    Attributes
+    ----------
+    before, after
+        Quality of the mesh that went in and of the one that came out.
+    energy_before, energy_after
+        The summed distortion; NaN where it is infinite.
+    boundary_moved
+        Number of boundary nodes that are not where they were.
+    largest_displacement
+        Of any node, in the mesh's unit of length.
+    diagonal
+        Of the input's bounding box, in the same unit.
+    iterations, seconds
+        Work done.
+    reason
+        Why the run stopped, in words.
+    converged
+        Whether that was the stopping criterion, not a limit.
+    options
+        What was chosen, defaults included.
+    notes
+        What else the user should know.
+    hausdorff
+        Hausdorff distance between the boundaries before and after, relative to `diagonal`; from the surface that
+        was given to slide on, if one was. None where it was not measured.
+    size_ratios
+        Smallest and largest ratio of a cell's volume after to the one it should have, None where none should.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.quality.assessment import quality
+    >>> summary = quality(box((2, 2, 2))).summary()
+    >>> report = Report(summary, summary, 0.0, 0.0, 0, 0.0, 3**0.5, 1, 0.01, "nothing to do", True)
+    >>> print(str(report).splitlines()[0])
+    8 cells, 1 iterations, 0.01 s, converged: nothing to do
+    >>> report.to_dict()["after"]["invalid"]
+    0
+    """
+
+    before: Summary
+    after: Summary
+    energy_before: float
+    energy_after: float
+    boundary_moved: int
+    largest_displacement: float
+    diagonal: float
+    iterations: int
+    seconds: float
+    reason: str
+    converged: bool
+    options: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    hausdorff: float | None = None
+    size_ratios: tuple[float, float] | None = None
+
+    @property
+    def volume_change(self) -> float:
+        """Change of the volume relative to its size before; 0 if there was none."""
+        before = self.before.total_volume
+        return (self.after.total_volume - before) / abs(before) if before else 0.0
+
+    @property
+    def hausdorff_bound(self) -> float | None:
+        """How large `hausdorff` was allowed to get; None where the boundary does not slide."""
+        slides = self.options.get("boundary") == "slide" and self.options.get("energy") == "barrier"
+        return self.options.get("hausdorff") if slides else None
+
+    @property
+    def relative_displacement(self) -> float:
+        """Largest displacement over the diagonal of the bounding box."""
+        return self.largest_displacement / self.diagonal if self.diagonal else 0.0
+
+    def __str__(self) -> str:
+        b, a = self.before, self.after
+        rows: list[tuple[str, float, float]] = [
+            ("inverted cells", b.inverted, a.inverted),
+            ("invalid cells", b.invalid, a.invalid),
+            ("scaled jacobian, min", b.scaled_jacobian.min, a.scaled_jacobian.min),
+            ("scaled jacobian, 5 %", b.scaled_jacobian.percentiles[5], a.scaled_jacobian.percentiles[5]),
+            ("scaled jacobian, mean", b.scaled_jacobian.mean, a.scaled_jacobian.mean),
+            ("minimum jacobian, min", b.minimum_jacobian.min, a.minimum_jacobian.min),
+            ("shape, min", b.shape.min, a.shape.min),
+            ("shape, mean", b.shape.mean, a.shape.mean),
+            ("conformal distortion, mean", b.conformal_distortion.mean, a.conformal_distortion.mean),
+            ("conformal distortion, max", b.conformal_distortion.max, a.conformal_distortion.max),
+            ("edge ratio, max", b.edge_ratio.max, a.edge_ratio.max),
+            ("volume", b.total_volume, a.total_volume),
+        ]
+        if isfinite(self.energy_before) and isfinite(self.energy_after):
+            rows.append(("energy", self.energy_before, self.energy_after))
+        state = "converged" if self.converged else "not converged"
+        relative = f"{self.relative_displacement:.2%} of the diagonal"
+        return "\n".join(
+            [
+                f"{a.count} cells, {self.iterations} iterations, {self.seconds:.2f} s, {state}: {self.reason}",
+                f"{'':28s}{'before':>12s}{'after':>12s}",
+                *(f"{name:28s}{_number(x):>12s}{_number(y):>12s}" for name, x, y in rows),
+                f"largest displacement {self.largest_displacement:.4g}, {relative}",
+                *self._shape(),
+                *(f"note: {note}" for note in self.notes),
+            ]
+        )
+
+    __repr__ = __str__
+
+    def _shape(self) -> list[str]:
+        """What became of the boundary and of the sizes, in lines."""
+        lines = [f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"]
+        if self.hausdorff is not None:
+            bound = "" if self.hausdorff_bound is None else f", allowed {self.hausdorff_bound:g}"
+            lines.append(f"Hausdorff distance of the surface {self.hausdorff:.3g} diagonals{bound}")
+        if self.size_ratios is not None:
+            low, high = self.size_ratios
+            lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")
+        return lines
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain types, as JSON takes them; what is not finite becomes None."""
+        derived = ("volume_change", "relative_displacement", "hausdorff_bound")
+        return {**super().to_dict(), **json_safe({name: getattr(self, name) for name in derived})}
+
+
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.5g}"

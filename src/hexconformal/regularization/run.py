@@ -1,0 +1,293 @@
+"""Regularize a hexahedral mesh: the main job, from whatever the user has to a better mesh and a report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import OptionError, made_of
+from ..elements import corner_scaled_jacobian
+from ..io import as_hex_mesh
+from ..mesh import Frame
+from ..quality import held_bound, quality, require_sound
+from .acceptance import chosen_target, distance, no_worse, of_same_volume, size_ratios
+from .boundary import boundary_of
+from .options import Options, Record
+from .report import Report
+from .stages import Stages
+from .step import Step
+
+__all__ = ["Regularization", "Result", "regularize"]
+
+Field = NDArray[np.float64]
+
+_WORTH_TELLING = 0.95  # bounds of the smallest scaled Jacobian above this say little
+
+
+@dataclass(frozen=True, repr=False)
+class Result:
+    """What came out.
+
+    Attributes
+    ----------
+    mesh
+        The better mesh, in the type that came in, with everything it carried.
+    points
+        (n, 3) its points.
+    report
+        Before and after, what moved, and why it stopped.
+    history
+        One record per iteration.
+    """
+
+    mesh: Any
+    points: Field
+    report: Report
+    history: tuple[Record, ...]
+
+    def __repr__(self) -> str:
+        return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
+
+    @property
+    def converged(self) -> bool:
+        """Whether the tolerance was reached."""
+        return self.report.converged
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """Points in the user's frame, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
+
+    points: Field
+    reason: str
+    distance: float
+    notes: tuple[str, ...] = ()
+
+
+class Regularization:
+    """A run that can be watched: iterate over its records, stop whenever you like, then take the result.
+
+    Parameters
+    ----------
+    mesh
+        Anything :func:`hexconformal.as_hex_mesh` takes.
+    options
+        What to do; the defaults suit an unknown mesh.
+
+    Attributes
+    ----------
+    options, mesh
+        What was given, the mesh as a :class:`hexconformal.HexMesh`.
+    history
+        The records so far.
+
+    Raises
+    ------
+    MeshError
+        If the mesh cannot be worked on.
+    OptionError
+        If options make no sense, alone or together.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import sheared_cube
+    >>> run = Regularization(sheared_cube(6))
+    >>> for record in run:
+    ...     if record.min_scaled_jacobian > 0.99:
+    ...         break
+    >>> bool(run.result().report.after.scaled_jacobian.min > 0.99)
+    True
+    """
+
+    def __init__(self, mesh: Any, options: Options | None = None) -> None:
+        self._began = time.perf_counter()
+        self.options = Options() if options is None else options
+        self.mesh = as_hex_mesh(mesh)
+        self.history: list[Record] = []
+        notes = [finding.message for finding in require_sound(self.mesh)]
+        self._notes = tuple(notes) + self.mesh.notes
+        self._frame = Frame(self.mesh, ordered=True)
+        self._boundary = boundary_of(self._frame, self.options)
+        if self.options.energy == "quaternionic" and len(self._boundary.constraint.nodes) < 2:
+            raise OptionError(
+                "with a free boundary the plain energy shrinks the mesh to a point: fix two nodes or more, or use "
+                "energy='barrier'"
+            )
+        self._stages = Stages(self._frame, self._boundary, self.options)
+        self._points = self._frame.start
+        self._records = self._run()
+
+    @property
+    def points(self) -> Field:
+        """The best points so far, in the user's frame; what did not move is bit-identical to the input."""
+        return self._frame.to_user(self._points)
+
+    def __iter__(self) -> Iterator[Record]:
+        """Run, or go on where it was left; every record's mesh is acceptable, so that may be at any of them."""
+        return self._records
+
+    def _run(self) -> Iterator[Record]:
+        for step in self._stages:
+            record = self._record(step)
+            self.history.append(record)
+            if self._acceptable(record):
+                self._points = step.points
+            yield record
+
+    def result(self) -> Result:
+        """The result so far; call it after the loop, or after an interruption."""
+        outcome = self._outcome()
+        points = outcome.points
+        before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
+        shift = points - self.mesh.points
+        moved = np.linalg.norm(shift, axis=1)
+        report = Report(
+            before=before.summary(),
+            after=after.summary(),
+            energy_before=self.history[0].energy if self.history else float("nan"),
+            energy_after=self.history[-1].energy if self.history else float("nan"),
+            boundary_moved=int((moved[np.unique(self._frame.nodes[self._frame.quads])] > 0).sum()),
+            largest_displacement=float(moved.max(initial=0.0)),
+            diagonal=self._frame.diagonal * self._frame.unit,
+            iterations=max(len(self.history) - 1, 0),
+            seconds=time.perf_counter() - self._began,
+            reason=outcome.reason,
+            converged=self._stages.converged,
+            options=self.options.described(),
+            notes=self._all_notes() + outcome.notes,
+            hausdorff=outcome.distance,
+            size_ratios=size_ratios(after.volume[self._frame.order], self._stages.wanted),
+        )
+        better = self.mesh.replaced(
+            points=points,
+            point_data={"moved_by": shift},
+            cell_data={
+                "scaled_jacobian": after.scaled_jacobian,
+                "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
+            },
+        )
+        return Result(better.restored(), points, report, tuple(self.history))
+
+    def _acceptable(self, record: Record) -> bool:
+        """Whether this is no worse than the input; to come to another surface, or to other sizes, may cost quality."""
+        first = self.history[0]
+        if self.options.surface is not None or self.options.resizes:
+            return record.inverted <= first.inverted
+        return not self.options.lifts or no_worse(record, first)
+
+    def _outcome(self) -> _Outcome:
+        """What the run comes to; the input where no better mesh keeps what is promised."""
+        frame, band, bound = self._frame, self._stages.boundary.band, self.options.hausdorff
+        points, reason = self._points, self._stages.reason
+        notes: list[str] = []
+        if points is not frame.start and self.options.conserve_volume:
+            points, notes = of_same_volume(points, frame, self._stages.problem)
+            if not self._acceptable(self._record(Step("volume", points))):
+                points, notes = frame.start, []
+        if points is frame.start and len(self.history) > 1:
+            reason += "; nothing better than the input was found"
+        moved = distance(points, frame, band, self.options.boundary)
+        if band is not None and moved > bound:
+            if band.reference is None:
+                reason = f"the surface would move by {moved:.4g}: the input is returned"
+                return _Outcome(np.array(self.mesh.points), reason, 0.0)
+            notes.append(
+                f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
+                f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
+            )
+        return _Outcome(frame.to_user(points), reason, moved, tuple(notes))
+
+    def _all_notes(self) -> tuple[str, ...]:
+        notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
+        if isinstance(self.options.target, str) and self.options.target == "auto":
+            notes += chosen_target(self._frame)
+        held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
+        bound, cell = held_bound(self._frame.start, self._frame.cells, held)
+        if bound < _WORTH_TELLING:
+            which = self._frame.order[cell]
+            notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
+        return tuple(notes)
+
+    def _record(self, step: Step) -> Record:
+        scaled_jacobian = corner_scaled_jacobian(step.points, self._frame.cells)
+        energy = self._stages.energy(step.points) if np.isnan(step.energy) else step.energy
+        return Record(
+            iteration=len(self.history),
+            phase=step.phase,
+            energy=energy * (self._frame.unit**2 if self.options.energy == "quaternionic" else 1.0),
+            gradient=step.gradient,
+            step=step.length,
+            min_scaled_jacobian=float(scaled_jacobian.min()),
+            mean_scaled_jacobian=float(scaled_jacobian.mean()),
+            inverted=int((scaled_jacobian <= 0).sum()),
+            seconds=time.perf_counter() - self._began,
+        )
+
+
+def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
+    """Make the cells of a hexahedral mesh regular by minimizing their quaternionic conformal distortion.
+
+    The distortion of the planes (e1, e2), (e1, e3), (e2, e3) of every cell is summed and minimized over the node
+    positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the plain one
+    is asked for. A cell that is valid stays valid in every iteration.
+
+    Parameters
+    ----------
+    mesh
+        A path, a pyvista grid, a meshio.Mesh, a :class:`hexconformal.HexMesh` or a tuple ``(points, cells)``.
+        It is not changed.
+    callback
+        Called with the record of every iteration.
+    **options
+        Fields of :class:`hexconformal.Options`, which tells more of each.
+
+        How the shape is kept: `boundary` ("slide", "fixed", "free"), `hausdorff` (how far a curved boundary may
+        move, in diagonals of the bounding box), `features` ("auto", "keep", "soft": sharp edges and corners),
+        `surface` (another one to slide on), `conserve_volume`, `fixed` (nodes to hold).
+
+        What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or wanted volumes), `weight`
+        ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
+        `method` ("auto", "lbfgs", "newton", "majorize"), `lift` (raise the worst cells), `tolerance`,
+        `max_iterations`.
+
+    Returns
+    -------
+    Result
+        With the mesh in the type that came in, a report, and the history. Not to converge is no error: the
+        report gives the reason.
+
+    Raises
+    ------
+    MeshError
+        If the mesh cannot be worked on, or `surface` is not that of the mesh.
+    ReadError
+        If a file cannot be read.
+    OptionError
+        If an option is unknown or makes no sense.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import cylinder, jittered, sheared_cube
+    >>> result = regularize(sheared_cube(6))
+    >>> result.converged, bool(result.report.after.scaled_jacobian.min > 0.9999)
+    (True, True)
+
+    A curved boundary slides, here within a thousandth of the diagonal, and encloses the volume that it did.
+
+    >>> report = regularize(jittered(*cylinder(4, 3, 6), 0.3), hausdorff=0.001, conserve_volume=True).report
+    >>> bool(report.hausdorff <= 0.001), bool(abs(report.volume_change) < 1e-10)
+    (True, True)
+    >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
+    ['boundary', 'conserve_volume', 'energy', 'features', 'fixed', 'hausdorff', 'lift', 'max_iterations', 'method',
+     'quadrature', 'sizes', 'surface', 'target', 'tolerance', 'weight']
+    """
+    run = Regularization(mesh, made_of(Options, options))
+    for record in run:
+        if callback is not None:
+            callback(record)
+    return run.result()

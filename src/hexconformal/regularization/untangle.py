@@ -1,0 +1,194 @@
+"""Unfold a tangled mesh: the barrier with a regularised determinant, eps driven to zero.
+
+chi_eps(det) is positive however negative det is, so E / chi_eps^(2/3) can be minimized from a folded mesh, and
+the smaller eps, the more folded corners cost. eps follows the smallest determinant and the progress made
+(Garanzha et al. 2021), equation (9) of docs/mathematics.md. Whole meshes are unfolded only where many cells are
+folded; what remains is unfolded patch by patch, from several starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.sparse.linalg import cg
+
+from ..elements import EDGES, corner_scaled_jacobian
+from ..energy import Emphasis, Shaping
+from ..mesh import islands, rings
+from ..solver import newton_step, next_shift
+
+__all__ = ["brought_back", "folded", "untangle"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Step = tuple[str, Field, float]
+
+_MANY = 0.05  # share of folded cells from which the whole mesh is unfolded first
+_WHOLE_STEPS, _PATCH_STEPS = 15, 120
+_ROUNDS = 6  # of patches, each a ring of cells larger than before
+_FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
+_STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
+_WAYS_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell has become worse
+_EASIER = 0.1  # largest part of the way to zero that eps goes when nothing improves
+
+
+def folded(problem: Shaping, points: Field) -> Mask:
+    """(m,) cells with a corner whose determinant is not positive."""
+    return np.asarray(problem.measures(points).determinant <= 0.0)
+
+
+def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterator[Step]:
+    """Unfold the corners of all cells as far as possible.
+
+    Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before.
+    """
+    bad, first, stalled = folded(problem, points), points, 0
+    if bad.mean() > _MANY:
+        points = harmonic(problem, points, rings(problem.cells, len(points), bad, 0))
+        yield "harmonic start", points, float("nan")
+        for points, energy in _unfold(problem, points, 1.0, _WHOLE_STEPS):
+            yield "untangle", points, energy
+    # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
+    for width in range(_ROUNDS):
+        before = _amount(problem, points)
+        if before[0] == 0 or stalled == patience:
+            return
+        cores = islands(problem.cells, rings(problem.cells, len(points), folded(problem, points), width))
+        points = _unfold_patches(problem, points, first, cores)
+        yield "untangle patches", points, float("nan")
+        stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
+
+
+def brought_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
+    """Points at which the worst cell is no worse than it was at the start, and the boundary near enough.
+
+    Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
+    of their way back, such that the fewest cells are inverted, never more than at the start; all of them go back where
+    that is not to be had.
+    """
+    first, now = corner_scaled_jacobian(start, cells), corner_scaled_jacobian(points, cells)
+    worse = now < first.min()
+    if not near(points):
+        worse |= now <= 0.0
+    elif not worse.any():
+        return points
+    best, fewest = start, int((first <= 0.0).sum())
+    for width in range(_ROUNDS):
+        nodes = rings(cells, len(points), worse, width)
+        for way in _WAYS_BACK:
+            trial = np.where(nodes[:, None], points + way * (start - points), points)
+            quality = corner_scaled_jacobian(trial, cells)
+            inverted = int((quality <= 0.0).sum())
+            fewer = inverted < fewest or (inverted == fewest and best is start)
+            if fewer and quality.min() >= first.min() and near(trial):
+                best, fewest = trial, inverted
+    return best
+
+
+def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
+    """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
+    inner = core & problem.inner
+    rows = np.flatnonzero(inner)
+    if len(rows) == 0:
+        return points
+    ends = np.unique(np.sort(problem.cells[:, EDGES].reshape(-1, 2), axis=1), axis=0)
+    ones = np.ones(len(ends))
+    graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
+    laplacian: Any = csgraph.laplacian(sparse.csr_array(graph + graph.T))
+    laplacian = laplacian.tocsr()[rows]
+    inside, outside = laplacian[:, rows], laplacian[:, np.flatnonzero(~inner)]
+    load = -(outside @ points[~inner])
+    jacobi = sparse.diags_array(1.0 / inside.diagonal())
+    points = points.copy()
+    for k in range(3):
+        points[rows, k] = cg(inside, load[:, k], x0=points[rows, k], rtol=1e-3, maxiter=300, M=jacobi)[0]
+    return points
+
+
+def _unfold(problem: Shaping, points: Field, first_eps: float, steps: int) -> Iterator[tuple[Field, float]]:
+    """Newton steps at a falling eps until no corner is folded, the fold is stuck, or the steps are used up."""
+    eps, shift, last = 0.0, 1e-5, (1.0, 1.0)
+    for count in range(steps):
+        smallest = float(problem.measures(points).determinant.min())
+        if smallest > 0.0:
+            return
+        eps = _next_eps(eps, smallest, last, first_eps) if count else max(_least_eps(smallest), -first_eps * smallest)
+        if count > 8 and eps < -_STUCK * smallest:
+            return
+        step = newton_step(problem, points, Emphasis(eps=eps), shift, lambda _: True)
+        if step is None:
+            return
+        points, before, after, length = step
+        last = (before, after)
+        shift = next_shift(shift, length)
+        yield points, after
+
+
+def _least_eps(smallest: float) -> float:
+    return float(np.sqrt(1e-8 + 0.04 * smallest**2))
+
+
+def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps: float) -> float:
+    """The rule of Garanzha et al. (2021): as much closer to zero as the last step has lowered the energy."""
+    sigma = max(_EASIER, 1.0 - last[1] / last[0])
+    m = (1.0 - sigma) * 0.5 * (smallest + np.sqrt(eps**2 + smallest**2))
+    return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
+
+
+def _unfold_patches(problem: Shaping, points: Field, first: Field, cores: list[Mask]) -> Field:
+    """The points with one patch after the other unfolded, without those that leave the surface."""
+    trial = points
+    for core in cores:
+        trial = _unfold_patch(problem, trial, first, core)
+    limit = max(1.0, problem.excess(points))
+    if problem.excess(trial) <= limit:
+        return trial
+    # A patch watches the surface around itself only; one of them came to where others are.
+    for core in cores:
+        trial = _unfold_patch(problem, points, first, core)
+        points = trial if problem.excess(trial) <= limit else points
+    return points
+
+
+def _unfold_patch(problem: Shaping, points: Field, first: Field, core: Mask) -> Field:
+    """The best of several attempts on one patch; the points unchanged where none improves it.
+
+    Attempts begin where the patch is now, where it was at first (before anything ran into its limits), and with
+    the inner nodes of both at their harmonic positions.
+    """
+    patch, nodes = problem.restricted(core, points)
+    if not patch.free.any():
+        return points
+    start = points[nodes]
+    best, amount = start, _amount(patch, start)
+    everywhere = np.ones(len(nodes), dtype=bool)
+    starts = [start, harmonic(patch, start, everywhere)]
+    moving = patch.free
+    if not np.array_equal(first[nodes][moving], start[moving]):
+        again = np.where(moving[:, None], first[nodes], start)
+        starts += [again, harmonic(patch, again, everywhere)]
+    for local in starts:
+        for first_eps in _FIRST_EPS:
+            steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
+            attempt = steps[-1][0] if steps else local
+            if _amount(patch, attempt) < amount:
+                best, amount = attempt, _amount(patch, attempt)
+            if amount[0] == 0:
+                break
+        if amount[0] == 0:
+            break
+    points = points.copy()
+    points[nodes] = best
+    return points
+
+
+def _amount(problem: Shaping, points: Field) -> tuple[int, float]:
+    """How tangled: number of folded cells, then how far their determinants are below zero."""
+    smallest = problem.measures(points).determinant
+    return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())

@@ -1,0 +1,100 @@
+"""Make cells valid that are folded inside although no corner of them is.
+
+The determinant of a trilinear cell can be negative inside where it is positive at all corners. Cut into eight, its
+parts have corners there too, so the barrier of :mod:`hexconformal.regularization.untangle` on the corners of the parts
+sees the fold. The parts' nodes depend linearly on the cell's, x = S X, and so do the forces, S^T f.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from ..elements import CORNERS, is_valid, minimum_jacobian
+from ..energy import Distortion, Shaping
+from ..mesh import islands, rings
+
+__all__ = ["unfold_inside"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+_WIDTHS = 0, 1, 2  # rings of cells around the invalid ones that move with them
+_ROUNDS, _STEPS = 12, 100  # eps per patch, and steps at each
+_FIRST_EPS, _SHRINK = 0.5, 0.5  # eps in smallest determinants, and how much smaller that share is each round
+_LARGER_EPS = 2.0  # where that has not been enough
+_LEAST_EPS = 1e-3
+
+
+def unfold_inside(problem: Shaping, points: Field) -> Field:
+    """Points at which cells are valid that were invalid though none of their corners is folded, as far as possible.
+
+    Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
+    invalid, and the boundary stays as near to the surface as it has to be.
+    """
+    ways = (problem.inner, _FIRST_EPS), (problem.free, _FIRST_EPS), (problem.free, _LARGER_EPS)
+    for (movable, first_eps), width in product(ways, _WIDTHS):
+        cores = _folded_inside(problem, points)
+        if not cores.any():
+            break
+        for core in islands(problem.cells, rings(problem.cells, len(points), cores, width)):
+            patch, nodes = problem.restricted(core & movable, points)
+            if patch.free.any():
+                trial = points.copy()
+                trial[nodes] = _unfold(patch, points[nodes], first_eps)
+                points = trial if problem.excess(trial) <= max(1.0, problem.excess(points)) else points
+    return points
+
+
+def _folded_inside(problem: Shaping, points: Field) -> Mask:
+    """(m,) cells that are invalid with all their corners positive."""
+    return np.asarray((problem.measures(points).determinant > 0.0) & ~is_valid(points, problem.cells))
+
+
+def _unfold(patch: Shaping, points: Field, first_eps: float) -> Field:
+    """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
+    from scipy.optimize import minimize
+
+    free, projectors, valid = patch.free, patch.projectors[patch.free], is_valid(points, patch.cells)
+    folded = patch.measures(points).determinant <= 0.0
+    cells = patch.cells[~folded]
+    weights, parts = _parts(cells, len(points))
+    moved, start = points.copy(), np.zeros(3 * int(free.sum()))
+
+    def at(unknowns: Field) -> Field:
+        moved[free] = points[free] + np.einsum("nij,nj->ni", projectors, unknowns.reshape(-1, 3))
+        return moved
+
+    for k in range(_ROUNDS):
+        worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
+        eps = max(_LEAST_EPS, first_eps * worst) * _SHRINK**k
+        energy = Distortion(parts, weights.shape[0], eps=eps, quadrature="corners")
+
+        def value_gradient(unknowns: Field, energy: Distortion = energy) -> tuple[float, Field]:
+            value, forces = energy.value_gradient(weights @ at(unknowns))
+            nearness, pull = patch.surface_force(moved)
+            return value + nearness, np.einsum("nij,nj->ni", projectors, (weights.T @ forces + pull)[free]).ravel()
+
+        found = minimize(value_gradient, start, jac=True, method="L-BFGS-B", options={"maxiter": _STEPS})
+        start = found.x
+        now = is_valid(at(start), patch.cells)
+        unfolded = (patch.measures(moved).determinant > 0.0) | folded
+        if now.sum() > valid.sum() and now[valid].all() and unfolded.all():
+            return moved
+    return points
+
+
+def _parts(cells: Ints, count: int) -> tuple[sparse.csr_array, Ints]:
+    """S, (27 m, n), that takes nodes to those of the parts, and the parts, (8 m, 8); nodes are not shared by cells."""
+    grid = np.array([[i, j, k] for k in range(3) for j in range(3) for i in range(3)])
+    shares = np.where(CORNERS[None] == 1, grid[:, None] / 2, 1 - grid[:, None] / 2).prod(axis=2)
+    rows = np.repeat(np.arange(27 * len(cells)), 8)
+    columns = np.repeat(cells[:, None], 27, axis=1).ravel()
+    weights = sparse.csr_array((np.tile(shares.ravel(), len(cells)), (rows, columns)), shape=(27 * len(cells), count))
+    firsts = grid[(grid < 2).all(axis=1)]
+    parts = ((firsts[:, None] + CORNERS[None]) * [1, 3, 9]).sum(axis=2)
+    return weights, (parts[None] + 27 * np.arange(len(cells))[:, None, None]).reshape(-1, 8).astype(np.int64)

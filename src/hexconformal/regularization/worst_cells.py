@@ -1,0 +1,78 @@
+"""Raise the worst cells: angles first, then a stiffening barrier that follows the worst corner.
+
+The scaled Jacobian of a corner depends on its angles alone, so the distortion of the unit columns is what
+counts, with a part of the whole distortion to keep edge lengths in order. phi(e) = e / (1 - t e) with t just
+below one over the worst density forbids any corner to get worse and pushes hardest where it is needed
+(quasi-isometric stiffening, Garanzha et al. 2021). Equation (12) of docs/mathematics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import corner_scaled_jacobian
+from ..energy import SIZE, Emphasis, Shaping
+from ..mesh import rings
+from ..quality import held_bound
+from ..solver import projected_newton
+
+__all__ = ["lift", "lift_patches"]
+
+Field = NDArray[np.float64]
+Step = tuple[str, Field, float]
+
+_SHAPE = 0.2  # share of the whole distortion beside the angles: less makes thin cells for little better angles
+_STIFF = 0.95  # stiffness times the worst density
+_ANGLE_STEPS, _STIFF_STEPS = 10, 3  # more of them cost more and win nothing that the patches do not
+_PATCH_STEPS, _PATCH_PASSES, _PATCH_ROUNDS = 4, 3, 40
+_MARGIN = 0.1  # cells this close to the worst scaled Jacobian are lifted with it
+_RINGS = 3  # of cells around them that move
+_GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round with less is a stall
+_GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
+
+
+def _stiff(problem: Shaping, points: Field) -> Emphasis:
+    worst = max(float(problem.measures(points).angle.max()), 1e-3)
+    return Emphasis(_SHAPE, 1.0, _STIFF / worst, size=SIZE)
+
+
+def lift(problem: Shaping, points: Field) -> Iterator[Step]:
+    """Lift a whole valid mesh, then its worst patches, until the worst cell stalls."""
+    emphasis = Emphasis(_SHAPE, 1.0, size=SIZE)
+    for points, energy in islice(projected_newton(problem, points, emphasis, decrease=3e-3), _ANGLE_STEPS):
+        yield "angles", points, energy
+    for points, energy in islice(projected_newton(problem, points, _stiff(problem, points)), _STIFF_STEPS):
+        yield "stiffen", points, energy
+    yield from lift_patches(problem, points)
+
+
+def lift_patches(problem: Shaping, points: Field) -> Iterator[Step]:
+    """Lift the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
+    enough = min(_GOOD, (1.0 - _GAIN) * held_bound(points, problem.cells, ~problem.free)[0])
+    quality = corner_scaled_jacobian(points, problem.cells)
+    for _ in range(_PATCH_ROUNDS):
+        worst = float(quality.min())
+        if worst >= enough:
+            return
+        core = rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
+        patch, nodes = problem.restricted(core, points)
+        if not patch.free.any():
+            return
+        local, energy = points[nodes], float("nan")
+        for _ in range(_PATCH_PASSES):
+            steps = list(islice(projected_newton(patch, local, _stiff(patch, local)), _PATCH_STEPS))
+            local, energy = steps[-1] if steps else (local, energy)
+        trial = points.copy()
+        trial[nodes] = local
+        quality = corner_scaled_jacobian(trial, problem.cells)
+        # A patch watches the surface around itself only.
+        if quality.min() < worst or not np.isfinite(problem.value(trial, Emphasis())):
+            return
+        points = trial
+        yield "worst cells", points, energy
+        if quality.min() < worst + min(_GAIN, 0.1 * worst):
+            return

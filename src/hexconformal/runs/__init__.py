@@ -1,0 +1,19 @@
+"""Runs that are followed in a folder: history, time series, checkpoints, and going on from them.
+
+Belongs here: what a run writes while it goes on, whatever it computes. Imports `common`, `mesh` and `io`.
+"""
+
+from .checkpoint import load_standing, problem_of, save_standing
+from .history import HistoryFile
+from .run_folder import RunFolder, Stage
+from .series import Series
+
+__all__ = [
+    "HistoryFile",
+    "RunFolder",
+    "Series",
+    "Stage",
+    "load_standing",
+    "problem_of",
+    "save_standing",
+]

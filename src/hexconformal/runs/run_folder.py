@@ -1,0 +1,207 @@
+"""A run in a folder: frames, history, and a checkpoint after every step to go on from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from ..common import OptionError, WriteError, as_interruption, uninterrupted
+from .checkpoint import load_standing, save_standing
+from .history import HistoryFile, rows_until
+from .series import Series, frames_folder
+
+__all__ = ["FolderRun", "RunFolder", "Stage"]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a run comes to by a step.
+
+    Attributes
+    ----------
+    step, time
+        Reached.
+    frame
+        The mesh then, as a series takes it.
+    record
+        A row of the history; None where there is nothing to say.
+    wanted
+        Whether a frame is wanted whatever the number of the step.
+    refused
+        Whether the step could not be made: it is told, and the run ends with what was before it.
+    """
+
+    step: int
+    time: float
+    frame: Callable[[], Any]
+    record: Any = None
+    wanted: bool = False
+    refused: bool = False
+
+
+class FolderRun(Protocol):
+    """A run that can be followed in a folder: iterate over its stages."""
+
+    version: int  # of what `standing` holds
+    others: str  # what the checkpoint of another run belongs to, in words
+
+    @property
+    def record(self) -> type:
+        """The dataclass of the rows of the history."""
+
+    @property
+    def step(self) -> int:
+        """Number of steps done."""
+
+    @property
+    def time(self) -> float:
+        """Time reached."""
+
+    @property
+    def problem(self) -> str:
+        """What has to be the same to go on with a checkpoint."""
+
+    def __iter__(self) -> Iterator[Stage]: ...
+
+    def standing(self) -> Mapping[str, Any]:
+        """Where the run stands."""
+
+    def resume(self, standing: Mapping[str, Any]) -> None:
+        """Go on from there."""
+
+    def write(self, path: Path) -> None:
+        """Write the mesh at the end."""
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """Where a run is written.
+
+    Attributes
+    ----------
+    path
+        The folder; it is made if it is not there.
+    series
+        The .pvd file, None for run.pvd in the folder.
+    """
+
+    path: Path
+    series: Path | None = None
+
+    @property
+    def frames(self) -> Path:
+        """The series that ParaView plays."""
+        return self.path / "run.pvd" if self.series is None else self.series
+
+    @property
+    def history(self) -> Path:
+        """A row per step."""
+        return self.path / "history.csv"
+
+    @property
+    def checkpoint(self) -> Path:
+        """Where the run stands."""
+        return self.path / "checkpoint.npz"
+
+    @property
+    def last(self) -> Path:
+        """The mesh at the end."""
+        return self.path / "last.vtu"
+
+    @property
+    def plot(self) -> Path:
+        """The history drawn, by a command that does so."""
+        return self.path / "history.png"
+
+    def prepare(self, resume: bool, overwrite: bool) -> None:
+        """Make the folder, or see that the run in it may be gone on with, or replaced.
+
+        Raises
+        ------
+        OptionError
+            If there is a run already, or a file of a name that it would write, and neither is asked for; or if there is
+            no run to go on with.
+        WriteError
+            If the folder cannot be made.
+        """
+        if self.path.is_file():
+            raise WriteError(f"cannot make the folder {self.path}: it is a file")
+        there = self.checkpoint.exists()
+        if resume and not there:
+            raise OptionError(f"there is no run in {self.path} to resume: {self.checkpoint.name} is missing")
+        if there and not (resume or overwrite):
+            raise OptionError(f"{self.path} holds a run: --resume goes on with it, --overwrite starts anew")
+        written = (self.history, self.plot, self.last, self.frames, frames_folder(self.frames))
+        own = self._unbegun()
+        taken = [str(path) for path in written if path.exists() and not (own and path.parent == self.path)]
+        if taken and not (resume or overwrite):
+            raise OptionError(f"{', '.join(taken)} would be replaced: choose another folder, or add --overwrite")
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as problem:
+            raise WriteError(f"cannot make the folder {self.path}: {problem}") from problem
+
+    def _unbegun(self) -> bool:
+        """Whether what is there was left by a run that was killed before its first checkpoint."""
+        if not self.history.is_file() or any(path.exists() for path in (self.checkpoint, self.last, self.plot)):
+            return False
+        with open(self.history, encoding="utf-8", errors="replace") as file:
+            lines = [file.readline() for _ in range(3)]
+        # The names of the record's fields, of which the first is the step, and one row at the most.
+        return not lines[2] and (not lines[0] or lines[0].startswith("step,"))
+
+    def follow(self, run: FolderRun, resume: bool, every: int, told: Callable[[str], None]) -> BaseException | None:
+        """Follow a run to its end and write everything; returns what interrupted it, None if nothing did.
+
+        Parameters
+        ----------
+        run
+            Not begun.
+        resume
+            Go on from the checkpoint.
+        every
+            A frame every so many steps, where one is wanted, and at the end.
+        told
+            Called with every record in a line.
+
+        Raises
+        ------
+        OptionError
+            If the checkpoint belongs to another run.
+        ReadError
+            If it cannot be read.
+        WriteError
+            If something cannot be written.
+        """
+        rows: list[list[str]] = []
+        if resume:
+            run.resume(load_standing(self.checkpoint, run.version, run.problem, run.others))
+            rows = rows_until(self.history, run.record, run.step)
+        last: Stage | None = None
+        stopped: BaseException | None = None
+        with HistoryFile(self.history, rows) as history, Series(self.frames, run.time if resume else None) as series:
+            try:
+                with as_interruption():
+                    for stage in run:
+                        with uninterrupted():
+                            if stage.record is not None:
+                                history.add(stage.record)
+                            if not stage.refused:
+                                last = stage
+                                if stage.wanted or stage.step % every == 0:
+                                    series.add(stage.time, stage.frame())
+                                # Last: what it counts as done is written.
+                                save_standing(self.checkpoint, run.version, run.problem, run.standing())
+                        if stage.record is not None:
+                            told(str(stage.record))
+                        if stage.refused:
+                            break
+            except KeyboardInterrupt as problem:
+                stopped = problem
+            with uninterrupted():
+                if last is not None and series.frames and series.frames[-1][0] < last.time:
+                    series.add(last.time, last.frame())
+                run.write(self.last)
+        return stopped

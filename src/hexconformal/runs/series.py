@@ -1,0 +1,123 @@
+"""Time series for ParaView: numbered VTK files and the .pvd that lists them."""
+
+from __future__ import annotations
+
+import os
+import re
+from functools import partial
+from html import escape
+from math import isfinite
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+from xml.etree import ElementTree
+
+from ..common import OptionError, WriteError, check_writable, saving
+from ..mesh import HexMesh
+
+__all__ = ["Series", "frames_folder"]
+
+
+class Series:
+    """Writes ``run.pvd`` and the frames ``run_frames/run_0000.vtu``, ``run_0001.vtu``, ...
+
+    The list is replaced after each frame, so that it can be opened at every moment, also after a crash. A list
+    of the same name is started anew, and the frames of an earlier run are removed.
+
+    Parameters
+    ----------
+    path
+        The .pvd file.
+    until
+        Go on with the series that is there, keeping its frames up to this time.
+
+    Raises
+    ------
+    WriteError
+        If the files cannot be written there, or the series to go on with cannot be read.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> cube = HexMesh(CORNERS, [range(8)])
+    >>> with Series("run.pvd") as series:
+    ...     for time in (0.0, 0.5):
+    ...         series.add(time, cube.replaced(points=cube.points * (1 + time)))
+    >>> [frame for _, frame in series.frames]
+    ['run_frames/run_0000.vtu', 'run_frames/run_0001.vtu']
+    """
+
+    def __init__(self, path: str | os.PathLike[str], until: float | None = None) -> None:
+        self.path = Path(path)
+        check_writable(self.path, extensions=(".pvd",))
+        self.frames: list[tuple[float, str]] = [] if until is None else self._read_list(until)
+
+    def __enter__(self) -> Series:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # Every frame is already listed: there is nothing to close.
+        return None
+
+    def add(self, time: float, mesh: Any) -> None:
+        """Write a frame.
+
+        Parameters
+        ----------
+        time
+            Its time, later than that of the last frame.
+        mesh
+            A HexMesh, or a pyvista dataset (a surface becomes a .vtp file).
+
+        Raises
+        ------
+        OptionError
+            If the time does not grow.
+        WriteError
+            If the file cannot be written.
+        """
+        from ..io import to_pyvista, write_vtk
+
+        time = float(time)
+        if not isfinite(time) or (self.frames and time <= self.frames[-1][0]):
+            raise OptionError(f"time {time} of a frame must be finite and later than that of the frame before")
+        grid = to_pyvista(mesh)[0].cast_to_unstructured_grid() if isinstance(mesh, HexMesh) else mesh
+        folder = frames_folder(self.path)
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as problem:
+            raise WriteError(f"cannot make the folder {folder}: {problem}") from problem
+        extension = "vtp" if type(grid).__name__ == "PolyData" else "vtu"
+        frame = folder / f"{self.path.stem}_{len(self.frames):04d}.{extension}"
+        saving(frame, partial(write_vtk, grid=grid))
+        self.frames.append((time, f"{folder.name}/{frame.name}"))
+        saving(self.path, self._write_list)
+        if len(self.frames) == 1:
+            self._remove_others(frame)
+
+    def _remove_others(self, first: Path) -> None:
+        """Remove frames left over from an earlier run of the same name, which no list names any more."""
+        pattern = re.compile(rf"{re.escape(self.path.stem)}_\d{{4,}}\.vt[pu]")
+        for path in first.parent.iterdir():
+            if path != first and pattern.fullmatch(path.name):
+                path.unlink(missing_ok=True)
+
+    def _read_list(self, until: float) -> list[tuple[float, str]]:
+        try:
+            found = ElementTree.parse(self.path).iter("DataSet")
+            frames = [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in found]
+        except (OSError, ElementTree.ParseError, KeyError, ValueError) as problem:
+            raise WriteError(f"cannot go on with the series {self.path}: {problem}") from problem
+        return [frame for frame in frames if frame[0] <= until]
+
+    def _write_list(self, target: Path) -> None:
+        rows = [f'    <DataSet timestep="{time!r}" file="{escape(name)}"/>' for time, name in self.frames]
+        head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>'
+        target.write_text("\n".join([head, *rows, "  </Collection>\n</VTKFile>\n"]), encoding="utf-8")
+
+
+def frames_folder(path: Path) -> Path:
+    """Where the frames of a series are."""
+    return path.parent / f"{path.stem}_frames"

@@ -1,0 +1,192 @@
+"""Where nodes may go: a linear space of displacements at every node, and the way back to the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import MeshError, OptionError, as_mask, first_ids
+from ..mesh import HexMesh
+
+__all__ = ["Constraint", "boundary_constraint", "fixed_components", "free_directions", "planar_normals"]
+
+Field = NDArray[np.float64]
+
+# Directions whose normals agree to this angle (radians) count as one plane.
+_FLAT = 1e-6
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Admissible displacements P d of some nodes; all others are free.
+
+    Attributes
+    ----------
+    nodes
+        (k,) ids of the constrained nodes, ascending.
+    projectors
+        (k, 3, 3) orthogonal projectors P onto the admissible displacements: 0 holds a node, rank 1 lets it
+        slide along a line, rank 2 in a plane.
+    """
+
+    nodes: NDArray[np.int64]
+    projectors: Field
+
+    @classmethod
+    def from_sums(cls, sums: Field, fixed: NDArray[np.bool_] | None = None) -> Constraint:
+        """Constraint from the sums (n, 3, 3) of n n^T over the forbidden unit directions n of every node.
+
+        Parameters
+        ----------
+        sums
+            Zero where a node is free.
+        fixed
+            (n, 3) components that are held besides.
+        """
+        if fixed is not None:
+            sums = sums.copy()
+            sums[:, [0, 1, 2], [0, 1, 2]] += fixed
+        nodes = np.flatnonzero(sums.any(axis=(1, 2)))
+        admissible, vectors = _admissible(sums[nodes])
+        projectors = np.einsum("kia,ka,kja->kij", vectors, admissible.astype(float), vectors)
+        # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
+        projectors[np.abs(projectors) < 1e-9] = 0.0
+        projectors[np.abs(projectors - 1.0) < 1e-9] = 1.0
+        return cls(nodes, projectors)
+
+    def project(self, field: Field) -> Field:
+        """The admissible part of an (n, 3) field of displacements or forces."""
+        out = field.copy()
+        out[self.nodes] = np.einsum("kij,kj->ki", self.projectors, field[self.nodes])
+        return out
+
+    def projections(self, count: int) -> Field:
+        """(count, 3, 3) the projectors of all nodes, the identity where a node is free."""
+        projectors = np.tile(np.eye(3), (count, 1, 1))
+        projectors[self.nodes] = self.projectors
+        return projectors
+
+    def held(self, count: int) -> NDArray[np.bool_]:
+        """(count, 3) components to leave out where a field is treated component by component.
+
+        As many per node as directions are forbidden, the ones that are most so; the others then still span
+        the admissible displacements, and a definite map of them stays definite.
+        """
+        share = np.einsum("kii->ki", self.projectors)
+        forbidden = 3 - np.rint(share.sum(axis=1)).astype(np.int64)
+        rank = np.argsort(np.argsort(share, axis=1, kind="stable"), axis=1)
+        held = np.zeros((count, 3), dtype=bool)
+        held[self.nodes] = rank < forbidden[:, None]
+        return held
+
+
+def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
+    """Components (n, 3) that the user, or cells that are carried along, hold.
+
+    Parameters
+    ----------
+    mesh
+        The mesh; other cells' nodes are held.
+    fixed
+        None, the name of a point array (nonzero holds), an (n,) or (n, 3) mask, or node ids.
+
+    Raises
+    ------
+    OptionError
+        If the name is unknown, or the mask has another length.
+    """
+    held = mesh.held[:, None] | np.zeros((1, 3), dtype=bool)
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
+    return held | (mask if mask.ndim == 2 else mask[:, None])
+
+
+def boundary_constraint(
+    points: Field,
+    quads: NDArray[np.int64],
+    boundary: str = "slide",
+    fixed: NDArray[np.bool_] | None = None,
+    ids: NDArray[np.int64] | None = None,
+) -> Constraint:
+    """The constraint of a boundary mode, with further components held by a mask.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (k, 4) boundary quads.
+    boundary
+        "fixed" holds every boundary node. "slide" lets a node move in all the planes of the boundary quads
+        around it: in a flat face, along a straight edge, not at a corner; on a curved boundary that means
+        not at all. "free" leaves the boundary alone.
+    fixed
+        (n, 3) components that are held besides.
+    ids
+        (n,) what to call the nodes in messages, if not by their places.
+
+    Raises
+    ------
+    OptionError
+        If the mode is unknown.
+    MeshError
+        If boundary quads have no area, so that there is no face to slide in.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.mesh.topology import boundary_quads
+    >>> points, cells = box((2, 2, 2))
+    >>> constraint = boundary_constraint(points, boundary_quads(cells)[0])
+    >>> constraint.project(np.ones_like(points))[[0, 1, 4]]  # a corner, an edge, a face
+    array([[0., 0., 0.],
+           [1., 0., 0.],
+           [1., 1., 0.]])
+    """
+    if boundary not in ("fixed", "slide", "free"):
+        raise OptionError(f"boundary is 'fixed', 'slide' or 'free', not {boundary!r}")
+    sums = np.zeros((len(points), 3, 3))
+    if boundary == "fixed":
+        sums[np.unique(quads)] = np.eye(3)
+    elif boundary == "slide":
+        sums = planar_normals(points, quads, ids)
+    return Constraint.from_sums(sums, fixed)
+
+
+def free_directions(sums: Field) -> NDArray[np.int64]:
+    """(n,) number of directions that sums (n, 3, 3) of n n^T leave open: 2 in a plane, 1 on an edge, 0 at a corner."""
+    free = np.full(len(sums), 3)
+    nodes = np.flatnonzero(sums.any(axis=(1, 2)))
+    free[nodes] = _admissible(sums[nodes])[0].sum(axis=1)
+    return free
+
+
+def _admissible(sums: Field) -> tuple[NDArray[np.bool_], Field]:
+    """(k, 3) which eigenvectors (k, 3, 3) of the sums are open."""
+    values, vectors = np.linalg.eigh(sums)
+    return values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None], vectors
+
+
+def planar_normals(points: Field, quads: NDArray[np.int64], ids: NDArray[np.int64] | None = None) -> Field:
+    """(n, 3, 3) sums of n n^T over the triangles that the boundary quads around a node are made of."""
+    x = points[quads] - points[quads[:, :1]]
+    sums = np.zeros((len(points), 3, 3))
+    for corner in range(4):
+        # A quad that is not flat has four different corner normals, which leave its nodes no way to go.
+        a, b = x[:, (corner + 1) % 4] - x[:, corner], x[:, corner - 1] - x[:, corner]
+        normal = np.cross(a, b)
+        length = np.linalg.norm(normal, axis=1)
+        size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+        if not size.all():
+            bad = quads[size == 0, corner]
+            bad = np.unique(bad if ids is None else ids[bad])
+            raise MeshError(f"boundary quads with an edge of no length at nodes {first_ids(bad)}")
+        # Three corners on a line (or nearly) say nothing about the plane; the other corners do.
+        says = length > 1e-3 * size
+        unit = normal[says] / length[says, None]
+        outer = np.einsum("ki,kj->kij", unit, unit)
+        for node in range(4):
+            np.add.at(sums, quads[says, node], outer)
+    return sums

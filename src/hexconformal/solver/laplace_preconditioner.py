@@ -1,0 +1,49 @@
+"""The metric of the minimization: multigrid for the scalar Laplacian, one set-up for the whole run."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from .admissible import Constraint
+from .multigrid import Multigrid
+
+__all__ = ["Metric"]
+
+Field = NDArray[np.float64]
+
+
+class Metric:
+    """Approximate inverse (8 L)^-1 of the Hessian on the admissible displacements.
+
+    With constant normals the frozen Hessian is 8 L, componentwise. Components that a constraint holds are rows
+    taken out of L; components with the same rows share one multigrid hierarchy.
+
+    Parameters
+    ----------
+    laplacian
+        (n, n) scalar Laplacian L.
+    constraint
+        Where nodes may go.
+    moving
+        (n,) nodes that belong to a cell; the others have empty rows.
+    """
+
+    def __init__(self, laplacian: sparse.csr_matrix, constraint: Constraint, moving: NDArray[np.bool_]) -> None:
+        free = moving[:, None] & ~constraint.held(len(moving))
+        self._project = constraint.project
+        self._cycles: list[tuple[list[int], Multigrid]] = []
+        for component in range(3):
+            same = next((axes for axes, _ in self._cycles if (free[:, axes[0]] == free[:, component]).all()), None)
+            if same is None:
+                self._cycles.append(([component], Multigrid(laplacian, free[:, component])))
+            else:
+                same.append(component)
+
+    def __call__(self, gradient: Field) -> Field:
+        """Map an admissible gradient (n, 3) to an admissible displacement."""
+        out = np.empty_like(gradient)
+        for axes, cycle in self._cycles:
+            out[:, axes] = cycle(gradient)[:, axes]
+        return self._project(out) / 8.0

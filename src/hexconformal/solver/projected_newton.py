@@ -1,0 +1,76 @@
+"""The projected Newton method of the corner energy: the convex part of the Hessian, truncated solves, valid steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import is_valid
+from ..energy import Emphasis, Shaping
+from .step_rounding import rounded
+
+__all__ = ["newton_step", "next_shift", "projected_newton"]
+
+Field = NDArray[np.float64]
+
+_ARMIJO = 1e-4
+_HALVINGS = 25
+_SOLVE, _SOLVE_ITERATIONS = 0.1, 50  # tolerance and limit of the truncated solves
+_CURVATURE = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvature the convex Hessian leaves out
+
+
+def newton_step(
+    problem: Shaping, points: Field, emphasis: Emphasis, shift: float, accept: Callable[[Field], bool]
+) -> tuple[Field, float, float, float] | None:
+    """One truncated Newton step with the convex Hessian: new points, energy before and after, length.
+
+    None where no step lowers the energy acceptably.
+    """
+    energy, gradient, matrix = problem.value_gradient_hessian(points, emphasis)
+    direction, _ = matrix.solve(-gradient, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, shift)
+    if problem.rounding > 0.0:
+        nearest = rounded(direction, points, problem.cells, problem.rounding)
+        direction = np.einsum("nij,nj->ni", problem.projectors, nearest)
+    slope = float(np.einsum("ij,ij->", gradient, direction))
+    step = 1.0
+    for _ in range(_HALVINGS):
+        trial = points + step * direction
+        value = problem.value(trial, emphasis)
+        if value <= energy + _ARMIJO * step * slope and accept(trial):
+            return trial, energy, value, step
+        step *= 0.5
+    return None
+
+
+def next_shift(shift: float, step: float) -> float:
+    """More of the diagonal after short steps, less after long ones."""
+    low, high = _CURVATURE
+    return min(high, 4 * shift) if step < 0.3 else max(low, shift / 4)
+
+
+def projected_newton(
+    problem: Shaping, points: Field, emphasis: Emphasis, decrease: float = 1e-3
+) -> Iterator[tuple[Field, float]]:
+    """Newton's method with the convex Hessian and truncated solves; yields points and energy of every step.
+
+    Ends where two steps in a row lower the energy by less than the given fraction, or no step lowers it. A cell
+    that is valid everywhere (Bernstein) stays so.
+    """
+    valid = is_valid(points, problem.cells)
+    shift, slow = _CURVATURE[0], 0
+
+    def keeps_valid(trial: Field) -> bool:
+        return bool(is_valid(trial, problem.cells)[valid].all())
+
+    while slow < 2:
+        step = newton_step(problem, points, emphasis, shift, keeps_valid)
+        if step is None:
+            return
+        points, before, after, length = step
+        if not valid.all():
+            valid |= is_valid(points, problem.cells)
+        yield points, after
+        shift = next_shift(shift, length)
+        slow = slow + 1 if before - after <= decrease * abs(before) else 0

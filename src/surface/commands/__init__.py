@@ -1,1 +1,0 @@
-"""The commands for surfaces, and what commands for all meshes need to know of them."""

@@ -1,0 +1,192 @@
+"""Which edges of a surface are sharp: creases, not noise."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from ..mesh import Cells, EdgeTable, Floats, Ints, area_vectors, slivers, unit_vectors
+
+__all__ = ["curve_ends", "find_creases"]
+
+_SMALLEST_GROUP = 12  # edges; of mean length, where a crease ends nowhere in particular
+_ALIKE = np.radians(5.0)  # between normals that confirm each other
+_ROUNDING = 1e-9  # radians
+_BESIDE = 0.2  # of the angle: by how much the surface bends beside a crease of many corners, if it is noise
+
+
+def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, turn: float) -> NDArray[np.bool_]:
+    """(e,) edges that are sharp and make up creases.
+
+    Creases go past a sliver on one side. Taken for noise are edges that lead nowhere, groups that are small, or short
+    where they end in a face, and those half of whose nodes are corners on a surface that bends beside them, too.
+
+    Parameters
+    ----------
+    points, cells, table
+        The surface and its edges.
+    angle
+        Degrees between the normals of the two cells from which on an edge is sharp.
+    turn
+        Degrees by which a crease turns at a corner.
+    """
+    rim = table.uses != 2
+    bends = _bends(points, cells, table)
+    creased = _without_detours(points, cells, table.nodes, bends > angle, rim)
+    creased &= _without_whiskers(points, table.nodes, creased | rim)
+    return _without_noise(points, table, creased, bends, _BESIDE * angle, turn)
+
+
+def _bends(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
+    """(e,) degrees by which the surface bends at its edges, 0 where there are not two sides."""
+    vectors = area_vectors(points, cells)
+    inside = (table.uses == 2) & (table.cells >= 0).all(axis=1)
+    a, b = table.cells[inside].T
+    normals = unit_vectors(vectors)
+    around, confirmed = np.zeros_like(vectors), np.zeros(len(vectors), dtype=bool)
+    np.add.at(around, a, vectors[b])
+    np.add.at(around, b, vectors[a])
+    alike = (normals[a] * normals[b]).sum(axis=1) > np.cos(_ALIKE)
+    confirmed[a[alike]] = confirmed[b[alike]] = True
+    # The normal of a sliver is noise, unless a neighbour has the same: it takes that of its neighbours.
+    sliver = np.concatenate([slivers(points, table) for table in (cells.triangles, cells.quads)])
+    normals = np.where((sliver & ~confirmed)[:, None], unit_vectors(around), normals)
+    result = np.zeros(len(table.nodes))
+    result[inside] = np.degrees(np.arccos(np.clip((normals[a] * normals[b]).sum(axis=1), -1.0, 1.0)))
+    return result
+
+
+def _without_detours(
+    points: Floats, cells: Cells, edges: Ints, sharp: NDArray[np.bool_], rim: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Lead creases past a sliver on one side, where they go round it or zigzag: all its nodes on them, it stays one."""
+    near: dict[int, set[int]] = defaultdict(set)
+    for a, b in edges[sharp | rim].tolist():
+        near[a].add(b)
+        near[b].add(a)
+    on = np.zeros(len(points), dtype=bool)
+    on[edges[sharp | rim]] = True
+    thin = cells.triangles[slivers(points, cells.triangles) & on[cells.triangles].all(axis=1)]
+    keys, width = edges @ [len(points), 1], [len(points), 1]
+    sides = np.sort(np.stack([thin, np.roll(thin, -1, axis=1)], axis=2), axis=2)
+    thin = thin[~rim[np.searchsorted(keys, sides @ width)].any(axis=1)]
+    changed = True
+    while changed:
+        changed = False
+        for nodes in thin.tolist():
+            changed |= _lead_past(points, near, *nodes)
+    kept = np.array([(a, b) for a in near for b in near[a] if a < b], dtype=np.int64).reshape(-1, 2)
+    return np.isin(keys, kept @ width) & ~rim
+
+
+def _lead_past(points: Floats, near: dict[int, set[int]], *nodes: int) -> bool:
+    """Change the creases around one sliver; whether there was something to change."""
+    for v, a, b in (nodes, nodes[1:] + nodes[:1], nodes[2:] + nodes[:2]):
+        if not near[v] >= {a, b}:
+            continue
+        if len(near[v]) == 2:
+            # Two edges that meet where no other does: the third will do.
+            if b in near[a] or _straighter(points, near, v, a, b):
+                near[a].add(b)
+                near[b].add(a)
+                for end in (a, b):
+                    near[end].remove(v)
+                del near[v]
+                return True
+        elif b not in near[a] and _shortest(points, v, a, b):
+            # Two that run side by side to where others meet: that stays whose other end more meet at.
+            end = a if len(near[a]) < len(near[b]) else b
+            near[v].remove(end)
+            near[end].remove(v)
+            return True
+    return False
+
+
+def _shortest(points: Floats, v: int, a: int, b: int) -> bool:
+    """Whether the edge from a to b is the shortest of the triangle."""
+    return bool(np.linalg.norm(points[a] - points[b]) < np.linalg.norm(points[[a, b]] - points[v], axis=1).min())
+
+
+def _straighter(points: Floats, near: dict[int, set[int]], v: int, a: int, b: int) -> bool:
+    """Whether a crease from a to b turns less, also where it comes from or goes on, by what it turns at v at least."""
+    gained = [
+        _turn(points[[*(near[end] - {v}), end, v]]) - _turn(points[[*(near[end] - {v}), end, other]])
+        for end, other in ((a, b), (b, a))
+        if len(near[end]) == 2
+    ]
+    return bool(gained) and sum(gained) >= -_ROUNDING
+
+
+def _turn(path: Floats) -> float:
+    one, two = np.diff(path, axis=0)
+    return float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))
+
+
+def _without_whiskers(points: Floats, edges: Ints, sharp: NDArray[np.bool_], rounds: int = 3) -> NDArray[np.bool_]:
+    """Take away sharp edges that lead nowhere, and small groups: a crease is long, or joins others; noise is not."""
+    kept, count = sharp.copy(), len(points)
+    for _ in range(rounds):
+        degree = np.bincount(edges[kept].ravel(), minlength=count)
+        loose = kept & (degree[edges] == 1).any(axis=1)
+        if not loose.any():
+            break
+        kept &= ~loose
+    ids = np.flatnonzero(kept)
+    group = _groups(edges[ids], count)
+    degree = np.bincount(edges[ids].ravel(), minlength=count)
+    ends = np.bincount(group, (degree[edges[ids]] == 1).any(axis=1))
+    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    # What begins and ends in the middle of a face must be long, not only fine.
+    size = np.where(ends > 0, np.bincount(group, lengths[ids]) / lengths.mean(), np.bincount(group))
+    kept[ids[size[group] < _SMALLEST_GROUP]] = False
+    return kept
+
+
+def _without_noise(
+    points: Floats, table: EdgeTable, sharp: NDArray[np.bool_], bends: Floats, least: float, turn: float
+) -> NDArray[np.bool_]:
+    """Take away groups with corners at half of their nodes, where half of the edges beside them bend, too."""
+    kept, count = sharp.copy(), len(points)
+    ids = np.flatnonzero(sharp)
+    group = _groups(table.nodes[ids], count)
+    at_node, at_cell = np.full(count, -1), np.full(int(table.cells.max(initial=-1)) + 1, -1)
+    at_node[table.nodes[ids]] = at_cell[table.cells[ids]] = group[:, None]
+    others = np.flatnonzero(~sharp & (table.uses == 2) & (table.cells >= 0).all(axis=1))
+    corner, bent = curve_ends(points, table.nodes[ids], turn), bends[others] > least
+    number = int(group.max(initial=-1)) + 1
+    noise = _mostly(at_node, corner, number)
+    noise &= _mostly(at_cell[table.cells[others]], np.stack([bent, bent], axis=1), number)
+    kept[ids[noise[group]]] = False
+    return kept
+
+
+def _mostly(group: Ints, true: NDArray[np.bool_], number: int) -> NDArray[np.bool_]:
+    """Whether there are members of each group, and at least half of them have a property; those of -1 are of none."""
+    inside = group >= 0
+    size = np.bincount(group[inside], minlength=number)
+    return np.asarray((size > 0) & (2 * np.bincount(group[inside], true[inside], number) >= size))
+
+
+def _groups(edges: Ints, count: int) -> Ints:
+    """(e,) number of the connected group that each edge belongs to."""
+    a, b = edges.T
+    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return np.unique(connected_components(links, directed=False)[1][a], return_inverse=True)[1].ravel()
+
+
+def curve_ends(points: Floats, edges: Ints, turn: float) -> NDArray[np.bool_]:
+    """(n,) nodes where a curve ends, branches, or turns sharply."""
+    count = len(points)
+    degree = np.bincount(edges.ravel(), minlength=count)
+    result = (degree > 0) & (degree != 2)
+    outward = np.zeros((count, 3))
+    direction = unit_vectors(points[edges[:, 1]] - points[edges[:, 0]])
+    np.add.at(outward, edges[:, 0], direction)
+    np.add.at(outward, edges[:, 1], -direction)
+    # Two unit vectors at the angle pi - t have a sum of length 2 sin(t / 2).
+    sharp = np.linalg.norm(outward, axis=1) > 2 * np.sin(np.radians(turn) / 2)
+    return np.asarray(result | ((degree == 2) & sharp))

@@ -1,0 +1,165 @@
+"""Sharp edges, corners and boundary curves of a surface: where nodes may not leave.
+
+A node is *smooth* (moves in its tangent plane), on a *curve* (moves along it) or a *corner* (stays).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from hexconformal.common import OptionError, first_ids
+
+from ..mesh import Cells, EdgeTable, Floats, Ints, edge_table, unit_vectors
+from .creases import curve_ends, find_creases
+
+__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "detect_features", "holding"]
+
+SMOOTH, CURVE, CORNER = 0, 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """What holds the nodes.
+
+    Attributes
+    ----------
+    kind
+        (n,) SMOOTH, CURVE or CORNER.
+    edges
+        (e, 2) edges of all feature curves, boundaries included.
+    chains
+        (e,) the curve each belongs to; curves end at corners.
+    patches
+        (m,) smooth part of the surface each cell belongs to; parts end at curves.
+    """
+
+    kind: NDArray[np.int8]
+    edges: Ints
+    chains: Ints
+    patches: Ints
+
+
+def detect_features(
+    points: Floats,
+    cells: Cells,
+    angle: float | None = 50.0,
+    edges: ArrayLike | None = None,
+    fixed: NDArray[np.bool_] | None = None,
+    boundary: str = "slide",
+    turn: float = 40.0,
+) -> Features:
+    """Find the feature curves and corners.
+
+    Parameters
+    ----------
+    points, cells
+        The surface.
+    angle
+        Edges whose two cells meet at more than this (degrees between their normals) are sharp, unless they are noise
+        (:func:`surface.constraint.creases.find_creases`); None: none are.
+    edges
+        (k, 2) sharp edges given besides.
+    fixed
+        (n,) nodes that stay.
+    boundary
+        "slide": nodes of open boundaries move along them, "fixed": they stay.
+    turn
+        A curve that turns by more than this (degrees) has a corner there.
+
+    Raises
+    ------
+    OptionError
+        If a given edge is no edge of the surface.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(3.0), np.arange(3.0))
+    >>> grid = Cells(np.empty((0, 3), np.int64), np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]))
+    >>> detect_features(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), grid).kind
+    array([2, 1, 2, 1, 0, 1, 2, 1, 2], dtype=int8)
+    """
+    table = edge_table(cells)
+    count = len(points)
+    rim = table.uses != 2
+    sharp = rim.copy()
+    if angle is not None:
+        sharp |= find_creases(points, cells, table, angle, turn)
+    if edges is not None:
+        sharp |= _given(table, edges, count)
+    kind = np.full(count, SMOOTH, dtype=np.int8)
+    feature = table.nodes[sharp]
+    kind[feature] = CURVE
+    kind[curve_ends(points, feature, turn)] = CORNER
+    if boundary == "fixed":
+        kind[table.nodes[rim]] = CORNER
+    if fixed is not None:
+        kind[fixed] = CORNER
+    return Features(kind, feature, _chains(feature, kind), _patches(table, sharp, len(cells)))
+
+
+def _given(table: EdgeTable, edges: ArrayLike, count: int) -> NDArray[np.bool_]:
+    asked = np.asarray(edges)
+    if asked.ndim != 2 or asked.shape[1] != 2 or asked.dtype.kind not in "iu":
+        raise OptionError(f"feature edges must be an integer array (k, 2), not {asked.dtype} {asked.shape}")
+    asked = np.sort(asked.astype(np.int64), axis=1)
+    keys, wanted = table.nodes @ [count, 1], asked @ [count, 1]
+    bad = np.flatnonzero(~np.isin(wanted, keys))
+    if len(bad):
+        raise OptionError(f"feature edges that are no edges of the surface: {first_ids(bad)}")
+    return np.isin(keys, wanted)
+
+
+def _chains(edges: Ints, kind: NDArray[np.int8]) -> Ints:
+    """(e,) label of the curve of each edge: edges are joined at nodes that are no corners."""
+    if len(edges) == 0:
+        return np.empty(0, dtype=np.int64)
+    owner = np.tile(np.arange(len(edges)), 2)
+    node = edges.T.ravel()
+    free = kind[node] == CURVE
+    size = len(edges) + len(kind)
+    links = sparse.coo_matrix((np.ones(free.sum()), (owner[free], len(edges) + node[free])), shape=(size, size))
+    return np.asarray(connected_components(links, directed=False)[1][: len(edges)], dtype=np.int64)
+
+
+def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
+    """(m,) label of the part of the surface each cell lies in: cells are joined across edges that are not sharp."""
+    inside = ~sharp & (table.cells >= 0).all(axis=1)
+    a, b = table.cells[inside].T
+    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def holding(vectors: Floats, points: Floats, features: Features) -> Floats:
+    """(n, 3, 3) orthogonal projector onto the directions each node may not move in, from (n, 3) nodal area vectors.
+
+    A smooth node is held along its normal (one multiplier), one on a curve across its tangent (two), a corner
+    altogether (three).
+    """
+    n = unit_vectors(vectors)
+    result = n[:, :, None] * n[:, None, :]
+    result[features.kind == CORNER] = np.eye(3)
+    on_curve = features.kind == CURVE
+    if on_curve.any():
+        t = curve_tangents(points, features)[on_curve]
+        result[on_curve] = np.eye(3) - t[:, :, None] * t[:, None, :]
+    return result
+
+
+def curve_tangents(points: Floats, features: Features) -> Floats:
+    """(n, 3) unit tangent at nodes that lie inside a curve, zero elsewhere."""
+    edges = features.edges
+    # Squares of directions do not care which way an edge runs: the tangent is the main axis of their sum.
+    d = unit_vectors(points[edges[:, 1]] - points[edges[:, 0]])
+    first = np.zeros((len(points), 3))
+    first[edges.ravel()] = np.repeat(d, 2, axis=0)
+    result = np.zeros((len(points), 3))
+    for end in (0, 1):
+        node = edges[:, end]
+        alike = np.where((d * first[node]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+        np.add.at(result, node, alike * d)
+    return unit_vectors(result) * (features.kind == CURVE)[:, None]

@@ -1,0 +1,204 @@
+"""What a step may not do: turn a cell over, leave the input surface, or cut off a part of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexconformal.geometry import Closest, Surface
+from hexconformal.mesh import corner_incidences
+
+from ..mesh import Cells, Floats, Ints, area_vectors, unit_vectors
+
+__all__ = ["Shape", "corner_normals", "fanned"]
+
+_MARGIN = 0.08  # of the bound
+_EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
+
+
+class Shape:
+    """The input surface, to measure others against.
+
+    Parameters
+    ----------
+    points, cells
+        The input.
+
+    Attributes
+    ----------
+    strict
+        Whether a cell strays, too, that turns over.
+    careful
+        Whether at least one does that turns over because it comes closer to another sheet of the input than to its own;
+        who is held and in trouble then does not even move with the rest.
+    """
+
+    def __init__(self, points: Floats, cells: Cells) -> None:
+        self._cells = cells
+        vertices, self._faces, self._owners = fanned(points, cells)
+        self._surface = Surface(vertices, self._faces)
+        self._vectors = area_vectors(vertices, Cells(self._faces, _NO_QUADS))
+        self._corners = corner_incidences(self._faces, len(vertices))
+        self._samples = samples(points, cells)
+        # Where things were found last is where to look next.
+        self._below = self._stood = np.arange(len(cells))
+        # Nodes and edge midpoints of the input, and a face each lies on.
+        ends = np.stack([self._faces.ravel(), np.roll(self._faces, -1, axis=1).ravel()], axis=1)
+        place = np.repeat(np.arange(len(self._faces)), 3)
+        vertex, node = np.unique(self._faces.ravel(), return_index=True)
+        _, edge = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
+        self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
+        self._back = np.concatenate([place[node], place[edge]])
+        self._nodes = vertex[vertex < len(points)]
+        self._under = place[node][: len(self._nodes)]
+        self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)), np.zeros(len(self._nodes)))
+        self.strict = self.careful = False
+        self._looked_at: Floats | None = None
+        self._turning = self._turned = np.zeros(len(cells), dtype=bool)
+
+    def distances(self, points: Floats) -> tuple[Floats, Floats]:
+        """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
+        there = self._surface.closest(samples(points, self._cells)).distances
+        back = self._moved(points).closest(self._samples).distances
+        return there, back
+
+    def hausdorff(self, points: Floats) -> float:
+        """Symmetric Hausdorff distance of the samples."""
+        there, back = self.distances(points)
+        return float(max(there.max(initial=0.0), back.max(initial=0.0)))
+
+    def beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
+        """(n,) nodes of cells with samples farther than `bound` from the input, or nearest to such samples of it."""
+        result = np.zeros(len(points), dtype=bool)
+        far = self._surface.closest(samples(points, self._cells)).distances > bound
+        at, between, *inside = np.split(far, np.cumsum([len(self._cells.nodes()), len(self._cells.edges())]))
+        result[self._cells.nodes()[at]] = True
+        result[self._cells.edges()[between]] = True
+        there = self._moved(points).closest(self._samples)
+        cells = np.concatenate(inside)
+        cells[self._owners[there.faces[there.distances > bound]]] = True
+        result[self._cells.corners_of(cells)] = True
+        return result
+
+    def strays(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(m,) cells whose centres or nodes leave the input by more than `bound`, or that leave a part of it uncovered.
+
+        Parameters
+        ----------
+        points
+            (n, 3) the surface in question.
+        bound
+            Largest distance.
+        still
+            (m,) cells of which no node moves by itself: they have a margin, since all moves a little with the rest; so
+            have all nodes.
+        """
+        found = self._below_centres(points)
+        ahead = found.distances
+        self._back, behind, below = _walked(self._moved(points), self._places, self._back, bound)
+        self._under, above, _ = _walked(self._surface, points[self._nodes], self._under, bound)
+        self._seen = (ahead, behind, above)
+        # What is out of bounds may stay there, but not go farther; what moves with the rest has a margin.
+        limit = bound * (1 + _MARGIN * still)
+        bad = ahead > np.maximum(limit, self._last[0])
+        # Parts of the input that no cell comes near blame the cell that comes nearest.
+        owners = self._owners[below]
+        bad[owners[behind > np.maximum(limit[owners], self._last[1])]] = True
+        out = np.zeros(len(points), dtype=bool)
+        out[self._nodes] = above > np.maximum(bound * (1 + _MARGIN), self._last[2])
+        bad |= np.concatenate([out[table].any(axis=1) for table in (self._cells.triangles, self._cells.quads)])
+        self._looked_at, self._turning = points, self._against(points, found)
+        over = self._turning & ~self._turned
+        if not self.strict:
+            over = self._lost(points, over) if self.careful else np.zeros_like(over)
+        return np.asarray(bad | over)
+
+    def accept(self) -> None:
+        """Take the surface that was looked at last for the one to go on from."""
+        self._last, self._turned, self._stood = self._seen, self._turning, self._below
+
+    @property
+    def reached(self) -> float:
+        """Largest distance of the surface that was accepted last, both ways, where the run measures it."""
+        return float(max(distances.max(initial=0.0) for distances in self._last))
+
+    def turned_over(self, points: Floats) -> NDArray[np.bool_]:
+        """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
+        return self._turning if points is self._looked_at else self._against(points, self._below_centres(points))
+
+    def _lost(self, points: Floats, over: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(m,) cells turned over only because another sheet of the input is closest, not the one they came from."""
+        ids = np.flatnonzero(over)
+        below = self._surface.walked(_centres(points, self._cells)[ids], self._stood[ids])
+        result = np.zeros_like(over)
+        result[ids] = (area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
+        return result
+
+    def _against(self, points: Floats, below: Closest) -> NDArray[np.bool_]:
+        own = area_vectors(points, self._cells)
+        turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
+        # All facets that share the corners between which a place on an edge or at a node lies.
+        offsets, incidences = self._corners
+        cells = np.flatnonzero(below.weights.min(axis=1) < _EDGE)
+        nodes, near = self._faces[below.faces[cells]], below.weights[cells] >= _EDGE
+        first = nodes[np.arange(len(cells)), below.weights[cells].argmax(axis=1)]
+        count = offsets[first + 1] - offsets[first]
+        each = np.repeat(np.arange(len(cells)), count)
+        facets = incidences[np.arange(count.sum()) + np.repeat(offsets[first] - count.cumsum() + count, count)] // 3
+        shared = (self._faces[facets][:, :, None] == nodes[each][:, None, :]).any(axis=1) | ~near[each]
+        against = shared.all(axis=1) & ((own[cells[each]] * self._vectors[facets]).sum(axis=1) <= 0)
+        turned[cells[each[against]]] = True
+        return np.asarray(turned)
+
+    def _below_centres(self, points: Floats) -> Closest:
+        found = self._surface.closest(_centres(points, self._cells), self._below)
+        self._below = found.faces
+        return found
+
+    def _moved(self, points: Floats) -> Surface:
+        return self._surface.moved(fanned(points, self._cells)[0])
+
+
+def _walked(surface: Surface, places: Floats, start: Ints, bound: float) -> tuple[Ints, Floats, Ints]:
+    """Faces where walks from others end; distances, exact beyond a bound, and the faces they are measured from."""
+    found = surface.walked(places, start)
+    distances, faces = found.distances, found.faces.copy()
+    far = np.flatnonzero(distances > bound)
+    exact = surface.closest(places[far], faces[far])
+    distances[far], faces[far] = exact.distances, exact.faces
+    return found.faces, distances, faces
+
+
+def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
+    """(f, 3, 3) normal of the patch at each corner of triangles: the same for all of a patch around a node."""
+    x = points[faces]
+    vectors = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    key = faces + len(points) * patches[:, None]
+    _, inverse = np.unique(key.ravel(), return_inverse=True)
+    weights = (np.repeat(vectors[:, i], 3) for i in range(3))
+    sums = np.stack([np.bincount(inverse.ravel(), w).astype(np.float64) for w in weights], axis=1)
+    return unit_vectors(sums)[inverse.ravel()].reshape(-1, 3, 3)
+
+
+def samples(points: Floats, cells: Cells) -> Floats:
+    """Nodes, edge midpoints and cell centres of a surface."""
+    return np.concatenate([points[cells.nodes()], points[cells.edges()].mean(axis=1), _centres(points, cells)])
+
+
+def _centres(points: Floats, cells: Cells) -> Floats:
+    return np.concatenate([points[table].mean(axis=1) for table in cells.groups()])
+
+
+_NO_QUADS = np.empty((0, 4), dtype=np.int64)
+
+
+def fanned(points: Floats, cells: Cells) -> tuple[Floats, Ints, Ints]:
+    """The surface in triangles (four around the centre of a quadrilateral), and the cell each belongs to."""
+    t, q = len(cells.triangles), len(cells.quads)
+    centres = len(points) + np.arange(q)
+    fans = [np.stack([cells.quads[:, i], cells.quads[:, (i + 1) % 4], centres], axis=1) for i in range(4)]
+    return (
+        np.concatenate([points, points[cells.quads].mean(axis=1)]),
+        np.concatenate([cells.triangles, *fans]),
+        np.concatenate([np.arange(t), *([t + np.arange(q)] * 4)]),
+    )

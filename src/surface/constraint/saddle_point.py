@@ -1,0 +1,151 @@
+"""One remeshing step: the saddle-point problem of the note, solved for the displacement.
+
+    min_v  E(f + v) + int rho <v, N~> - eps/2 int rho^2
+
+with a nodal, lumped multiplier rho. The stationary rho is <v, N~> / eps, which leaves the symmetric positive
+definite system of E(f + v) + 1/(2 eps) sum_i m_i |P_i v_i|^2, P_i the projector onto the directions node i is held
+in (its normal N~, or more on curves and corners). The printed sign of the eps term makes it unbounded. Equation (17)
+and equation (18) of docs/mathematics.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from hexconformal.energy import BlockMatrix
+
+from ..energy import Distortion
+from ..mesh import Cells, Floats, nodal_areas, transport_vectors
+from .features import Features, holding
+
+__all__ = ["NORMALS", "Linear", "displacement", "system"]
+
+NORMALS = ("middle", "simpson", "linear")
+DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
+_ROUNDS = 20
+_SETTLED = 1e-10
+_MOST, _PRECISE = 300, 1e-6  # iterations of conjugate gradients, and their residual where no factorization fits
+
+
+def displacement(
+    energy: Distortion,
+    points: Floats,
+    cells: Cells,
+    features: Features,
+    eps: float = 1e-5,
+    normal: str = "middle",
+) -> tuple[Floats, int]:
+    """The displacement v of one step with the energy's second derivative frozen at `points`.
+
+    Parameters
+    ----------
+    energy
+        What is lowered.
+    points, cells, features
+        The surface and what holds its nodes.
+    eps
+        Relaxation of the constraint: an area for the quaternionic energy, a fourth power of a length for the
+        barrier.
+    normal
+        Where N~ is taken, see :func:`surface.mesh.geometry.transport_vectors`: "middle" and "simpson" depend on v and
+        are iterated to a fixed point (Picard).
+
+    Returns
+    -------
+    (n, 3) displacement and the number of linear systems solved.
+    """
+    gradient, hessian = energy.gradient(points), energy.hessian(points)
+    everybody = np.ones(len(points), dtype=bool)
+    v = np.zeros_like(points)
+    solved = 0
+    while solved < _ROUNDS:
+        solved += 1
+        linear = system(hessian, points, v, cells, features, eps, normal, everybody)
+        before, v = v, linear.solved(-gradient)
+        change = np.abs(v - before).max(initial=0.0)
+        if normal == "linear" or change <= _SETTLED * np.abs(v).max(initial=0.0):
+            break
+    return v, solved
+
+
+def system(
+    hessian: sparse.bsr_matrix,
+    points: Floats,
+    v: Floats,
+    cells: Cells,
+    features: Features,
+    eps: float,
+    normal: str,
+    moving: NDArray[np.bool_],
+) -> Linear:
+    """The linear system of equation (18), with the normal N~ and the tangents of curves for a displacement v."""
+    held = holding(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
+    return Linear(hessian, held, nodal_areas(points, cells) / eps, moving)
+
+
+class Linear:
+    """Minimize ``<v, H v>/2 - <rhs, v> + sum_i stiffness_i |P_i v_i|^2 / 2``.
+
+    Parameters
+    ----------
+    hessian
+        (3 n, 3 n) H, positive semidefinite, in 3 x 3 blocks.
+    held
+        (n, 3, 3) projectors P onto the directions nodes are held in.
+    stiffness
+        (n,) lumped mass over eps; None is the limit eps = 0, no step in the held directions.
+    moving
+        (n,) nodes that move at all.
+    """
+
+    def __init__(
+        self, hessian: sparse.bsr_matrix, held: Floats, stiffness: Floats | None, moving: NDArray[np.bool_]
+    ) -> None:
+        count = len(held)
+        rows = np.repeat(np.arange(count), np.diff(hessian.indptr))
+        lower = hessian.indices <= rows
+        indptr = np.concatenate([[0], np.cumsum(np.bincount(rows[lower], minlength=count))])
+        self._pattern = indptr, hessian.indices[lower].astype(np.int32)
+        self._data = hessian.data[lower]
+        self._diagonal = hessian.diagonal()
+        self._projectors = np.eye(3) * (moving & (np.diff(indptr) > 0))[:, None, None]
+        if stiffness is None:
+            self._projectors = self._projectors @ (np.eye(3) - held)
+        else:
+            diagonal = np.flatnonzero(hessian.indices[lower] == rows[lower])
+            self._data[diagonal] += (held * stiffness[:, None, None])[rows[lower][diagonal]]
+
+    def solve(self, rhs: Floats, tolerance: float, moving: NDArray[np.bool_] | None = None) -> Floats:
+        """(n, 3) solution by conjugate gradients with a symmetric block Gauss-Seidel preconditioner.
+
+        The residual is `tolerance` in the norm of the preconditioner; only some nodes may move.
+        """
+        projectors = self._projectors if moving is None else self._projectors * moving[:, None, None]
+        matrix = BlockMatrix(*self._pattern)
+        matrix.data[:] = self._data
+        return matrix.solve(rhs, projectors, tolerance, _MOST, 1e-9)[0]
+
+    def solved(self, rhs: Floats) -> Floats:
+        """(n, 3) solution by a sparse factorization, for ordinary sizes, where all held directions have a stiffness."""
+        indptr, indices = self._pattern
+        if np.count_nonzero(np.diff(indptr)) > DIRECT:
+            return self.solve(rhs, _PRECISE)
+        rows = np.repeat(np.arange(len(rhs)), np.diff(indptr))
+        data = np.where((indices == rows)[:, None, None], 0.5 * self._data, self._data)
+        lower = sparse.bsr_matrix((data, indices, indptr), shape=(rhs.size, rhs.size))
+        matrix = (lower + lower.T).tocsc()
+        diagonal = self._diagonal
+        # Unused nodes have empty rows; a surface that nothing holds may be shifted and turned.
+        shift = np.where(diagonal > 0, 1e-11 * np.median(diagonal[diagonal > 0]), 1.0)
+        factors = splu(
+            matrix + sparse.diags_array(shift, format="csc"),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        v = factors.solve(rhs.ravel())
+        # One refinement takes the shift out again.
+        return np.asarray(v + factors.solve(rhs.ravel() - matrix @ v)).reshape(-1, 3)

@@ -1,0 +1,149 @@
+"""The surface to stay on: closest points on the input, smoothed between its nodes.
+
+A node that slides on flat facets cuts their edges, and the volume shrinks. So the target bulges over each facet as
+its corner normals say: p* = p + 1/2 sum_a lambda_a <x_a - p, n_a> n_a (Boubekeur & Alexa 2008, with the factor that
+is exact to second order for a smooth surface). It passes through the nodes, and keeps creases. Equation (20) of
+docs/mathematics.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexconformal.geometry import closest_on_triangle
+from hexconformal.kernel import add, algebra, combine, dot, loop, parallel_ranges, scale, subtract
+from hexconformal.mesh import corner_incidences
+
+from ..mesh import Cells, Floats, Ints, unit_vectors
+from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
+from .input_surface import corner_normals, fanned
+
+__all__ = ["Target"]
+
+_STEPS = 60  # facets a node may walk over in one projection
+
+
+@algebra
+def _row(array, i):  # type: ignore[no-untyped-def]
+    return (array[i, 0], array[i, 1], array[i, 2])
+
+
+@loop
+def _nearest(query, place, points, facets, labels, offsets, incidences, best):  # type: ignore[no-untyped-def]
+    """Walk from a facet to neighbours of the same label while that helps; weights of the closest point in `best`."""
+    nearest, here, start = np.inf, place, -1
+    for _ in range(_STEPS):
+        if here == start:
+            break
+        start = here
+        for corner in range(3):
+            node = facets[start, corner]
+            for i in range(offsets[node], offsets[node + 1]):
+                facet = incidences[i] // 3
+                if labels[facet] != labels[start]:
+                    continue
+                a, b, c = _row(points, facets[facet, 0]), _row(points, facets[facet, 1]), _row(points, facets[facet, 2])
+                u, v, w = closest_on_triangle(query, a, b, c)
+                r = subtract(combine(1.0, combine(u, a, v, b), w, c), query)
+                d = dot(r, r)
+                if d < nearest * (1.0 - 1e-12):
+                    nearest, here = d, facet
+                    best[0], best[1], best[2] = u, v, w
+    return here
+
+
+@loop
+def _bulging(first, last, points, facets, normals, labels, offsets, incidences, queries, places, results, upright):  # type: ignore[no-untyped-def]
+    """Closest points of the target; a facet of a curve repeats its last node and has tangents for normals."""
+    w = np.empty(3)
+    for k in range(first, last):
+        place = places[k]
+        query = _row(queries, k)
+        if place < 0:
+            results[k, 0], results[k, 1], results[k, 2] = query
+            upright[k, :] = 0.0
+            continue
+        shift, flat, up = (0.0, 0.0, 0.0), query, (0.0, 0.0, 0.0)
+        # The bulge moves the closest point sideways: ask again from where the facet would see it.
+        for _ in range(3):
+            place = _nearest(subtract(query, shift), place, points, facets, labels, offsets, incidences, w)
+            a, b, c = facets[place, 0], facets[place, 1], facets[place, 2]
+            flat = combine(1.0, combine(w[0], _row(points, a), w[1], _row(points, b)), w[2], _row(points, c))
+            shift = up = (0.0, 0.0, 0.0)
+            for corner in range(3):
+                n = _row(normals[place], corner)
+                up = combine(1.0, up, w[corner], n)
+                across = subtract(_row(points, facets[place, corner]), flat)
+                height = dot(across, n)
+                # On a curve n is the tangent: what is left of it is across.
+                across = combine(1.0, across, -height, n) if b == c else scale(height, n)
+                shift = combine(1.0, shift, 0.5 * w[corner], across)
+        results[k, 0], results[k, 1], results[k, 2] = add(flat, shift)
+        upright[k, 0], upright[k, 1], upright[k, 2] = up
+        places[k] = place
+
+
+class Target:
+    """The input surface with its feature curves, and where on it each node is.
+
+    Parameters
+    ----------
+    points, cells
+        The input; a quadrilateral counts as four triangles around its centre.
+    features
+        Its curves and patches: a node on a curve stays on it, a smooth node in its patch.
+    """
+
+    def __init__(self, points: Floats, cells: Cells, features: Features) -> None:
+        count = len(points)
+        self.points, faces, owners = fanned(points, cells)
+        patches = features.patches[owners]
+        normals = corner_normals(self.points, faces, patches)
+        # Curves are facets of two nodes behind the faces, with labels of their own and tangents for normals.
+        curves = features.edges[:, [0, 1, 1]]
+        tangents = self._curve_tangents(features)
+        self.facets = np.concatenate([faces, curves])
+        self._labels = np.concatenate([patches, features.chains + patches.max(initial=0) + 1])
+        self._normals = np.concatenate([normals, tangents])
+        self._offsets, self._incidences = corner_incidences(self.facets, len(self.points))
+        self._kind = features.kind
+        self.places = self._first_places(count, len(faces))
+        self._asked: Floats | None = None
+
+    def project(self, queries: Floats) -> tuple[Floats, Ints, Floats]:
+        """Closest points of all nodes (n, 3), found by walking from where they are, their facets, and normals there."""
+        results, places, normals = np.empty_like(queries), self.places.copy(), np.empty_like(queries)
+        parallel_ranges(
+            _bulging, len(queries), self.points, self.facets, self._normals, self._labels, self._offsets,
+            self._incidences, np.ascontiguousarray(queries), places, results, normals,
+        )  # fmt: skip
+        results[self._kind == CORNER] = self.points[: len(queries)][self._kind == CORNER]
+        return results, places, normals
+
+    def below(self, base: Floats) -> tuple[Floats, Floats]:
+        """Closest points of where all nodes stand, and normals there; the same array is looked up once."""
+        if self._asked is not base:
+            results, _, normals = self.project(base)
+            self._asked, self._answer = base, (results, normals)
+        return self._answer
+
+    def _curve_tangents(self, features: Features) -> Floats:
+        """(e, 3, 3) tangent of the curve at both ends of each of its edges, the last one twice."""
+        edges = features.edges
+        if len(edges) == 0:
+            return np.empty((0, 3, 3))
+        direction = unit_vectors(self.points[edges[:, 1]] - self.points[edges[:, 0]])
+        tangents = curve_tangents(self.points[: len(features.kind)], features)
+        inside = features.kind == CURVE
+        ends = [np.where(inside[edges[:, i], None], tangents[edges[:, i]], direction) for i in (0, 1)]
+        return np.stack([ends[0], ends[1], ends[1]], axis=1)
+
+    def _first_places(self, count: int, faces: int) -> Ints:
+        """A facet at each node, of a curve where it lies on one; -1 for nodes without a cell."""
+        places = np.full(count, -1)
+        for facets, start, kinds in ((slice(0, faces), 0, (SMOOTH, CORNER)), (slice(faces, None), faces, (CURVE,))):
+            table = self.facets[facets]
+            node, first = np.unique(table.ravel(), return_index=True)
+            mine = (node < count) & np.isin(self._kind[np.minimum(node, count - 1)], kinds)
+            places[node[mine]] = start + first[mine] // 3
+        return places

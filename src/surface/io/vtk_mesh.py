@@ -1,0 +1,50 @@
+"""Surface meshes from and to plain vtkPolyData, which is never changed; pyvista is not needed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hexconformal.common import MeshError, first_ids
+from hexconformal.io import cell_table, points_of, updated
+
+from ..mesh import Cells, SurfaceMesh
+
+__all__ = ["from_vtk", "to_vtk"]
+
+_ADVICE = "make triangles of them first (Triangulate in ParaView)"
+
+
+def from_vtk(polydata: Any) -> SurfaceMesh:
+    """Take in a vtkPolyData of triangles and quadrilaterals; vertices and lines stay behind, for :func:`to_vtk`.
+
+    Raises
+    ------
+    MeshError
+        If it holds no triangles or quadrilaterals, or larger polygons, or strips.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> from_vtk(pv.Plane(i_resolution=2, j_resolution=2))
+    SurfaceMesh(9 points, 0 triangles, 4 quadrilaterals)
+    """
+    before = polydata.GetNumberOfVerts() + polydata.GetNumberOfLines()
+    if polydata.GetNumberOfStrips():
+        raise MeshError(f"strips of triangles: {polydata.GetNumberOfStrips()}; {_ADVICE}")
+    offsets, nodes = cell_table(polydata.GetPolys())
+    sizes = np.diff(offsets)
+    other = np.flatnonzero((sizes != 3) & (sizes != 4))
+    if len(other):
+        raise MeshError(f"polygons that are no triangles or quadrilaterals: {first_ids(other + before)}; {_ADVICE}")
+    places = [np.flatnonzero(sizes == k) for k in (3, 4)]
+    tables = [nodes[offsets[rows][:, None] + np.arange(k)] for rows, k in zip(places, (3, 4), strict=True)]
+    return SurfaceMesh(points_of(polydata), Cells(*tables), rows=np.concatenate(places) + before)
+
+
+def to_vtk(polydata: Any, mesh: SurfaceMesh) -> Any:
+    """A new vtkPolyData that shares cells and arrays with the one that `mesh` was made from, and has its points and
+    arrays besides."""
+    rows = np.arange(len(mesh.cells)) if mesh.rows is None else mesh.rows
+    return updated(polydata, mesh.points, mesh.point_data, mesh.cell_data, rows)

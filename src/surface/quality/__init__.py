@@ -1,0 +1,16 @@
+"""How good a surface mesh is, and whether it can be remeshed.
+
+Belongs here: measures and checks. Imports `hexconformal.common`, `hexconformal.quality`, `mesh`, `energy` and `io`.
+"""
+
+from .assessment import Quality, Summary, quality, smallest_angles
+from .checks import held_nodes, require_sound
+
+__all__ = [
+    "Quality",
+    "Summary",
+    "held_nodes",
+    "quality",
+    "require_sound",
+    "smallest_angles",
+]

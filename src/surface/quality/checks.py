@@ -1,0 +1,149 @@
+"""Is this a surface that can be remeshed? Every reason why not, found before the work starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hexconformal.common import MeshError, OptionError, as_mask, first_ids, odd_points
+
+from ..mesh import Ints, SurfaceMesh, cell_areas, edge_table
+
+__all__ = ["held_nodes", "require_numbers", "require_sound"]
+
+# Relative to the size of the mesh, and to the mean area.
+_COINCIDENT = 1e-12
+_FLAT = 1e-14
+
+
+def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
+    """Raise a MeshError that lists all that is wrong with a surface; otherwise return what is doubtful, in words.
+
+    Refused are points that are not finite, nodes that are no points, repeated nodes and cells, edges of more than
+    two cells, neighbours that disagree on which side is out, and cells without area. Folded quadrilaterals, slivers,
+    open boundaries and several pieces are not: those can be worked on.
+
+    Examples
+    --------
+    >>> from surface import as_surface_mesh
+    >>> require_sound(as_surface_mesh((np.eye(3), [[0, 1, 2]])))
+    ()
+    """
+    require_numbers(mesh)
+    # Each of these would make nonsense of what is looked for after it.
+    for find in (_nodes, _edges, _areas):
+        wrong = find(mesh)
+        if wrong:
+            raise MeshError("; ".join(wrong))
+    return (*mesh.notes, *_doubts(mesh))
+
+
+def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
+    """(n,) nodes that the user holds: None, booleans, ids, or the name of a point array that is not zero there.
+
+    Raises
+    ------
+    OptionError
+        If it is none of those.
+
+    Examples
+    --------
+    >>> held_nodes(SurfaceMesh(np.eye(3), [[0, 1, 2]], {"wall": [0, 0, 1]}), "wall")
+    array([False, False,  True])
+    """
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
+    if mask.ndim != 1:
+        raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
+    return mask
+
+
+def require_numbers(mesh: SurfaceMesh) -> None:
+    """Raise a MeshError unless all points are finite and all nodes are points: without that nothing can be measured."""
+    wrong = []
+    bad, text = odd_points(mesh.points)
+    if len(bad):
+        wrong.append(text)
+    bad = _where(mesh, lambda table: ((table < 0) | (table >= len(mesh.points))).any(axis=1))
+    if len(bad):
+        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
+        used = mesh.cells.nodes()
+        if used[0] == 1 and used[-1] == len(mesh.points):
+            text += "; ids start at 1 here, subtract 1"
+        wrong.append(text)
+    if wrong:
+        raise MeshError("; ".join(wrong))
+
+
+def _nodes(mesh: SurfaceMesh) -> list[str]:
+    wrong = []
+    bad = _where(mesh, lambda table: (np.diff(np.sort(table, axis=1), axis=1) == 0).any(axis=1))
+    if len(bad):
+        wrong.append(f"cells with a repeated node: {first_ids(bad)}; remove them, or make triangles of quadrilaterals")
+    bad = _where(mesh, _twins)
+    if len(bad):
+        wrong.append(f"cells with the same nodes as an earlier one: {first_ids(bad)}; remove them")
+    return wrong
+
+
+def _twins(table: Ints) -> NDArray[np.bool_]:
+    first = np.unique(np.sort(table, axis=1), axis=0, return_index=True)[1]
+    again = np.ones(len(table), dtype=bool)
+    again[first] = False
+    return again
+
+
+def _edges(mesh: SurfaceMesh) -> list[str]:
+    wrong = []
+    edges = edge_table(mesh.cells)
+    crowded = edges.uses > 2
+    if crowded.any():
+        cells = np.unique(edges.cells[crowded])
+        names = ", ".join(str(tuple(nodes)) for nodes in edges.nodes[crowded][:3].tolist())
+        wrong.append(
+            f"edges of more than two cells (no manifold): {int(crowded.sum())} (nodes {names}), at cells "
+            f"{first_ids(_ids(mesh, cells[cells >= 0]))}; remesh the sheets one by one"
+        )
+    odd = (edges.uses == 2) & (edges.cells < 0).any(axis=1)
+    if odd.any():
+        cells = np.unique(edges.cells[odd].max(axis=1))
+        wrong.append(
+            f"neighbours that disagree on which side is out: {first_ids(_ids(mesh, cells))}; turn them round "
+            "(a surface with one side, such as a Moebius strip, cannot be remeshed)"
+        )
+    return wrong
+
+
+def _areas(mesh: SurfaceMesh) -> list[str]:
+    areas = cell_areas(mesh.points, mesh.cells)
+    flat = _ids(mesh, np.flatnonzero(areas <= _FLAT * areas.mean()))
+    return [f"cells without area: {first_ids(flat)}; remove them, or merge their nodes"] if len(flat) else []
+
+
+def _doubts(mesh: SurfaceMesh) -> list[str]:
+    from scipy.spatial import cKDTree
+
+    notes = []
+    used = np.zeros(len(mesh.points), dtype=bool)
+    used[mesh.cells.nodes()] = True
+    if not used.all():
+        notes.append(f"points in no cell (kept): {first_ids(np.flatnonzero(~used))}")
+    nodes = np.flatnonzero(used)
+    places = mesh.points[nodes] - mesh.points[nodes].mean(axis=0)
+    second = np.asarray(cKDTree(places).query(places, k=2)[0])[:, 1]
+    close = np.asarray(second <= _COINCIDENT * np.abs(places).max())
+    if close.any():
+        notes.append(f"points that coincide with another: {first_ids(nodes[close])}; if they are one, merge them")
+    return notes
+
+
+def _where(mesh: SurfaceMesh, bad: Callable[[Ints], ArrayLike]) -> Ints:
+    """Cells, as the user counts them, whose nodes make `bad` true."""
+    return _ids(mesh, np.flatnonzero(np.concatenate([np.asarray(bad(table)) for table in mesh.cells.groups()])))
+
+
+def _ids(mesh: SurfaceMesh, cells: Ints) -> Ints:
+    """Cells as the user counts them, from places with triangles first."""
+    return cells if mesh.rows is None else np.sort(mesh.rows[cells])

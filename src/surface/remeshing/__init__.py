@@ -1,0 +1,20 @@
+"""Remeshing a surface: options, the descent, acceptance, report.
+
+Belongs here: what is done with a surface at rest. Imports `hexconformal.common`, `mesh`, `energy`, `io`, `constraint`
+and `quality`.
+"""
+
+from .options import EMPHASES, Options, Record
+from .report import Report
+from .result import Result
+from .run import Remeshing, remesh
+
+__all__ = [
+    "EMPHASES",
+    "Options",
+    "Record",
+    "Remeshing",
+    "Report",
+    "Result",
+    "remesh",
+]
