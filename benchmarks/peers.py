@@ -107,7 +107,7 @@ def available(python: str) -> tuple[dict[str, str], list[str]]:
 
 
 def mfem(binary: str, points: Field, cells: Ints, quads: Ints, limit: float) -> Answer:
-    """Metric 303, after the untangling metric 313 where the mesh comes in tangled."""
+    """LaplacePreconditioner 303, after the untangling metric 313 where the mesh comes in tangled."""
     unit = np.linalg.norm(np.diff(points[cells[:, EDGES]], axis=2), axis=-1).mean()
     common = ["-o", "1", "-tid", "1", "-qt", "1", "-qo", "1", "-fix-bnd", "-no-vis", "-ni", "200", "-rtol", "1e-6"]
     points, best, spent = points / unit, None, 0.0

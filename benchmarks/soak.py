@@ -26,7 +26,7 @@ import hexconformal as hc
 import surface
 from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, jittered, twisted_cube
-from hexconformal.geometry.closest_point import Surface
+from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.io.pyvista_mesh import plain_pyvista
 from hexconformal.mesh.topology import boundary_quads
 from surface.mesh.geometry import Cells, area_vectors
@@ -151,7 +151,7 @@ def judge_hexahedra(case: Case, rng: np.random.Generator) -> list[str]:
         diagonal = np.linalg.norm(np.ptp(x[np.unique(cells)], axis=0))
         nodes = np.unique(quads)
         center = x[nodes].mean(axis=0)
-        far = Surface(x - center, quads).closest(y[nodes] - center).distances.max() / diagonal
+        far = SurfaceLocator(x - center, quads).closest(y[nodes] - center).distances.max() / diagonal
         hold("the surface stays within its bound", far <= case.options.get("hausdorff", 0.005) + 1e-6)
         hold(
             "so does the distance of the report", result.report.hausdorff <= case.options.get("hausdorff", 0.005) + 1e-9

@@ -284,10 +284,10 @@ def simulated(kind: str, folder: Path, t_end: float, dt: float, tolerance: float
                 rounds = 1
             else:
                 # Partitioned coupling: mesh and flow go back to the start of the step until the force has settled.
-                rounds, standing, flow = 0, tunnel.motion.standing(), dict(vars(tunnel.flow))
+                rounds, state, flow = 0, tunnel.motion.state(), dict(vars(tunnel.flow))
                 guess = force[1] if before is None else 2 * force[1] - before
                 while (rounds := rounds + 1) <= 10:
-                    tunnel.motion.resume(standing)
+                    tunnel.motion.resume(state)
                     vars(tunnel.flow).update(flow)
                     y, v = spring.predicted(guess, dt)
                     found, taken = tunnel.step(np.array([0.0, y]), dt, np.array([0.0, v]))

@@ -1,10 +1,7 @@
 """Shared fixtures: where the large reference meshes are, if this machine has them."""
 
-from pathlib import Path
-
 import pytest
-
-SHARED = Path(__file__).resolve().parents[2] / "shared"
+from paths import SHARED
 
 
 @pytest.fixture(scope="session")

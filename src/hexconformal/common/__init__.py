@@ -6,12 +6,12 @@ Belongs here: what knows nothing of meshes. Imports no other room.
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, odd_points
 from .files import check_writable, folder_beside, reading, saving, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
-from .serialization import Plain, json_safe
+from .serialization import Serializable, json_safe
 from .validation import (
     array_of_numbers,
     as_mask,
     is_number,
-    made_of,
+    options_from,
     require_choice,
     require_choices,
     require_counts,
@@ -23,8 +23,8 @@ from .validation import (
 __all__ = [
     "MeshError",
     "OptionError",
-    "Plain",
     "ReadError",
+    "Serializable",
     "WriteError",
     "array_of_numbers",
     "as_interruption",
@@ -35,8 +35,8 @@ __all__ = [
     "interruptible",
     "is_number",
     "json_safe",
-    "made_of",
     "odd_points",
+    "options_from",
     "reading",
     "require_choice",
     "require_choices",

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Plain", "json_safe"]
+__all__ = ["Serializable", "json_safe"]
 
 
-class Plain:
+class Serializable:
     """What dataclasses derive from that are written as JSON.
 
     Examples
     --------
     >>> @dataclasses.dataclass
-    ... class Found(Plain):
+    ... class Found(Serializable):
     ...     ratio: float
     >>> Found(np.float64("inf")).to_dict()
     {'ratio': None}

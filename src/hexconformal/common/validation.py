@@ -17,7 +17,7 @@ __all__ = [
     "array_of_numbers",
     "as_mask",
     "is_number",
-    "made_of",
+    "options_from",
     "require_choice",
     "require_choices",
     "require_counts",
@@ -29,11 +29,11 @@ __all__ = [
 Made = TypeVar("Made")
 
 
-def made_of(kind: type[Made], given: Mapping[str, Any]) -> Made:
+def options_from(kind: type[Made], given: Mapping[str, Any]) -> Made:
     """Options of a dataclass from keywords; an unknown one is refused with the names that there are.
 
     >>> from hexconformal import Options
-    >>> made_of(Options, {"bounday": "fixed"})  # doctest: +ELLIPSIS
+    >>> options_from(Options, {"bounday": "fixed"})  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     hexconformal.OptionError: unknown option 'bounday'; there are: boundary, conserve_volume, ...
     """

@@ -5,13 +5,13 @@ coefficients, equation (13). Imports `kernel`.
 """
 
 from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian
-from .hexahedron import CORNER_EDGES, CORNERS, EDGES, FACES, RULES, edge_weights, gauss_rule, shape_gradients
+from .hexahedron import CORNER_NEIGHBOURS, CORNERS, EDGES, FACES, RULES, edge_weights, gauss_rule, shape_gradients
 from .lengths_volumes import cell_volumes, edge_lengths
 from .validity import all_valid, contiguous, is_valid, minimum_jacobian
 
 __all__ = [
     "CORNERS",
-    "CORNER_EDGES",
+    "CORNER_NEIGHBOURS",
     "EDGES",
     "FACES",
     "MEASURES",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CORNERS", "CORNER_EDGES", "EDGES", "FACES", "RULES", "corner_rule", "edge_weights", "gauss_rule"]
+__all__ = ["CORNERS", "CORNER_NEIGHBOURS", "EDGES", "FACES", "RULES", "corner_rule", "edge_weights", "gauss_rule"]
 __all__ += ["shape_gradients"]
 
 # Reference coordinates in the unit cube of the eight nodes.
@@ -14,7 +14,7 @@ CORNERS = np.array(
 )
 
 # Neighbours of each node along e1, e2, e3, ordered so that a sound cell spans a positive volume.
-CORNER_EDGES = np.array(
+CORNER_NEIGHBOURS = np.array(
     [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]], dtype=np.int64
 )
 

@@ -5,17 +5,17 @@ Belongs here: energies with their derivatives, and the block matrix these are co
 """
 
 from .block_matrix import BlockMatrix
-from .corner_energy import SIZE, Emphasis, Shaping
+from .corner_energy import VOLUME_WEIGHT, CornerEnergy, Weights
 from .distortion_energy import Distortion
 from .target import STRETCHED, aspects, cell_frames, inverse_targets, normalized_target, stretched_boxes, wanted_volumes
 
 __all__ = [
-    "SIZE",
     "STRETCHED",
+    "VOLUME_WEIGHT",
     "BlockMatrix",
+    "CornerEnergy",
     "Distortion",
-    "Emphasis",
-    "Shaping",
+    "Weights",
     "aspects",
     "cell_frames",
     "inverse_targets",

@@ -18,16 +18,16 @@ from ..kernel import parallel_ranges
 from ..mesh import boundary_quads
 from .block_matrix import BlockMatrix, cell_places
 from .corner_kernels import corner_densities, corner_sums
-from .volume_term import size_sums
+from .volume_term import volume_sums
 
-__all__ = ["PATCH_ROUNDING", "SIZE", "Emphasis", "Measures", "Shaping", "SurfacePenalty"]
+__all__ = ["PATCH_ROUNDING", "VOLUME_WEIGHT", "CornerEnergy", "Measures", "SurfacePenalty", "Weights"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 PATCH_ROUNDING = 2.0**-12  # of directions on a patch, in shortest edges at a node
-SIZE = 6.0  # weight of the sizes of cells beside their angles, or their whole distortion
+VOLUME_WEIGHT = 6.0  # weight of the sizes of cells beside their angles, or their whole distortion
 
 
 def _corner_table() -> Ints:
@@ -42,7 +42,7 @@ _NOTHING = np.empty((0, 3)), np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
 
 
 @dataclass(frozen=True)
-class Emphasis:
+class Weights:
     """What counts: sum of shape * e(f) + angle * phi(e(u)) over the corners (see corner_kernels), and of sizes.
 
     Attributes
@@ -85,7 +85,7 @@ class SurfacePenalty(Protocol):
 
 
 @dataclass
-class Shaping:
+class CornerEnergy:
     """The corner energy of cells whose nodes move in admissible directions.
 
     Attributes
@@ -123,7 +123,7 @@ class Shaping:
     def _places(self) -> Ints:
         return cell_places(self.cells, self.free, self._matrix)
 
-    def value(self, points: Field, emphasis: Emphasis) -> float:
+    def value(self, points: Field, emphasis: Weights) -> float:
         """Energy at the points; infinite where a corner is folded, too bad, or too far from the surface."""
         total = self._sums(points, emphasis, None)
         if self.surface is not None and np.isfinite(total):
@@ -134,7 +134,7 @@ class Shaping:
         """Largest distance of the boundary from the surface, in units of its bound."""
         return 0.0 if self.surface is None else self.surface.excess(points)
 
-    def value_gradient_hessian(self, points: Field, emphasis: Emphasis) -> tuple[float, Field, BlockMatrix]:
+    def value_gradient_hessian(self, points: Field, emphasis: Weights) -> tuple[float, Field, BlockMatrix]:
         """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
         gradient, matrix = np.zeros_like(points), self._matrix
         matrix.data[:] = 0.0
@@ -143,13 +143,13 @@ class Shaping:
             total += self.surface.add(points, gradient, matrix)
         return total, gradient, matrix
 
-    def _sums(self, points: Field, emphasis: Emphasis, gradient: Field | None) -> float:
+    def _sums(self, points: Field, emphasis: Weights, gradient: Field | None) -> float:
         derivatives = gradient is not None
         where = (derivatives, *((gradient, self._matrix.data, self._places) if derivatives else _NOTHING))
         weights = emphasis.eps, emphasis.shape, emphasis.angle, emphasis.stiffness
         total = float(corner_sums(points, self.cells, _TABLE, self.inverses, *weights, *where))
         if emphasis.size > 0.0 and len(self.sizes):
-            total += float(size_sums(points, self.cells, self.sizes, emphasis.size * self.firmness, *where))
+            total += float(volume_sums(points, self.cells, self.sizes, emphasis.size * self.firmness, *where))
         return total
 
     def surface_force(self, points: Field) -> tuple[float, Field]:
@@ -175,14 +175,14 @@ class Shaping:
         inner[boundary_quads(self.cells)[0]] = False
         return np.asarray(inner)
 
-    def restricted(self, moving: Mask, points: Field) -> tuple[Shaping, Ints]:
+    def restricted(self, moving: Mask, points: Field) -> tuple[CornerEnergy, Ints]:
         """The same energy with only some nodes moving: the patch's own problem, and its nodes' ids here."""
         moving = moving & self.free
         around = np.flatnonzero(moving[self.cells].any(axis=1))
         nodes = np.unique(self.cells[around])
         local = np.full(len(moving), -1)
         local[nodes] = np.arange(len(nodes))
-        patch = Shaping(
+        patch = CornerEnergy(
             local[self.cells[around]],
             self.inverses[around] if len(self.inverses) > 1 else self.inverses,
             np.where(moving[nodes, None, None], self.projectors[nodes], 0.0),

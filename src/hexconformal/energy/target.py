@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, array_of_numbers, first_ids
 from ..elements import RULES, cell_volumes, corner_scaled_jacobian, edge_lengths, shape_gradients
-from ..mesh import Frame, HexMesh
+from ..mesh import HexMesh, NormalizedMesh
 
 __all__ = ["STRETCHED", "aspects", "cell_frames", "inverse_targets", "normalized_target"]
 __all__ += ["stretched_boxes", "wanted_volumes"]
@@ -27,7 +27,7 @@ def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gaus
     return np.einsum("qai,mak->mqki", shape_gradients(places), x)
 
 
-def normalized_target(target: Any, frame: Frame) -> Any:
+def normalized_target(target: Any, frame: NormalizedMesh) -> Any:
     """A target in the frame of a run: "auto" is decided, points of a reference mesh are scaled, others have no unit."""
     if isinstance(target, str) and target == "auto":
         boxes = stretched_boxes(frame.start, frame.cells)

@@ -12,11 +12,11 @@ import numpy as np
 from ..elements import FACES
 from ..kernel import loop
 
-__all__ = ["size_sums"]
+__all__ = ["volume_sums"]
 
 
 @loop
-def size_sums(points, cells, wanted, weight, derivatives, forces, data, places):  # type: ignore[no-untyped-def]
+def volume_sums(points, cells, wanted, weight, derivatives, forces, data, places):  # type: ignore[no-untyped-def]
     """Sum of weight (V / W + W / V - 2) over the cells whose wanted volume W (m,) is positive; infinite for V <= 0.
 
     With derivatives, adds the first to forces (n, 3) and the convex part of the second to the 3 x 3 blocks data at

@@ -5,16 +5,16 @@ and `io`.
 """
 
 from .area_normals import area_normals, enclosed_volume, simpson_normals
-from .closest_point import Closest, Surface
+from .closest_point import ClosestPoints, SurfaceLocator
 from .closest_point_kernels import closest_on_triangle
-from .distance_barrier import Band
+from .distance_barrier import DistanceBarrier
 from .features import find_features, surface_tags
 from .hausdorff import distance_between, hausdorff
 
 __all__ = [
-    "Band",
-    "Closest",
-    "Surface",
+    "ClosestPoints",
+    "DistanceBarrier",
+    "SurfaceLocator",
     "area_normals",
     "closest_on_triangle",
     "distance_between",

@@ -14,14 +14,14 @@ from ..kernel import parallel_ranges
 from ..mesh import along_curve
 from .closest_point_kernels import closest_range, segment_range, walk_range
 
-__all__ = ["Closest", "Polyline", "Surface"]
+__all__ = ["ClosestPoints", "CurveLocator", "SurfaceLocator"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Closest:
+class ClosestPoints:
     """Closest points of k places.
 
     Attributes
@@ -43,7 +43,7 @@ class Closest:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class SurfaceLocator:
     """A surface of triangles, or of quads that each stand for four triangles around their centre.
 
     Attributes
@@ -60,7 +60,7 @@ class Surface:
 
     Examples
     --------
-    >>> square = Surface(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2, 3]]))
+    >>> square = SurfaceLocator(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2, 3]]))
     >>> there = square.closest(np.array([[0.5, 0.25, 2.0], [3.0, 0.5, 0.0]]))
     >>> there.positions.tolist(), there.distances
     ([[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]], array([2., 2.]))
@@ -76,7 +76,7 @@ class Surface:
             raise MeshError(f"a surface needs faces of three or four nodes each, not {self.faces.shape}")
 
     @classmethod
-    def from_pyvista(cls, source: Any) -> Surface:
+    def from_pyvista(cls, source: Any) -> SurfaceLocator:
         """The surface of anything pyvista can show (of a volume its skin), as triangles without coincident points.
 
         Raises
@@ -97,7 +97,7 @@ class Surface:
         poly = triangles(dataset)
         return cls(np.asarray(poly.points), np.asarray(poly.faces).reshape(-1, 4)[:, 1:])
 
-    def moved(self, points: Floats) -> Surface:
+    def moved(self, points: Floats) -> SurfaceLocator:
         """The same faces with their nodes elsewhere; what is known of their neighbours is kept."""
         other = replace(self, points=points)
         other.__dict__["neighbours"] = self.neighbours
@@ -170,7 +170,7 @@ class Surface:
             tree[leaves : 2 * leaves, 1] = pairs[:, :, 1].max(axis=1)
         return order, tree
 
-    def closest(self, places: ArrayLike, near: Ints | None = None) -> Closest:
+    def closest(self, places: ArrayLike, near: Ints | None = None) -> ClosestPoints:
         """The closest point of the whole surface, exactly.
 
         Parameters
@@ -186,7 +186,7 @@ class Surface:
             near = order[np.minimum(np.searchsorted(codes, self._codes(places)), len(order) - 1)]
         return self._asked(closest_range, places, np.ascontiguousarray(near), *self._tree)
 
-    def walked(self, places: ArrayLike, start: Ints) -> Closest:
+    def walked(self, places: ArrayLike, start: Ints) -> ClosestPoints:
         """The closest point that is found from a face by going to neighbours as long as that helps.
 
         Local, and so never on the far side of a thin wall; not farther away than the face it starts from.
@@ -201,17 +201,17 @@ class Surface:
         places = np.ascontiguousarray(places, dtype=np.float64)
         return self._asked(walk_range, places, np.ascontiguousarray(start), self.boxes, *self.neighbours)
 
-    def _asked(self, kernel: Any, places: Floats, start: Ints, *tables: Any) -> Closest:
+    def _asked(self, kernel: Any, places: Floats, start: Ints, *tables: Any) -> ClosestPoints:
         count, size = len(places), self.faces.shape[1]
         faces, weights = np.empty(count, dtype=np.int64), np.empty((count, size))
         positions, distances = np.empty((count, 3)), np.empty(count)
         out = (positions, distances, faces, weights)
         parallel_ranges(kernel, count, places, start, self.triangles, *tables, *out)
-        return Closest(*out)
+        return ClosestPoints(*out)
 
 
 @dataclass(frozen=True, eq=False)
-class Polyline:
+class CurveLocator:
     """Curves made of straight edges.
 
     Attributes
@@ -225,7 +225,7 @@ class Polyline:
 
     Examples
     --------
-    >>> line = Polyline(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]]), np.array([[0, 1], [1, 2]]), np.array([0, 1]))
+    >>> line = CurveLocator(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]]), np.array([[0, 1], [1, 2]]), np.array([0, 1]))
     >>> place = np.array([[0.9, 0.5, 0.0]])
     >>> line.closest(place, [0]).positions.tolist(), line.closest(place, [1]).positions.tolist()
     ([[0.9, 0.0, 0.0]], [[1.0, 0.5, 0.0]])
@@ -264,7 +264,7 @@ class Polyline:
         near = (touch @ touch.T).tocsr()
         return near.indptr.astype(np.int64), near.indices.astype(np.int64)
 
-    def closest(self, places: ArrayLike, curves: ArrayLike) -> Closest:
+    def closest(self, places: ArrayLike, curves: ArrayLike) -> ClosestPoints:
         """The closest point on a given curve, exactly.
 
         Parameters
@@ -286,7 +286,7 @@ class Polyline:
             raise OptionError(f"there are no such curves: {first_ids(bad)}")
         return self._asked(places, members[offsets[wanted]], offsets, members, wanted)
 
-    def walked(self, places: ArrayLike, start: Ints) -> Closest:
+    def walked(self, places: ArrayLike, start: Ints) -> ClosestPoints:
         """The closest point found from an edge by going along its curve as long as that helps.
 
         Parameters
@@ -298,9 +298,9 @@ class Polyline:
         """
         return self._asked(places, np.ascontiguousarray(start), *self._neighbours, np.full(len(start), -1))
 
-    def _asked(self, places: ArrayLike, start: Ints, offsets: Ints, ids: Ints, rows: Ints) -> Closest:
+    def _asked(self, places: ArrayLike, start: Ints, offsets: Ints, ids: Ints, rows: Ints) -> ClosestPoints:
         places = np.ascontiguousarray(places, dtype=np.float64)
         count = len(places)
         out = (np.empty((count, 3)), np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 2)))
         parallel_ranges(segment_range, count, places, start, self._segments, offsets, ids, rows, *out)
-        return Closest(*out)
+        return ClosestPoints(*out)

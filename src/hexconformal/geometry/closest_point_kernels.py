@@ -105,7 +105,7 @@ def _box_size(box):  # type: ignore[no-untyped-def]
 
 @loop
 def walk(p, start, triangles, boxes, offsets, ids, found):  # type: ignore[no-untyped-def]
-    """Walk of :meth:`Surface.walked` from one place p, a tuple, for use in compiled loops.
+    """Walk of :meth:`SurfaceLocator.walked` from one place p, a tuple, for use in compiled loops.
 
     Returns the squared distance and the face; `found` (4,) takes the triangle of that face and the weights of
     its corners.

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from ..energy import BlockMatrix
 from ..kernel import loop
 from ..mesh import find
-from .closest_point import Closest, Polyline, Surface
+from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
 from .hausdorff import surface_samples
 
-__all__ = ["Band"]
+__all__ = ["DistanceBarrier"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -55,8 +55,8 @@ class _Rows:
 
 
 @dataclass
-class Band:
-    """A penalty on the distance between a boundary and its original, in the interface of a Shaping's surface.
+class DistanceBarrier:
+    """A penalty on the distance between a boundary and its original, in the interface of a CornerEnergy's surface.
 
     Attributes
     ----------
@@ -73,11 +73,11 @@ class Band:
         features of the original are not kept.
     """
 
-    original: Surface
+    original: SurfaceLocator
     bound: float
     features: Features | None = None
     steepness: float = _STEEP
-    reference: Surface | None = None
+    reference: SurfaceLocator | None = None
     _nodes: Ints | None = field(default=None, repr=False)
     _local: Ints = field(default_factory=lambda: np.empty(0, np.int64), repr=False)
 
@@ -100,7 +100,7 @@ class Band:
         self._limit = _LIMIT
         self._curves, self._along = self._feature_samples()
 
-    def _feature_samples(self) -> tuple[Polyline | None, Ints]:
+    def _feature_samples(self) -> tuple[CurveLocator | None, Ints]:
         """The original curves; the samples on them are the nodes and midpoints of their edges."""
         points, features = self.original.points, self.features
         if features is None or features.soft or self.reference is not None:
@@ -118,7 +118,7 @@ class Band:
         self._edge_weights = np.vstack([np.tile([1.0, 0.0], (len(ends), 1)), np.full((len(edges), 2), 0.5)])
         if len(edges) == 0:
             return None, np.empty(0, np.int64)
-        return Polyline(points, edges, features.curves), np.concatenate([first // 2, np.arange(len(edges))])
+        return CurveLocator(points, edges, features.curves), np.concatenate([first // 2, np.arange(len(edges))])
 
     # ------------------------------------------------------------------------------------ interface
     def value(self, points: Field) -> float:
@@ -141,11 +141,11 @@ class Band:
             )  # fmt: skip
         return float(total)
 
-    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> Band:
+    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> DistanceBarrier:
         """The band of a patch whose own nodes are numbered 0..; the others stay at the points (n, 3) given."""
         quads = self.original.faces
         movable = np.asarray(moving[quads].any(axis=1))
-        patch = object.__new__(Band)
+        patch = object.__new__(DistanceBarrier)
         patch.__dict__.update(self.__dict__)
         patch._ahead_take = self._ahead_take & movable[self._of]
         patch._back_take = self._back_take & movable[self._back]
@@ -236,7 +236,7 @@ class Band:
             partial(_directions, residuals, there.distances, self.bound, moved, there.faces),
         ), there.faces  # fmt: skip
 
-    def _closest(self, surface: Surface, places: Field, start: Ints, everywhere: bool) -> Closest:
+    def _closest(self, surface: SurfaceLocator, places: Field, start: Ints, everywhere: bool) -> ClosestPoints:
         """Closest points by walking; those too far away are looked for everywhere: a walk may end in a dead end."""
         there = surface.walked(places, start)
         if everywhere and (far := there.distances > _LIMIT * self.bound).any():
@@ -263,7 +263,7 @@ def _limit(worst: float, onset: float) -> float:
     return _LIMIT if worst < _LIMIT else worst + _BEYOND * (worst - onset)
 
 
-def _directions(residuals: Field, distances: Field, bound: float, surface: Surface, faces: Ints) -> Field:
+def _directions(residuals: Field, distances: Field, bound: float, surface: SurfaceLocator, faces: Ints) -> Field:
     """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
     x = surface.points[surface.faces[faces]]
     normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])

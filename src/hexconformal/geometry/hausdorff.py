@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .closest_point import Surface
+from .closest_point import SurfaceLocator
 
 __all__ = ["distance_between", "hausdorff", "surface_samples"]
 
@@ -72,10 +72,12 @@ def hausdorff(points: Floats, reference: Floats, quads: Ints) -> float:
     """
     of, _ = surface_samples(quads)
     # Its own quad on the other surface is the best first guess, the whole surface is searched.
-    return distance_between(Surface(points, quads), Surface(reference, quads), (of, of))
+    return distance_between(SurfaceLocator(points, quads), SurfaceLocator(reference, quads), (of, of))
 
 
-def distance_between(one: Surface, other: Surface, near: tuple[Ints | None, Ints | None] = (None, None)) -> float:
+def distance_between(
+    one: SurfaceLocator, other: SurfaceLocator, near: tuple[Ints | None, Ints | None] = (None, None)
+) -> float:
     """Largest distance between two surfaces, taken in both directions at their :func:`surface_samples`.
 
     Parameters

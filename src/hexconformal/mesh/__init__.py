@@ -6,14 +6,14 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 from .adjacency import corner_incidences, find, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, frozen
 from .hex_mesh import HexMesh
-from .normalized_mesh import Frame
+from .normalized_mesh import NormalizedMesh
 from .spatial_order import along_curve
 from .topology import FaceTable, boundary_quads, by_first_appearance, components, face_table, islands, rings
 
 __all__ = [
     "FaceTable",
-    "Frame",
     "HexMesh",
+    "NormalizedMesh",
     "along_curve",
     "boundary_quads",
     "by_first_appearance",

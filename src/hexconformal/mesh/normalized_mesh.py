@@ -16,12 +16,12 @@ from .hex_mesh import HexMesh
 from .spatial_order import spatial_order
 from .topology import boundary_quads
 
-__all__ = ["Frame"]
+__all__ = ["NormalizedMesh"]
 
 Field = NDArray[np.float64]
 
 
-class Frame:
+class NormalizedMesh:
     """A mesh in a frame of its own, and the way back.
 
     Parameters

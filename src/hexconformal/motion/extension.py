@@ -11,8 +11,8 @@ from scipy import sparse
 from ..elements import cell_volumes, gauss_rule, shape_gradients
 from ..energy import Distortion, cell_frames
 from ..kernel import loop, parallel_ranges
-from ..mesh import Frame, corner_incidences, find, node_pattern
-from ..solver import Constraint, Metric, conjugate_gradients
+from ..mesh import NormalizedMesh, corner_incidences, find, node_pattern
+from ..solver import Constraint, LaplacePreconditioner, conjugate_gradients
 
 __all__ = ["EXTENSIONS", "Elastic", "Harmonic"]
 
@@ -40,16 +40,16 @@ class Harmonic:
         The preconditioner: an approximate inverse of the scalar Laplacian on the nodes that may go.
     """
 
-    def __init__(self, frame: Frame, constraint: Constraint, tolerance: float) -> None:
+    def __init__(self, frame: NormalizedMesh, constraint: Constraint, tolerance: float) -> None:
         self._constraint, self._tolerance = constraint, tolerance
         self._laplacian = Distortion(frame.cells, len(frame.start), quadrature="corners").laplacian()
-        self.metric = Metric(self._laplacian, constraint, frame.used)
+        self.metric = LaplacePreconditioner(self._laplacian, constraint, frame.used)
 
     def __call__(self, field: Field, points: Field) -> Field:
         """The field (n, 3), zero but where it is given, continued to all nodes of the mesh as it is at the points."""
         return self._solved(self._laplacian.__matmul__, self.metric, field)
 
-    def _solved(self, product: Callable[[Field], Field], metric: Metric, field: Field) -> Field:
+    def _solved(self, product: Callable[[Field], Field], metric: LaplacePreconditioner, field: Field) -> Field:
         if not field.any():
             return field
         project = self._constraint.project
@@ -67,7 +67,7 @@ class Elastic(Harmonic):
     last mesh; the way back does not lead to the first one.
     """
 
-    def __init__(self, frame: Frame, constraint: Constraint, tolerance: float) -> None:
+    def __init__(self, frame: NormalizedMesh, constraint: Constraint, tolerance: float) -> None:
         super().__init__(frame, constraint, tolerance)
         self._cells = frame.cells
 

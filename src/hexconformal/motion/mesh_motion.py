@@ -23,7 +23,7 @@ from ..common import (
 from ..elements import all_valid, corner_scaled_jacobian, is_valid
 from ..energy import Distortion, inverse_targets
 from ..io import as_hex_mesh
-from ..mesh import Frame
+from ..mesh import NormalizedMesh
 from ..quality import require_sound
 from ..solver import Constraint, Iterate, Problem, fixed_components, lbfgs, planar_normals, start
 from .extension import EXTENSIONS
@@ -159,7 +159,7 @@ class MeshMotion:
             raise OptionError(f"tolerance lies in (0, 1), not {tolerance!r}")
         self.mesh = as_hex_mesh(mesh)
         self.notes = tuple(finding.message for finding in require_sound(self.mesh))
-        self._frame = frame = Frame(self.mesh)
+        self._frame = frame = NormalizedMesh(self.mesh)
         if not frame.valid.all():
             raise MeshError(
                 f"a mesh that moves is valid at the start: {first_ids(np.flatnonzero(~frame.valid))} are not"
@@ -247,24 +247,24 @@ class MeshMotion:
         )
         return MotionStep(points, None if dt is None else (points - before) / dt, report)
 
-    def standing(self) -> dict[str, Field]:
+    def state(self) -> dict[str, Field]:
         """Where the mesh stands, for a restart with :meth:`resume`."""
         return {"points": self._points.copy(), "driven": self._driven.copy()}
 
-    def resume(self, standing: Mapping[str, ArrayLike]) -> None:
+    def resume(self, state: Mapping[str, ArrayLike]) -> None:
         """Go on from where another run, of the same mesh and options, stood.
 
         Parameters
         ----------
         standing
-            What :meth:`standing` gave.
+            What :meth:`state` gave.
 
         Raises
         ------
         OptionError
             If it belongs to another mesh.
         """
-        points, driven = (np.asarray(standing[name], dtype=np.float64) for name in ("points", "driven"))
+        points, driven = (np.asarray(state[name], dtype=np.float64) for name in ("points", "driven"))
         if points.shape != self._points.shape or driven.shape != self._driven.shape:
             raise OptionError("this belongs to another mesh, or to other moving nodes")
         self._points, self._driven = points.copy(), driven.copy()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..elements import corner_scaled_jacobian
 from ..io import write
 from ..mesh import HexMesh
-from ..runs import Stage, problem_of
+from ..runs import RunState, problem_of
 from .mesh_motion import MeshMotion
 from .motion_table import BoundaryMotion
 
@@ -77,9 +77,9 @@ class MotionRun:
         motion = self._motion
         return problem_of(motion.options, (motion.mesh.points, motion.mesh.cells, motion.moving, motion.held))
 
-    def __iter__(self) -> Iterator[Stage]:
+    def __iter__(self) -> Iterator[RunState]:
         if not self._resumed:
-            yield Stage(0, 0.0, partial(self._frame, self._motion.points, None))
+            yield RunState(0, 0.0, partial(self._frame, self._motion.points, None))
         for index in range(self.step, len(self._boundary.times)):
             time = float(self._boundary.times[index])
             taken = self._motion.step(self._boundary.displacements[index], dt=time - self.time)
@@ -93,16 +93,16 @@ class MotionRun:
             else:
                 self.step = index + 1
             frame = partial(self._frame, taken.points, taken.velocity)
-            yield Stage(index + 1, time, frame, record, refused=report.refused)
+            yield RunState(index + 1, time, frame, record, refused=report.refused)
 
-    def standing(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Where the run stands."""
-        return {"done": self.step, **self._motion.standing()}
+        return {"done": self.step, **self._motion.state()}
 
-    def resume(self, standing: Mapping[str, Any]) -> None:
+    def resume(self, state: Mapping[str, Any]) -> None:
         """Go on from there."""
-        self._motion.resume(standing)
-        self.step, self._resumed = int(standing["done"]), True
+        self._motion.resume(state)
+        self.step, self._resumed = int(state["done"]), True
 
     def write(self, path: Path) -> None:
         """Write the mesh as far as it went; the cell array `blocked` marks what stood in the way."""

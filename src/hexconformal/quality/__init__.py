@@ -5,7 +5,7 @@ Belongs here: measures with their statistics, checks, node order, what no valid 
 """
 
 from .assessment import Quality, Summary, quality
-from .attainable_bound import held_bound
+from .attainable_bound import attainable_scaled_jacobian
 from .checks import check, require_sound
 from .node_order import orient
 from .statistics import Statistics, as_table, statistics
@@ -16,8 +16,8 @@ __all__ = [
     "Statistics",
     "Summary",
     "as_table",
+    "attainable_scaled_jacobian",
     "check",
-    "held_bound",
     "inside_out",
     "orient",
     "quality",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import Plain
+from ..common import Serializable
 from ..elements import MEASURES, cell_measures, contiguous
 from ..io import as_hex_mesh
 from .statistics import Statistics, as_table, statistics
@@ -29,7 +29,7 @@ class WorstCell:
 
 
 @dataclass(frozen=True, repr=False)
-class Summary(Plain):
+class Summary(Serializable):
     """The quality of a mesh in a few numbers.
 
     Attributes

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import CORNER_EDGES
+from ..elements import CORNER_NEIGHBOURS
 
-__all__ = ["held_bound"]
+__all__ = ["attainable_scaled_jacobian"]
 
 
-def held_bound(
+def attainable_scaled_jacobian(
     points: NDArray[np.float64], cells: NDArray[np.int64], held: NDArray[np.bool_]
 ) -> tuple[float, int | None]:
     """Upper bound of the smallest scaled Jacobian while some nodes cannot move.
@@ -34,11 +34,11 @@ def held_bound(
     --------
     >>> from hexconformal.generate import sheared_block
     >>> points, cells = sheared_block(1, shear=1.0)
-    >>> bound, cell = held_bound(points, cells, points[:, 0] < 1.5)
+    >>> bound, cell = attainable_scaled_jacobian(points, cells, points[:, 0] < 1.5)
     >>> round(bound, 6), int(cell)
     (0.707107, 0)
     """
-    neighbours = cells[:, CORNER_EDGES]
+    neighbours = cells[:, CORNER_NEIGHBOURS]
     best, where = 1.0, None
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         cell, corner = np.nonzero(held[cells] & held[neighbours[:, :, i]] & held[neighbours[:, :, j]])

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..common import MeshError, first_ids, odd_points
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, components, face_table
-from .impossible_corners import doubled_corners
+from .impossible_corners import impossible_corners
 from .node_order import NO_BOUNDARY, best_order, center_determinants
 
 __all__ = ["Finding", "check", "require_sound"]
@@ -206,7 +206,7 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         first = np.unique(labels, return_index=True)[1]
         text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first)}"
         found.append(_warning("pieces", first, text))
-    doubled = doubled_corners(faces, mesh.cells)
+    doubled = impossible_corners(faces, mesh.cells)
     if len(doubled):
         text = f"nodes with two faces between the same two edges: {first_ids(doubled)}"
         advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"

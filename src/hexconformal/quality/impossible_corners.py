@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from ..mesh import FaceTable
 
-__all__ = ["doubled_corners"]
+__all__ = ["impossible_corners"]
 
 Ints = NDArray[np.int64]
 
 
-def doubled_corners(faces: FaceTable, cells: Ints) -> Ints:
+def impossible_corners(faces: FaceTable, cells: Ints) -> Ints:
     """Nodes at which two different faces lie between the same two edges.
 
     Parameters
@@ -39,7 +39,7 @@ def doubled_corners(faces: FaceTable, cells: Ints) -> Ints:
 
     >>> from hexconformal.mesh.topology import face_table
     >>> cells = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [0, 3, 8, 1, 4, 7, 9, 5]])
-    >>> doubled_corners(face_table(cells), cells)
+    >>> impossible_corners(face_table(cells), cells)
     array([0, 4])
     """
     quads = faces.quads

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import CORNER_EDGES, CORNERS
+from ..elements import CORNER_NEIGHBOURS, CORNERS
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, face_table
 
@@ -144,7 +144,7 @@ def _sound(points: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[int, 
     positive = negative = 0
     for first in range(0, len(cells), 20_000):
         x = points[cells[first : first + 20_000]]
-        edges = x[:, CORNER_EDGES] - x[:, :, None]
+        edges = x[:, CORNER_NEIGHBOURS] - x[:, :, None]
         values = _determinant(edges[:, :, 0], edges[:, :, 1], edges[:, :, 2])
         positive += int((values > 0).all(axis=1).sum())
         negative += int((values < 0).all(axis=1).sum())

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..energy import STRETCHED, Shaping, aspects, stretched_boxes
-from ..geometry import Band, Surface, distance_between, enclosed_volume, hausdorff
-from ..mesh import Frame
+from ..energy import STRETCHED, CornerEnergy, aspects, stretched_boxes
+from ..geometry import DistanceBarrier, SurfaceLocator, distance_between, enclosed_volume, hausdorff
+from ..mesh import NormalizedMesh
 from .options import Record
 from .volume_restoration import restored
 
@@ -32,16 +32,16 @@ def no_worse(record: Record, first: Record) -> bool:
     )
 
 
-def distance(points: Field, frame: Frame, band: Band | None, boundary: str) -> float:
+def distance(points: Field, frame: NormalizedMesh, band: DistanceBarrier | None, boundary: str) -> float:
     """How far the boundary is from where it was, or from the surface to slide on, in diagonals."""
     if band is not None and band.reference is not None:
-        return distance_between(Surface(points, frame.quads), band.reference) / frame.diagonal
+        return distance_between(SurfaceLocator(points, frame.quads), band.reference) / frame.diagonal
     # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
     exact = points is frame.start or (band is None and boundary != "free")
     return 0.0 if exact else hausdorff(points, frame.start, frame.quads) / frame.diagonal
 
 
-def of_same_volume(points: Field, frame: Frame, problem: Shaping | None) -> tuple[Field, list[str]]:
+def of_same_volume(points: Field, frame: NormalizedMesh, problem: CornerEnergy | None) -> tuple[Field, list[str]]:
     """The points changed to enclose what the input does, as nearly as can be, and what that took."""
     volume, changed = (enclosed_volume(x, frame.quads) for x in (frame.start, points))
     if problem is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
@@ -65,7 +65,7 @@ def size_ratios(volumes: Field, wanted: Field) -> tuple[float, float] | None:
     return (float(ratios.min()), float(ratios.max())) if len(ratios) else None
 
 
-def chosen_target(frame: Frame) -> list[str]:
+def chosen_target(frame: NormalizedMesh) -> list[str]:
     """What target="auto" came to, if there was something to decide."""
     boxes = stretched_boxes(frame.start, frame.cells)
     if boxes is not None:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..geometry import Band, Surface, find_features, surface_tags
+from ..geometry import DistanceBarrier, SurfaceLocator, find_features, surface_tags
 from ..io import read_surface
-from ..mesh import Frame
+from ..mesh import NormalizedMesh
 from ..solver import Constraint, boundary_constraint, fixed_components, free_directions
 from .options import Options
 
@@ -40,11 +40,11 @@ class Boundary:
     """
 
     constraint: Constraint
-    band: Band | None = None
+    band: DistanceBarrier | None = None
     notes: tuple[str, ...] = ()
 
 
-def boundary_of(frame: Frame, options: Options) -> Boundary:
+def boundary_of(frame: NormalizedMesh, options: Options) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
@@ -78,8 +78,8 @@ def boundary_of(frame: Frame, options: Options) -> Boundary:
     notes = (f"features: {features.reason}",)
     if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(constraint, None, notes)
-    original = Surface(frame.start, frame.quads)
-    return Boundary(constraint, Band(original, tolerance, features, reference=reference), notes)
+    original = SurfaceLocator(frame.start, frame.quads)
+    return Boundary(constraint, DistanceBarrier(original, tolerance, features, reference=reference), notes)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
@@ -109,18 +109,18 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
     return sums
 
 
-def _reference(frame: Frame, surface: Any) -> Surface | None:
+def _reference(frame: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
     """The surface to slide on, if the user gives one, in the run's frame."""
     if surface is None:
         return None
     if isinstance(surface, str) or hasattr(surface, "__fspath__"):
         surface = read_surface(surface)
-    given = Surface.from_pyvista(surface)
+    given = SurfaceLocator.from_pyvista(surface)
     _require_near(frame, given)
-    return Surface(frame.from_user(given.points), given.faces)
+    return SurfaceLocator(frame.from_user(given.points), given.faces)
 
 
-def _require_near(frame: Frame, given: Surface) -> None:
+def _require_near(frame: NormalizedMesh, given: SurfaceLocator) -> None:
     """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
     there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.nodes[frame.used]]
     boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import CORNER_EDGES, corner_scaled_jacobian, is_valid
-from ..energy import Shaping
+from ..elements import CORNER_NEIGHBOURS, corner_scaled_jacobian, is_valid
+from ..energy import CornerEnergy
 from ..mesh import islands, rings
 
-__all__ = ["eased"]
+__all__ = ["improve_folded"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,7 +26,7 @@ _KEPT, _FIRMLY = 0.2, 100.0  # scaled Jacobian the others keep, where they have 
 _LOOSELY = 0.05  # and how much what they lose above that counts
 
 
-def eased(problem: Shaping, points: Field, bad: Mask) -> Field:
+def improve_folded(problem: CornerEnergy, points: Field, bad: Mask) -> Field:
     """Points at which the worst of some folded cells is better, no other cell is folded, and no valid one invalid.
 
     Only nodes inside the mesh move.
@@ -36,11 +36,11 @@ def eased(problem: Shaping, points: Field, bad: Mask) -> Field:
         for core in islands(problem.cells, rings(problem.cells, len(points), bad, width)):
             patch, nodes = problem.restricted(core & problem.inner, points)
             if patch.free.any():
-                points[nodes] = _eased(patch, points[nodes])
+                points[nodes] = _improved(patch, points[nodes])
     return points
 
 
-def _eased(patch: Shaping, points: Field) -> Field:
+def _improved(patch: CornerEnergy, points: Field) -> Field:
     """The best of the iterates that are admissible."""
     from scipy.optimize import minimize
 
@@ -68,7 +68,7 @@ def _eased(patch: Shaping, points: Field) -> Field:
             slopes[folded], slopes[~folded] = -shares / shares.sum(), -2.0 * (_FIRMLY * missing + _LOOSELY * lost)
             forces = np.zeros_like(points)
             pulls = slopes[..., None, None] * derivatives
-            np.add.at(forces, patch.cells[:, CORNER_EDGES], pulls)
+            np.add.at(forces, patch.cells[:, CORNER_NEIGHBOURS], pulls)
             np.add.at(forces, patch.cells, -pulls.sum(axis=2))
             kept = _FIRMLY * (missing**2).sum() + _LOOSELY * (lost**2).sum()
             return float(np.log(shares.sum()) / sharpness - lowest + kept), forces[free].ravel()
@@ -83,7 +83,7 @@ def _eased(patch: Shaping, points: Field) -> Field:
 
 def _scaled_jacobians(points: Field, cells: Ints) -> tuple[Field, Field]:
     """(m, 8) at the corners, and their derivatives (m, 8, 3, 3) with respect to the three edges there."""
-    edges = points[cells[:, CORNER_EDGES]] - points[cells][:, :, None]
+    edges = points[cells[:, CORNER_NEIGHBOURS]] - points[cells][:, :, None]
     lengths = np.maximum(np.linalg.norm(edges, axis=3), 1e-300)
     u = edges / lengths[..., None]
     cofactors = np.cross(np.roll(u, -1, axis=2), np.roll(u, -2, axis=2))

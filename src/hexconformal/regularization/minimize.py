@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ..elements import all_valid, cell_volumes, edge_lengths, is_valid
 from ..energy import Distortion, inverse_targets, normalized_target
-from ..mesh import Frame
-from ..solver import SOLVERS, Constraint, Iterate, Metric, Problem, start
+from ..mesh import NormalizedMesh
+from ..solver import MINIMIZERS, Constraint, Iterate, LaplacePreconditioner, Problem, start
 from .options import Options
 from .step import Step
 
@@ -47,7 +47,7 @@ class Minimization:
         Whether the tolerance was reached.
     """
 
-    def __init__(self, frame: Frame, constraint: Constraint, options: Options, points: Field) -> None:
+    def __init__(self, frame: NormalizedMesh, constraint: Constraint, options: Options, points: Field) -> None:
         self.reason, self.converged = "interrupted", False
         self._frame, self._constraint, self._options = frame, constraint, options
         self._start = points
@@ -59,7 +59,7 @@ class Minimization:
         return float(self._energy.cell_energies(points).sum())
 
     def __iter__(self) -> Iterator[Step]:
-        metric = Metric(self._energy.laplacian(self._stiffness()), self._constraint, self._frame.used)
+        metric = LaplacePreconditioner(self._energy.laplacian(self._stiffness()), self._constraint, self._frame.used)
         problem = Problem(self._energy, self._constraint.project, metric, self._acceptable)
         at = start(problem, self._start)
         first, slow = at.norm, 0
@@ -67,7 +67,7 @@ class Minimization:
             return
         phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
         for phase in phases:
-            for taken, following in enumerate(SOLVERS[phase](problem, at), 1):
+            for taken, following in enumerate(MINIMIZERS[phase](problem, at), 1):
                 if following.step == 0.0:
                     break
                 slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0

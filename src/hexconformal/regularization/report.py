@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
 
-from ..common import Plain, json_safe
+from ..common import Serializable, json_safe
 from ..quality import Summary
 
 __all__ = ["Report"]
 
 
 @dataclass(frozen=True, repr=False)
-class Report(Plain):
+class Report(Serializable):
     """What a run did: the mesh before and after, what moved, and why it stopped.
 
     Attributes

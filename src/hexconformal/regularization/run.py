@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import OptionError, made_of
+from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian
 from ..io import as_hex_mesh
-from ..mesh import Frame
-from ..quality import held_bound, quality, require_sound
+from ..mesh import NormalizedMesh
+from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import chosen_target, distance, no_worse, of_same_volume, size_ratios
 from .boundary import boundary_of
 from .options import Options, Record
@@ -111,7 +111,7 @@ class Regularization:
         self.history: list[Record] = []
         notes = [finding.message for finding in require_sound(self.mesh)]
         self._notes = tuple(notes) + self.mesh.notes
-        self._frame = Frame(self.mesh, ordered=True)
+        self._frame = NormalizedMesh(self.mesh, ordered=True)
         self._boundary = boundary_of(self._frame, self.options)
         if self.options.energy == "quaternionic" and len(self._boundary.constraint.nodes) < 2:
             raise OptionError(
@@ -207,7 +207,7 @@ class Regularization:
         if isinstance(self.options.target, str) and self.options.target == "auto":
             notes += chosen_target(self._frame)
         held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
-        bound, cell = held_bound(self._frame.start, self._frame.cells, held)
+        bound, cell = attainable_scaled_jacobian(self._frame.start, self._frame.cells, held)
         if bound < _WORTH_TELLING:
             which = self._frame.order[cell]
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
@@ -286,7 +286,7 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     ['boundary', 'conserve_volume', 'energy', 'features', 'fixed', 'hausdorff', 'lift', 'max_iterations', 'method',
      'quadrature', 'sizes', 'surface', 'target', 'tolerance', 'weight']
     """
-    run = Regularization(mesh, made_of(Options, options))
+    run = Regularization(mesh, options_from(Options, options))
     for record in run:
         if callback is not None:
             callback(record)

@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 
 from ..common import first_ids
 from ..elements import corner_scaled_jacobian
-from ..energy import SIZE, Emphasis, Shaping, inverse_targets, normalized_target, wanted_volumes
-from ..geometry import Band
-from ..mesh import Frame
+from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights, inverse_targets, normalized_target, wanted_volumes
+from ..geometry import DistanceBarrier
+from ..mesh import NormalizedMesh
 from ..quality import inside_out
 from ..solver import WHOLE_ROUNDING, projected_newton
 from .boundary import Boundary, boundary_of
-from .improve_folded import eased
+from .improve_folded import improve_folded
 from .minimize import Minimization
 from .options import Options
 from .step import Step
-from .untangle import brought_back, folded, untangle
+from .untangle import bring_back, folded, untangle
 from .untangle_interior import unfold_inside
-from .worst_cells import lift, lift_patches
+from .worst_cells import raise_worst, raise_worst_patches
 
 __all__ = ["Stages"]
 
@@ -64,10 +64,10 @@ class Stages:
         (m,) volumes that cells should have, in the user's unit, 0 for those without; empty for none at all.
     """
 
-    def __init__(self, frame: Frame, boundary: Boundary, options: Options) -> None:
+    def __init__(self, frame: NormalizedMesh, boundary: Boundary, options: Options) -> None:
         self.reason, self.converged = "interrupted", False
         self.notes: list[str] = []
-        self.problem: Shaping | None = None
+        self.problem: CornerEnergy | None = None
         self._frame, self.boundary, self._options = frame, boundary, options
         self._hausdorff_needed = np.inf
         self.wanted = self._wanted_volumes()
@@ -109,7 +109,7 @@ class Stages:
         good = corner_scaled_jacobian(points, shaping.cells)
         if self._options.lifts and shaping.free.any() and len(good) and good.min() < _GOOD:
             self.reason, self.converged = "interrupted", False
-            for phase, points, _ in (lift if len(good) <= _WHOLE else lift_patches)(shaping, points):
+            for phase, points, _ in (raise_worst if len(good) <= _WHOLE else raise_worst_patches)(shaping, points):
                 yield Step(phase, points)
             self.reason, self.converged = "the worst cell stalls", True
         for step in self._return(shaping, points):
@@ -119,15 +119,15 @@ class Stages:
         if unfolded is not points:
             points = unfolded
             yield Step("unfold inside", points)
-            for phase, points, _ in lift_patches(shaping, points) if self._options.lifts else ():
+            for phase, points, _ in raise_worst_patches(shaping, points) if self._options.lifts else ():
                 yield Step(phase, points)
             for step in self._return(shaping, points):
                 points = step.points
                 yield step
         if bad.any():
-            yield Step("ease what stays inverted", eased(whole, points, bad))
+            yield Step("ease what stays inverted", improve_folded(whole, points, bad))
 
-    def _untangle(self, shaping: Shaping) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
+    def _untangle(self, shaping: CornerEnergy) -> Generator[Step, None, tuple[CornerEnergy, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
         points = self._frame.start
         others = ("keep", "soft") if self.boundary.band is not None and self._options.features == "auto" else ()
@@ -154,8 +154,8 @@ class Stages:
         return shaping, points, bad
 
     def _from_afar(
-        self, room: float, band: Band, shaping: Shaping, points: Field, bad: Mask
-    ) -> Generator[Step, None, tuple[Shaping, Field, Mask]]:
+        self, room: float, band: DistanceBarrier, shaping: CornerEnergy, points: Field, bad: Mask
+    ) -> Generator[Step, None, tuple[CornerEnergy, Field, Mask]]:
         """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
         wide = self._shaping(replace(self.boundary, band=replace(band, bound=room * self._frame.diagonal)))
         afar = self._frame.start
@@ -177,14 +177,14 @@ class Stages:
         self._hausdorff_needed = min(self._hausdorff_needed, needed * self._options.hausdorff)
         return shaping, points, bad
 
-    def _return(self, shaping: Shaping, points: Field) -> Iterator[Step]:
+    def _return(self, shaping: CornerEnergy, points: Field) -> Iterator[Step]:
         """Bring samples back that a patch has let out of the band, with a steeper penalty each time."""
         band = self.boundary.band
         for _ in range(_RETURNS):
             if band is None or self._near(points):
                 return
             band.steepness *= 4.0
-            for points, _ in islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _RETURN_STEPS):
+            for points, _ in islice(projected_newton(shaping, points, Weights(size=VOLUME_WEIGHT)), _RETURN_STEPS):
                 yield Step("return to the surface", points)
 
     def energy(self, points: Field) -> float:
@@ -203,18 +203,18 @@ class Stages:
         yield from minimization
         self.reason, self.converged = minimization.reason, minimization.converged
 
-    def _shape(self, shaping: Shaping, points: Field) -> Iterator[tuple[Field, float]]:
+    def _shape(self, shaping: CornerEnergy, points: Field) -> Iterator[tuple[Field, float]]:
         """The whole distortion: a few steps before the lift, or until it is minimal, with other sizes too."""
         if self._options.lifts and not self._options.resizes:
-            return islice(projected_newton(shaping, points, Emphasis(size=SIZE)), _FIRST_STEPS)
-        return projected_newton(shaping, points, Emphasis(size=_ALONE), _FINE)
+            return islice(projected_newton(shaping, points, Weights(size=VOLUME_WEIGHT)), _FIRST_STEPS)
+        return projected_newton(shaping, points, Weights(size=_ALONE), _FINE)
 
-    def _shaping(self, boundary: Boundary | None = None) -> Shaping:
+    def _shaping(self, boundary: Boundary | None = None) -> CornerEnergy:
         frame, boundary = self._frame, self.boundary if boundary is None else boundary
         inverses = inverse_targets(
             normalized_target(self._options.target, frame), frame.start, frame.cells, "corners", frame.order
         )
-        return Shaping(
+        return CornerEnergy(
             frame.cells,
             np.empty((0, 1, 3, 3)) if inverses is None else inverses,
             boundary.constraint.projections(len(frame.start)),
@@ -224,7 +224,7 @@ class Stages:
             WHOLE_ROUNDING if self._options.lifts and not self._options.resizes else 0.0,
         )
 
-    def _without(self, shaping: Shaping, points: Field, bad: Mask) -> tuple[Shaping, Field, Mask]:
+    def _without(self, shaping: CornerEnergy, points: Field, bad: Mask) -> tuple[CornerEnergy, Field, Mask]:
         """The rest of the mesh, where cells cannot be unfolded: these are held, the worst no worse than it was."""
         cells = np.flatnonzero(bad)
         held = ~shaping.free[shaping.cells[cells]]
@@ -238,7 +238,7 @@ class Stages:
         if np.isfinite(self._hausdorff_needed):
             away = f"up to {self._hausdorff_needed:.2g} diagonals away"
             self.notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
-        points = brought_back(points, self._frame.start, shaping.cells, self._near)
+        points = bring_back(points, self._frame.start, shaping.cells, self._near)
         others = folded(shaping, points) & ~bad
         if others.any():
             ids = first_ids(self._ids(others))

@@ -18,11 +18,11 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian
-from ..energy import Emphasis, Shaping
+from ..energy import CornerEnergy, Weights
 from ..mesh import islands, rings
 from ..solver import newton_step, next_shift
 
-__all__ = ["brought_back", "folded", "untangle"]
+__all__ = ["bring_back", "folded", "untangle"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -38,12 +38,12 @@ _WAYS_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell has
 _EASIER = 0.1  # largest part of the way to zero that eps goes when nothing improves
 
 
-def folded(problem: Shaping, points: Field) -> Mask:
+def folded(problem: CornerEnergy, points: Field) -> Mask:
     """(m,) cells with a corner whose determinant is not positive."""
     return np.asarray(problem.measures(points).determinant <= 0.0)
 
 
-def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterator[Step]:
+def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> Iterator[Step]:
     """Unfold the corners of all cells as far as possible.
 
     Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before.
@@ -65,7 +65,7 @@ def untangle(problem: Shaping, points: Field, patience: int = _ROUNDS) -> Iterat
         stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
 
 
-def brought_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
+def bring_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
     """Points at which the worst cell is no worse than it was at the start, and the boundary near enough.
 
     Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
@@ -91,7 +91,7 @@ def brought_back(points: Field, start: Field, cells: Ints, near: Callable[[Field
     return best
 
 
-def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
+def harmonic(problem: CornerEnergy, points: Field, core: Mask) -> Field:
     """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
     inner = core & problem.inner
     rows = np.flatnonzero(inner)
@@ -111,7 +111,7 @@ def harmonic(problem: Shaping, points: Field, core: Mask) -> Field:
     return points
 
 
-def _unfold(problem: Shaping, points: Field, first_eps: float, steps: int) -> Iterator[tuple[Field, float]]:
+def _unfold(problem: CornerEnergy, points: Field, first_eps: float, steps: int) -> Iterator[tuple[Field, float]]:
     """Newton steps at a falling eps until no corner is folded, the fold is stuck, or the steps are used up."""
     eps, shift, last = 0.0, 1e-5, (1.0, 1.0)
     for count in range(steps):
@@ -121,7 +121,7 @@ def _unfold(problem: Shaping, points: Field, first_eps: float, steps: int) -> It
         eps = _next_eps(eps, smallest, last, first_eps) if count else max(_least_eps(smallest), -first_eps * smallest)
         if count > 8 and eps < -_STUCK * smallest:
             return
-        step = newton_step(problem, points, Emphasis(eps=eps), shift, lambda _: True)
+        step = newton_step(problem, points, Weights(eps=eps), shift, lambda _: True)
         if step is None:
             return
         points, before, after, length = step
@@ -141,7 +141,7 @@ def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps:
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 
 
-def _unfold_patches(problem: Shaping, points: Field, first: Field, cores: list[Mask]) -> Field:
+def _unfold_patches(problem: CornerEnergy, points: Field, first: Field, cores: list[Mask]) -> Field:
     """The points with one patch after the other unfolded, without those that leave the surface."""
     trial = points
     for core in cores:
@@ -156,7 +156,7 @@ def _unfold_patches(problem: Shaping, points: Field, first: Field, cores: list[M
     return points
 
 
-def _unfold_patch(problem: Shaping, points: Field, first: Field, core: Mask) -> Field:
+def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, core: Mask) -> Field:
     """The best of several attempts on one patch; the points unchanged where none improves it.
 
     Attempts begin where the patch is now, where it was at first (before anything ran into its limits), and with
@@ -188,7 +188,7 @@ def _unfold_patch(problem: Shaping, points: Field, first: Field, core: Mask) -> 
     return points
 
 
-def _amount(problem: Shaping, points: Field) -> tuple[int, float]:
+def _amount(problem: CornerEnergy, points: Field) -> tuple[int, float]:
     """How tangled: number of folded cells, then how far their determinants are below zero."""
     smallest = problem.measures(points).determinant
     return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())

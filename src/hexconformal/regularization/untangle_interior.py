@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
-from ..energy import Distortion, Shaping
+from ..energy import CornerEnergy, Distortion
 from ..mesh import islands, rings
 
 __all__ = ["unfold_inside"]
@@ -30,7 +30,7 @@ _LARGER_EPS = 2.0  # where that has not been enough
 _LEAST_EPS = 1e-3
 
 
-def unfold_inside(problem: Shaping, points: Field) -> Field:
+def unfold_inside(problem: CornerEnergy, points: Field) -> Field:
     """Points at which cells are valid that were invalid though none of their corners is folded, as far as possible.
 
     Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
@@ -50,12 +50,12 @@ def unfold_inside(problem: Shaping, points: Field) -> Field:
     return points
 
 
-def _folded_inside(problem: Shaping, points: Field) -> Mask:
+def _folded_inside(problem: CornerEnergy, points: Field) -> Mask:
     """(m,) cells that are invalid with all their corners positive."""
     return np.asarray((problem.measures(points).determinant > 0.0) & ~is_valid(points, problem.cells))
 
 
-def _unfold(patch: Shaping, points: Field, first_eps: float) -> Field:
+def _unfold(patch: CornerEnergy, points: Field, first_eps: float) -> Field:
     """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
     from scipy.optimize import minimize
 

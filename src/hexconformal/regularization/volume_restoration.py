@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import is_valid
-from ..energy import SIZE, Emphasis, Shaping
+from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
 from ..geometry import area_normals, enclosed_volume, simpson_normals
 
 __all__ = ["restored"]
@@ -26,7 +26,7 @@ _STIFF = 0.95  # stiffness times the worst density: no cell gets worse than that
 _SOLVE, _SOLVE_ITERATIONS, _SHIFT = 1e-2, 50, 1e-5
 
 
-def restored(problem: Shaping, points: Field, quads: Ints, volume: float) -> Field:
+def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
     """Points that enclose the given volume, changed as the energy resists least; as near as can be otherwise.
 
     Every step is valid, admissible, and within the limits of the problem's surface.
@@ -48,7 +48,7 @@ def restored(problem: Shaping, points: Field, quads: Ints, volume: float) -> Fie
         if abs(gap) <= _EXACT * abs(volume):
             return points
         worst = max(float(problem.measures(points).angle.max(initial=0.0)), 1e-3)
-        emphasis = Emphasis(angle=1.0, stiffness=_STIFF / worst, size=SIZE)
+        emphasis = Weights(angle=1.0, stiffness=_STIFF / worst, size=VOLUME_WEIGHT)
         matrix = problem.value_gradient_hessian(points, emphasis)[2]
         normals = area_normals(points, quads)
         way, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian
-from ..energy import SIZE, Emphasis, Shaping
+from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
 from ..mesh import rings
-from ..quality import held_bound
+from ..quality import attainable_scaled_jacobian
 from ..solver import projected_newton
 
-__all__ = ["lift", "lift_patches"]
+__all__ = ["raise_worst", "raise_worst_patches"]
 
 Field = NDArray[np.float64]
 Step = tuple[str, Field, float]
@@ -35,24 +35,24 @@ _GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round with les
 _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 
-def _stiff(problem: Shaping, points: Field) -> Emphasis:
+def _stiff(problem: CornerEnergy, points: Field) -> Weights:
     worst = max(float(problem.measures(points).angle.max()), 1e-3)
-    return Emphasis(_SHAPE, 1.0, _STIFF / worst, size=SIZE)
+    return Weights(_SHAPE, 1.0, _STIFF / worst, size=VOLUME_WEIGHT)
 
 
-def lift(problem: Shaping, points: Field) -> Iterator[Step]:
+def raise_worst(problem: CornerEnergy, points: Field) -> Iterator[Step]:
     """Lift a whole valid mesh, then its worst patches, until the worst cell stalls."""
-    emphasis = Emphasis(_SHAPE, 1.0, size=SIZE)
+    emphasis = Weights(_SHAPE, 1.0, size=VOLUME_WEIGHT)
     for points, energy in islice(projected_newton(problem, points, emphasis, decrease=3e-3), _ANGLE_STEPS):
         yield "angles", points, energy
     for points, energy in islice(projected_newton(problem, points, _stiff(problem, points)), _STIFF_STEPS):
         yield "stiffen", points, energy
-    yield from lift_patches(problem, points)
+    yield from raise_worst_patches(problem, points)
 
 
-def lift_patches(problem: Shaping, points: Field) -> Iterator[Step]:
+def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Step]:
     """Lift the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
-    enough = min(_GOOD, (1.0 - _GAIN) * held_bound(points, problem.cells, ~problem.free)[0])
+    enough = min(_GOOD, (1.0 - _GAIN) * attainable_scaled_jacobian(points, problem.cells, ~problem.free)[0])
     quality = corner_scaled_jacobian(points, problem.cells)
     for _ in range(_PATCH_ROUNDS):
         worst = float(quality.min())
@@ -70,7 +70,7 @@ def lift_patches(problem: Shaping, points: Field) -> Iterator[Step]:
         trial[nodes] = local
         quality = corner_scaled_jacobian(trial, problem.cells)
         # A patch watches the surface around itself only.
-        if quality.min() < worst or not np.isfinite(problem.value(trial, Emphasis())):
+        if quality.min() < worst or not np.isfinite(problem.value(trial, Weights())):
             return
         points = trial
         yield "worst cells", points, energy

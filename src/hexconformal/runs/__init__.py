@@ -3,17 +3,17 @@
 Belongs here: what a run writes while it goes on, whatever it computes. Imports `common`, `mesh` and `io`.
 """
 
-from .checkpoint import load_standing, problem_of, save_standing
+from .checkpoint import load_state, problem_of, save_state
 from .history import HistoryFile
-from .run_folder import RunFolder, Stage
+from .run_folder import RunFolder, RunState
 from .series import Series
 
 __all__ = [
     "HistoryFile",
     "RunFolder",
+    "RunState",
     "Series",
-    "Stage",
-    "load_standing",
+    "load_state",
     "problem_of",
-    "save_standing",
+    "save_state",
 ]

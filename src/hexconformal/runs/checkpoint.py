@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..common import OptionError, ReadError, saving
 
-__all__ = ["load_standing", "problem_of", "save_standing"]
+__all__ = ["load_state", "problem_of", "save_state"]
 
 
 def problem_of(words: str, arrays: Iterable[NDArray[Any]]) -> str:
@@ -25,7 +25,7 @@ def problem_of(words: str, arrays: Iterable[NDArray[Any]]) -> str:
     return f"{words} {digest.hexdigest()}"
 
 
-def save_standing(path: str | os.PathLike[str], version: int, problem: str, standing: Mapping[str, Any]) -> None:
+def save_state(path: str | os.PathLike[str], version: int, problem: str, state: Mapping[str, Any]) -> None:
     """Write where a run stands.
 
     Parameters
@@ -33,7 +33,7 @@ def save_standing(path: str | os.PathLike[str], version: int, problem: str, stan
     path
         The file, .npz; replaced at once if it is there.
     version
-        Of what `standing` holds.
+        Of what `state` holds.
     problem
         See :func:`problem_of`.
     standing
@@ -47,12 +47,12 @@ def save_standing(path: str | os.PathLike[str], version: int, problem: str, stan
 
     def put(target: Path) -> None:
         with open(target, "wb") as file:
-            np.savez(file, version=version, problem=problem, **standing)
+            np.savez(file, version=version, problem=problem, **state)
 
     saving(Path(path), put)
 
 
-def load_standing(path: str | os.PathLike[str], version: int, problem: str, others: str) -> dict[str, Any]:
+def load_state(path: str | os.PathLike[str], version: int, problem: str, others: str) -> dict[str, Any]:
     """Read where a run stands.
 
     Parameters

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from ..common import OptionError, WriteError, as_interruption, uninterrupted
-from .checkpoint import load_standing, save_standing
+from .checkpoint import load_state, save_state
 from .history import HistoryFile, rows_until
 from .series import Series, frames_folder
 
-__all__ = ["FolderRun", "RunFolder", "Stage"]
+__all__ = ["FolderRun", "RunFolder", "RunState"]
 
 
 @dataclass(frozen=True)
-class Stage:
+class RunState:
     """What a run comes to by a step.
 
     Attributes
@@ -44,7 +44,7 @@ class Stage:
 class FolderRun(Protocol):
     """A run that can be followed in a folder: iterate over its stages."""
 
-    version: int  # of what `standing` holds
+    version: int  # of what `state` holds
     others: str  # what the checkpoint of another run belongs to, in words
 
     @property
@@ -63,12 +63,12 @@ class FolderRun(Protocol):
     def problem(self) -> str:
         """What has to be the same to go on with a checkpoint."""
 
-    def __iter__(self) -> Iterator[Stage]: ...
+    def __iter__(self) -> Iterator[RunState]: ...
 
-    def standing(self) -> Mapping[str, Any]:
+    def state(self) -> Mapping[str, Any]:
         """Where the run stands."""
 
-    def resume(self, standing: Mapping[str, Any]) -> None:
+    def resume(self, state: Mapping[str, Any]) -> None:
         """Go on from there."""
 
     def write(self, path: Path) -> None:
@@ -177,9 +177,9 @@ class RunFolder:
         """
         rows: list[list[str]] = []
         if resume:
-            run.resume(load_standing(self.checkpoint, run.version, run.problem, run.others))
+            run.resume(load_state(self.checkpoint, run.version, run.problem, run.others))
             rows = rows_until(self.history, run.record, run.step)
-        last: Stage | None = None
+        last: RunState | None = None
         stopped: BaseException | None = None
         with HistoryFile(self.history, rows) as history, Series(self.frames, run.time if resume else None) as series:
             try:
@@ -193,7 +193,7 @@ class RunFolder:
                                 if stage.wanted or stage.step % every == 0:
                                     series.add(stage.time, stage.frame())
                                 # Last: what it counts as done is written.
-                                save_standing(self.checkpoint, run.version, run.problem, run.standing())
+                                save_state(self.checkpoint, run.version, run.problem, run.state())
                         if stage.record is not None:
                             told(str(stage.record))
                         if stage.refused:

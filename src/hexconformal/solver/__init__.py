@@ -5,17 +5,17 @@ Belongs here: methods that know energies by value and derivatives alone. Imports
 """
 
 from .admissible import Constraint, boundary_constraint, fixed_components, free_directions, planar_normals
-from .laplace_preconditioner import Metric
-from .minimizers import SOLVERS, Iterate, Problem, conjugate_gradients, lbfgs, start
+from .laplace_preconditioner import LaplacePreconditioner
+from .minimizers import MINIMIZERS, Iterate, Problem, conjugate_gradients, lbfgs, start
 from .projected_newton import newton_step, next_shift, projected_newton
 from .step_rounding import WHOLE_ROUNDING
 
 __all__ = [
-    "SOLVERS",
+    "MINIMIZERS",
     "WHOLE_ROUNDING",
     "Constraint",
     "Iterate",
-    "Metric",
+    "LaplacePreconditioner",
     "Problem",
     "boundary_constraint",
     "conjugate_gradients",

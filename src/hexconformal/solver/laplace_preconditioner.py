@@ -9,12 +9,12 @@ from scipy import sparse
 from .admissible import Constraint
 from .multigrid import Multigrid
 
-__all__ = ["Metric"]
+__all__ = ["LaplacePreconditioner"]
 
 Field = NDArray[np.float64]
 
 
-class Metric:
+class LaplacePreconditioner:
     """Approximate inverse (8 L)^-1 of the Hessian on the admissible displacements.
 
     With constant normals the frozen Hessian is 8 L, componentwise. Components that a constraint holds are rows

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..kernel import loop, parallel_ranges
 
-__all__ = ["SOLVERS", "Iterate", "Problem", "conjugate_gradients", "inner", "lbfgs", "majorize", "newton", "start"]
+__all__ = ["MINIMIZERS", "Iterate", "Problem", "conjugate_gradients", "inner", "lbfgs", "majorize", "newton", "start"]
 
 Field = NDArray[np.float64]
 
@@ -203,7 +203,7 @@ def majorize(problem: Problem, at: Iterate) -> Iterator[Iterate]:
         yield at
 
 
-SOLVERS: dict[str, Callable[[Problem, Iterate], Iterator[Iterate]]] = {
+MINIMIZERS: dict[str, Callable[[Problem, Iterate], Iterator[Iterate]]] = {
     "lbfgs": lbfgs,
     "newton": newton,
     "majorize": majorize,

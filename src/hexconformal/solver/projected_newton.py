@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import is_valid
-from ..energy import Emphasis, Shaping
+from ..energy import CornerEnergy, Weights
 from .step_rounding import rounded
 
 __all__ = ["newton_step", "next_shift", "projected_newton"]
@@ -22,7 +22,7 @@ _CURVATURE = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvatur
 
 
 def newton_step(
-    problem: Shaping, points: Field, emphasis: Emphasis, shift: float, accept: Callable[[Field], bool]
+    problem: CornerEnergy, points: Field, emphasis: Weights, shift: float, accept: Callable[[Field], bool]
 ) -> tuple[Field, float, float, float] | None:
     """One truncated Newton step with the convex Hessian: new points, energy before and after, length.
 
@@ -51,7 +51,7 @@ def next_shift(shift: float, step: float) -> float:
 
 
 def projected_newton(
-    problem: Shaping, points: Field, emphasis: Emphasis, decrease: float = 1e-3
+    problem: CornerEnergy, points: Field, emphasis: Weights, decrease: float = 1e-3
 ) -> Iterator[tuple[Field, float]]:
     """Newton's method with the convex Hessian and truncated solves; yields points and energy of every step.
 

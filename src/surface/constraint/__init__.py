@@ -4,20 +4,20 @@ Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `h
 `hexconformal.mesh`, `hexconformal.energy`, `hexconformal.geometry`, `mesh` and `energy`.
 """
 
-from .features import CORNER, SMOOTH, Features, detect_features, holding
-from .input_surface import Shape
-from .saddle_point import NORMALS, Linear, system
-from .smooth_projection import Target
+from .features import CORNER, SMOOTH, Features, detect_features, held_projectors
+from .input_surface import InputSurface
+from .saddle_point import NORMALS, ConstrainedSystem, system
+from .smooth_projection import SmoothProjection
 
 __all__ = [
     "CORNER",
     "NORMALS",
     "SMOOTH",
+    "ConstrainedSystem",
     "Features",
-    "Linear",
-    "Shape",
-    "Target",
+    "InputSurface",
+    "SmoothProjection",
     "detect_features",
-    "holding",
+    "held_projectors",
     "system",
 ]

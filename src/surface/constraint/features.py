@@ -17,7 +17,7 @@ from hexconformal.common import OptionError, first_ids
 from ..mesh import Cells, EdgeTable, Floats, Ints, edge_table, unit_vectors
 from .creases import curve_ends, find_creases
 
-__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "detect_features", "holding"]
+__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "detect_features", "held_projectors"]
 
 SMOOTH, CURVE, CORNER = 0, 1, 2
 
@@ -134,7 +134,7 @@ def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
 
 
-def holding(vectors: Floats, points: Floats, features: Features) -> Floats:
+def held_projectors(vectors: Floats, points: Floats, features: Features) -> Floats:
     """(n, 3, 3) orthogonal projector onto the directions each node may not move in, from (n, 3) nodal area vectors.
 
     A smooth node is held along its normal (one multiplier), one on a curve across its tangent (two), a corner

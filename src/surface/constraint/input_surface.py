@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.geometry import Closest, Surface
+from hexconformal.geometry import ClosestPoints, SurfaceLocator
 from hexconformal.mesh import corner_incidences
 
 from ..mesh import Cells, Floats, Ints, area_vectors, unit_vectors
 
-__all__ = ["Shape", "corner_normals", "fanned"]
+__all__ = ["InputSurface", "corner_normals", "fan_triangles"]
 
 _MARGIN = 0.08  # of the bound
 _EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
 
 
-class Shape:
+class InputSurface:
     """The input surface, to measure others against.
 
     Parameters
@@ -35,8 +35,8 @@ class Shape:
 
     def __init__(self, points: Floats, cells: Cells) -> None:
         self._cells = cells
-        vertices, self._faces, self._owners = fanned(points, cells)
-        self._surface = Surface(vertices, self._faces)
+        vertices, self._faces, self._owners = fan_triangles(points, cells)
+        self._surface = SurfaceLocator(vertices, self._faces)
         self._vectors = area_vectors(vertices, Cells(self._faces, _NO_QUADS))
         self._corners = corner_incidences(self._faces, len(vertices))
         self._samples = samples(points, cells)
@@ -134,7 +134,7 @@ class Shape:
         result[ids] = (area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
         return result
 
-    def _against(self, points: Floats, below: Closest) -> NDArray[np.bool_]:
+    def _against(self, points: Floats, below: ClosestPoints) -> NDArray[np.bool_]:
         own = area_vectors(points, self._cells)
         turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
         # All facets that share the corners between which a place on an edge or at a node lies.
@@ -150,16 +150,16 @@ class Shape:
         turned[cells[each[against]]] = True
         return np.asarray(turned)
 
-    def _below_centres(self, points: Floats) -> Closest:
+    def _below_centres(self, points: Floats) -> ClosestPoints:
         found = self._surface.closest(_centres(points, self._cells), self._below)
         self._below = found.faces
         return found
 
-    def _moved(self, points: Floats) -> Surface:
-        return self._surface.moved(fanned(points, self._cells)[0])
+    def _moved(self, points: Floats) -> SurfaceLocator:
+        return self._surface.moved(fan_triangles(points, self._cells)[0])
 
 
-def _walked(surface: Surface, places: Floats, start: Ints, bound: float) -> tuple[Ints, Floats, Ints]:
+def _walked(surface: SurfaceLocator, places: Floats, start: Ints, bound: float) -> tuple[Ints, Floats, Ints]:
     """Faces where walks from others end; distances, exact beyond a bound, and the faces they are measured from."""
     found = surface.walked(places, start)
     distances, faces = found.distances, found.faces.copy()
@@ -192,7 +192,7 @@ def _centres(points: Floats, cells: Cells) -> Floats:
 _NO_QUADS = np.empty((0, 4), dtype=np.int64)
 
 
-def fanned(points: Floats, cells: Cells) -> tuple[Floats, Ints, Ints]:
+def fan_triangles(points: Floats, cells: Cells) -> tuple[Floats, Ints, Ints]:
     """The surface in triangles (four around the centre of a quadrilateral), and the cell each belongs to."""
     t, q = len(cells.triangles), len(cells.quads)
     centres = len(points) + np.arange(q)

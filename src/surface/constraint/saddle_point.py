@@ -19,9 +19,9 @@ from hexconformal.energy import BlockMatrix
 
 from ..energy import Distortion
 from ..mesh import Cells, Floats, nodal_areas, transport_vectors
-from .features import Features, holding
+from .features import Features, held_projectors
 
-__all__ = ["NORMALS", "Linear", "displacement", "system"]
+__all__ = ["NORMALS", "ConstrainedSystem", "displacement", "system"]
 
 NORMALS = ("middle", "simpson", "linear")
 DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
@@ -80,13 +80,13 @@ def system(
     eps: float,
     normal: str,
     moving: NDArray[np.bool_],
-) -> Linear:
+) -> ConstrainedSystem:
     """The linear system of equation (18), with the normal N~ and the tangents of curves for a displacement v."""
-    held = holding(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
-    return Linear(hessian, held, nodal_areas(points, cells) / eps, moving)
+    held = held_projectors(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
+    return ConstrainedSystem(hessian, held, nodal_areas(points, cells) / eps, moving)
 
 
-class Linear:
+class ConstrainedSystem:
     """Minimize ``<v, H v>/2 - <rhs, v> + sum_i stiffness_i |P_i v_i|^2 / 2``.
 
     Parameters

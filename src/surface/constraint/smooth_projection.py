@@ -16,9 +16,9 @@ from hexconformal.mesh import corner_incidences
 
 from ..mesh import Cells, Floats, Ints, unit_vectors
 from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
-from .input_surface import corner_normals, fanned
+from .input_surface import corner_normals, fan_triangles
 
-__all__ = ["Target"]
+__all__ = ["SmoothProjection"]
 
 _STEPS = 60  # facets a node may walk over in one projection
 
@@ -83,7 +83,7 @@ def _bulging(first, last, points, facets, normals, labels, offsets, incidences, 
         places[k] = place
 
 
-class Target:
+class SmoothProjection:
     """The input surface with its feature curves, and where on it each node is.
 
     Parameters
@@ -96,7 +96,7 @@ class Target:
 
     def __init__(self, points: Floats, cells: Cells, features: Features) -> None:
         count = len(points)
-        self.points, faces, owners = fanned(points, cells)
+        self.points, faces, owners = fan_triangles(points, cells)
         patches = features.patches[owners]
         normals = corner_normals(self.points, faces, patches)
         # Curves are facets of two nodes behind the faces, with labels of their own and tangents for normals.

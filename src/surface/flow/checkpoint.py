@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hexconformal.runs import Stage, load_standing, problem_of, save_standing
+from hexconformal.runs import RunState, load_state, problem_of, save_state
 
 from ..io import as_pyvista, write
 from .evolve import Evolution
@@ -34,7 +34,7 @@ def save(path: str | os.PathLike[str], run: Evolution) -> None:
         If the file cannot be written; an older one is still there then.
     """
     flow = FlowRun(run)
-    save_standing(path, flow.version, flow.problem, flow.standing())
+    save_state(path, flow.version, flow.problem, flow.state())
 
 
 def load(path: str | os.PathLike[str], run: Evolution) -> None:
@@ -55,7 +55,7 @@ def load(path: str | os.PathLike[str], run: Evolution) -> None:
         If it belongs to another surface or flow.
     """
     flow = FlowRun(run)
-    flow.resume(load_standing(path, flow.version, flow.problem, flow.others))
+    flow.resume(load_state(path, flow.version, flow.problem, flow.others))
 
 
 class FlowRun:
@@ -89,19 +89,19 @@ class FlowRun:
         mesh = self._run.mesh
         return problem_of(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
 
-    def __iter__(self) -> Iterator[Stage]:
+    def __iter__(self) -> Iterator[RunState]:
         for moment in self._run:
             self._moment, record = moment, moment.record
             wanted = record.time in self._run.stepping.outputs
-            yield Stage(record.step, record.time, partial(_frame, moment), record, wanted)
+            yield RunState(record.step, record.time, partial(_frame, moment), record, wanted)
 
-    def standing(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Where the run stands."""
-        return self._run.standing()
+        return self._run.state()
 
-    def resume(self, standing: Mapping[str, Any]) -> None:
+    def resume(self, state: Mapping[str, Any]) -> None:
         """Go on from there."""
-        self._run.resume(standing)
+        self._run.resume(state)
 
     def write(self, path: Path) -> None:
         """Write the surface at the end, if a moment was seen."""

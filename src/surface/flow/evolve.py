@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.common import OptionError, made_of
+from hexconformal.common import OptionError, options_from
 
 from ..io import as_surface_mesh
 from ..mesh import Floats, area_vectors, edge_table, enclosed_volume, mean_edge_length
@@ -112,7 +112,7 @@ class Evolution:
             yield self._moment(tau, jump, multipliers, halvings)
         self.reason = reason
 
-    def standing(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Where the run stands, as arrays and numbers; with :meth:`resume` it goes on from there."""
         return {
             "points": self._state.points,
@@ -129,22 +129,22 @@ class Evolution:
             "first_area": self._first_area,
         }
 
-    def resume(self, standing: Mapping[str, Any]) -> None:
+    def resume(self, state: Mapping[str, Any]) -> None:
         """Go on from where another run, of the same surface and flow, stood.
 
         Parameters
         ----------
         standing
-            What :meth:`standing` gave.
+            What :meth:`state` gave.
         """
-        self._state = State(self.elements, np.asarray(standing["points"]))
-        self._step, self._time = int(standing["step"]), float(standing["time"])
-        self._tau, self._energy = float(standing["tau"]), float(standing["energy"])
-        self._credit, self._recent = float(standing["credit"]), list(standing["recent"])
-        self._limited, self._angle = int(standing["limited"]), float(standing["angle"])
-        self._longest = float(standing["longest"])
-        self._conserved.values = np.asarray(standing["conserved"])
-        self._first_area = float(standing["first_area"])
+        self._state = State(self.elements, np.asarray(state["points"]))
+        self._step, self._time = int(state["step"]), float(state["time"])
+        self._tau, self._energy = float(state["tau"]), float(state["energy"])
+        self._credit, self._recent = float(state["credit"]), list(state["recent"])
+        self._limited, self._angle = int(state["limited"]), float(state["angle"])
+        self._longest = float(state["longest"])
+        self._conserved.values = np.asarray(state["conserved"])
+        self._first_area = float(state["first_area"])
         self._resumed = True
 
     @property
@@ -324,4 +324,4 @@ def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:
     """
     if not isinstance(flow, Flow):
         raise OptionError(f"a flow is for instance MeanCurvature(mesh) or Willmore(mesh), not {type(flow).__name__}")
-    return iter(Evolution(flow, made_of(Stepping, options)))
+    return iter(Evolution(flow, options_from(Stepping, options)))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import MeshError, made_of
+from hexconformal.common import MeshError, options_from
 
 from ..mesh import Floats, SurfaceMesh
 from ..remeshing import Options, Remeshing
@@ -36,7 +36,7 @@ class Remesher:
 
     def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
         self._mesh = mesh
-        self._options = made_of(Options, {**_DEFAULTS, "fixed": fixed, **options})
+        self._options = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
         self._gentle = replace(self._options, emphasis="mean")
         self._early = replace(self._gentle, iterations=max(self._options.iterations, _EARLY))
 

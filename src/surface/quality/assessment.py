@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import Plain
+from hexconformal.common import Serializable
 from hexconformal.quality import Statistics, as_table, statistics
 
 from ..energy import corner_frames, reference_shapes
@@ -35,7 +35,7 @@ class WorstCell:
 
 
 @dataclass(frozen=True, repr=False)
-class Summary(Plain):
+class Summary(Serializable):
     """The quality of a surface in a few numbers.
 
     Attributes

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..mesh import Cells, Floats
 from .options import Options, Record
 
-__all__ = ["Worth"]
+__all__ = ["Acceptance"]
 
 _ROUNDING = 1e-9  # degrees, or of the energy
 _SLIGHTLY = 1e-3  # of the smallest angle: corners of a plane grid have the best one there is, and hold all others
@@ -21,7 +21,7 @@ _ENERGY = 0.02  # relative decrease, where the cells shall have other shapes tha
 
 
 @dataclass(frozen=True)
-class Worth:
+class Acceptance:
     """Compares surfaces with the input: by their angles, or by the energy where regular cells are not what is wanted.
 
     Attributes

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..constraint import Linear, holding, system
+from ..constraint import ConstrainedSystem, held_projectors, system
 from ..energy import Barrier
 from ..mesh import Floats, Ints
-from .problem import Surface
+from .problem import RemeshingProblem
 
 __all__ = ["Iterate", "Outcome", "descend"]
 
@@ -70,7 +70,9 @@ class Outcome:
     converged: bool = False
 
 
-def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArray[np.bool_]) -> Iterator[Iterate]:
+def descend(
+    surface: RemeshingProblem, tolerance: float, outcome: Outcome, waiting: NDArray[np.bool_]
+) -> Iterator[Iterate]:
     """Lower the energy until a step would gain less than `tolerance` of it; yields every surface that is accepted.
 
     Newton steps along the surface, put back onto it. Where a cell would be spoiled, or leave the input, its nodes are
@@ -124,11 +126,11 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
         surface.shape.accept()
         if target is not None and found.places is not None:
             target.places = found.places
-        eased = cap == _WIDE and ease == 1
-        surface.shape.strict = eased
-        waiting = waiting & (not eased)
+        improve_folded = cap == _WIDE and ease == 1
+        surface.shape.strict = improve_folded
+        waiting = waiting & (not improve_folded)
         way.damping[waiting] = np.inf
-        late = late or (eased and decrease < _LATE)
+        late = late or (improve_folded and decrease < _LATE)
         fell = decrease
         if late and isinstance(energy, Barrier):
             energy.cap = cap
@@ -138,7 +140,7 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
             vain += 1
             if reached < (1 - 0.5 * _VAIN * tolerance) * lowest:
                 lowest, vain = reached, 0
-        slow = slow + 1 if fell < tolerance and eased else 0
+        slow = slow + 1 if fell < tolerance and improve_folded else 0
         if slow == _STALL or vain == _VAIN:
             outcome.reason, outcome.converged = "iterations hardly lower the energy any more", True
             if held:
@@ -146,16 +148,18 @@ def descend(surface: Surface, tolerance: float, outcome: Outcome, waiting: NDArr
             return
 
 
-def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats, Linear]:
+def _system(surface: RemeshingProblem, x: Floats, normals: Floats | None) -> tuple[Floats, ConstrainedSystem]:
     """The derivative of the energy, and the linear system of a Newton step along the surface."""
     energy = surface.energy
     hessian = energy.hessian(x)
     if normals is not None:
         # Nodes are put back onto the surface: the limit eps = 0, and the normal is that of where they are.
-        return surface.slope(x), Linear(hessian, holding(normals, x, surface.features), None, surface.moving)
+        return surface.slope(x), ConstrainedSystem(
+            hessian, held_projectors(normals, x, surface.features), None, surface.moving
+        )
     gradient = energy.gradient(x)
 
-    def along(v: Floats) -> Linear:
+    def along(v: Floats) -> ConstrainedSystem:
         return system(hessian, x, v, surface.cells, surface.features, surface.eps, surface.normal, surface.moving)
 
     linear = along(np.zeros_like(x))
@@ -164,7 +168,9 @@ def _system(surface: Surface, x: Floats, normals: Floats | None) -> tuple[Floats
     return gradient, linear
 
 
-def _search(surface: Surface, x: Floats, base: Floats, v: Floats, normals: Floats | None, way: _Way) -> _Step | None:
+def _search(
+    surface: RemeshingProblem, x: Floats, base: Floats, v: Floats, normals: Floats | None, way: _Way
+) -> _Step | None:
     """A step that lowers the energy: nodes whose cells are in trouble are damped, and held at last.
 
     Where most are in trouble, or nobody is to blame, the step is too long for all.

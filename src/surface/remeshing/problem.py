@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from ..constraint import CORNER, SMOOTH, Features, Shape, Target
+from ..constraint import CORNER, SMOOTH, Features, InputSurface, SmoothProjection
 from ..energy import Barrier, Distortion
 from ..mesh import Cells, Floats, Ints, area_gradient, cell_areas, edge_table, nodal_vectors, unit_vectors
 
-__all__ = ["Surface"]
+__all__ = ["RemeshingProblem"]
 
 _GROWTH = 2.0  # of a cell's density in one step
 _AREA = 0.008  # relative change of the area
@@ -24,7 +24,7 @@ _LOOSE, _TIGHT = 0.03, 1e-8  # of the linear systems: with nodes put back onto t
 
 
 @dataclass(eq=False)
-class Surface:
+class RemeshingProblem:
     """What the loop works on.
 
     Attributes
@@ -57,9 +57,9 @@ class Surface:
         self._pieces = _closed_pieces(self.cells, count)
         self._volumes = self._piece_volumes(self.start, nodal_vectors(self.start, self.cells))
         self.area = float(cell_areas(self.start, self.cells).sum())
-        self.shape = Shape(self.start, self.cells)
+        self.shape = InputSurface(self.start, self.cells)
         self.precision = _TIGHT if self.bound is None else _LOOSE
-        self.target = None if self.bound is None else Target(self.start, self.cells, self.features)
+        self.target = None if self.bound is None else SmoothProjection(self.start, self.cells, self.features)
 
     def retracted(
         self, x: Floats, base: Floats, step: Floats, frozen: NDArray[np.bool_]

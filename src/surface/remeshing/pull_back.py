@@ -12,7 +12,7 @@ from itertools import chain
 import numpy as np
 
 from ..mesh import Floats
-from .problem import Surface
+from .problem import RemeshingProblem
 
 __all__ = ["nearer"]
 
@@ -21,7 +21,7 @@ _RINGS = 0, 1, 3  # of nodes around those that go back with them
 _SHARES = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the way that all keep
 
 
-def nearer(surface: Surface, points: Floats, bound: float) -> Iterator[tuple[Floats, float]]:
+def nearer(surface: RemeshingProblem, points: Floats, bound: float) -> Iterator[tuple[Floats, float]]:
     """Surfaces between the input and some points that are within the bound, the best first, and their distances."""
     everybody = np.ones((len(points), 1))
     local = (_cut(surface, points, bound, rings) for rings in _RINGS)
@@ -32,7 +32,7 @@ def nearer(surface: Surface, points: Floats, bound: float) -> Iterator[tuple[Flo
             yield trial, distance
 
 
-def _cut(surface: Surface, points: Floats, bound: float, rings: int) -> Floats:
+def _cut(surface: RemeshingProblem, points: Floats, bound: float, rings: int) -> Floats:
     """(n, 1) share of its way that each node keeps so that no cell is out of bounds."""
     shares = np.ones((len(points), 1))
     for _ in range(_PARTS):
@@ -45,7 +45,7 @@ def _cut(surface: Surface, points: Floats, bound: float, rings: int) -> Floats:
     return shares
 
 
-def _between(surface: Surface, points: Floats, shares: Floats) -> Floats:
+def _between(surface: RemeshingProblem, points: Floats, shares: Floats) -> Floats:
     """A part of the way from the input to some points, with the input's volume."""
     trial = surface.start + shares * (points - surface.start)
     for _ in range(2):

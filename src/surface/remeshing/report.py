@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from hexconformal.common import Plain
+from hexconformal.common import Serializable
 
 from ..quality import Summary
 
@@ -13,7 +13,7 @@ __all__ = ["Report"]
 
 
 @dataclass(frozen=True, repr=False)
-class Report(Plain):
+class Report(Serializable):
     """The surface before and after, how well its shape was kept, and why the run stopped.
 
     Attributes

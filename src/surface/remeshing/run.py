@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import first_ids, is_number, made_of
+from hexconformal.common import first_ids, is_number, options_from
 
 from ..constraint import detect_features
 from ..energy import Barrier, Distortion, Quaternionic, reference_shapes
 from ..io import as_surface_mesh
 from ..mesh import Floats, SurfaceMesh, cell_areas, edge_table, enclosed_volume, mean_edge_length
 from ..quality import held_nodes, quality, require_sound, smallest_angles
-from .acceptance import Worth
+from .acceptance import Acceptance
 from .descent import Iterate, Outcome, descend
 from .options import Options, Record
-from .problem import Surface
+from .problem import RemeshingProblem
 from .pull_back import nearer
 from .report import Report
 from .result import Result
@@ -86,7 +86,7 @@ class Remeshing:
         self._closed = bool((edge_table(cells).uses == 2).all())
         self._core = self._surface()
 
-    def _surface(self) -> Surface:
+    def _surface(self) -> RemeshingProblem:
         options, cells, x = self.options, self.mesh.cells, self._start
         angle, edges = options.features, None
         if angle is not None and not is_number(angle):
@@ -103,7 +103,7 @@ class Remeshing:
         # The energy itself, while the run adapts its own to where it is.
         self._measure = copy(energy)
         bound = _MARGIN * options.hausdorff * self._diagonal if options.project else None
-        return Surface(x, cells, features, energy, options.eps, options.normal, bound)
+        return RemeshingProblem(x, cells, features, energy, options.eps, options.normal, bound)
 
     @property
     def points(self) -> Floats:
@@ -165,9 +165,9 @@ class Remeshing:
         return left
 
     @property
-    def _worth(self) -> Worth:
+    def _worth(self) -> Acceptance:
         farthest = max(record.distance for record in self.history)
-        return Worth(self.options, self.mesh.cells, self.history[0], self._scale, farthest)
+        return Acceptance(self.options, self.mesh.cells, self.history[0], self._scale, farthest)
 
     @property
     def _stopped(self) -> bool:
@@ -317,7 +317,7 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
     >>> bool(result.report.after.min_angle > 44)
     True
     """
-    run = Remeshing(mesh, made_of(Options, options))
+    run = Remeshing(mesh, options_from(Options, options))
     for record in run:
         if callback is not None:
             callback(record)

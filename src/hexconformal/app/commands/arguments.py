@@ -11,7 +11,7 @@ from ...io import read
 from ...mesh import HexMesh
 from ...regularization import CHOICES, Options
 
-__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_overwrite", "add_told", "command"]
+__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_outputs", "add_overwrite", "command"]
 __all__ += ["mesh_of", "tell_lost"]
 
 STDOUT = "-"
@@ -59,7 +59,7 @@ def add_choice(group: Any, name: str, text: str, choices: Sequence[str] = (), op
     group.add_argument(f"--{name}", default=default, metavar=metavar, help=f"{text} (default {default})")
 
 
-def add_told(parser: ArgumentParser, picture: str) -> None:
+def add_outputs(parser: ArgumentParser, picture: str) -> None:
     """Add what a run can leave behind besides its mesh; `picture` says what is in that."""
     told = parser.add_argument_group("what is told")
     told.add_argument("--history", metavar="run.csv", help="a row per iteration, there as soon as it is known")

@@ -11,7 +11,7 @@ import numpy as np
 from ...elements import corner_scaled_jacobian
 from ...mesh import HexMesh
 from ...regularization import Options, Regularization
-from .arguments import add_choice, add_input, add_output, add_told, command, mesh_of
+from .arguments import add_choice, add_input, add_output, add_outputs, command, mesh_of
 from .kind import VOLUMES
 from .work import carry_out
 
@@ -73,7 +73,7 @@ def add_regularize(added: Any) -> None:
     what.add_argument(
         "--max-iterations", type=int, default=Options.max_iterations, metavar="N", help="default %(default)d"
     )
-    add_told(parser, "the mesh before and after, cut open")
+    add_outputs(parser, "the mesh before and after, cut open")
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Volume:
     def start(self) -> Regularization:
         return Regularization(self.mesh, self.options)
 
-    def rehearsed(self) -> HexMesh:
+    def dry_run(self) -> HexMesh:
         zero = np.zeros(len(self.mesh.cells))
         return self.mesh.replaced(
             point_data={"moved_by": np.zeros_like(self.mesh.points)},

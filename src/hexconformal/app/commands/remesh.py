@@ -17,7 +17,7 @@ from surface.quality import smallest_angles
 from surface.remeshing import EMPHASES, Options, Remeshing
 
 from ...common import OptionError
-from .arguments import add_choice, add_output, add_told, command
+from .arguments import add_choice, add_output, add_outputs, command
 from .surface_kind import SURFACES
 from .work import carry_out
 
@@ -73,7 +73,7 @@ formats: {" ".join(EXTENSIONS)}
         " energy by less than this, relatively (default %(default)g)",
     )  # fmt: skip
     what.add_argument("--iterations", type=int, default=Options.iterations, metavar="N", help="default %(default)d")
-    add_told(parser, "the surface before and after")
+    add_outputs(parser, "the surface before and after")
 
 
 def _remesh(arguments: Namespace) -> int:
@@ -97,7 +97,7 @@ class _Remesh:
     def start(self) -> Remeshing:
         return Remeshing(self.mesh, self.options)
 
-    def rehearsed(self) -> SurfaceMesh:
+    def dry_run(self) -> SurfaceMesh:
         zero = np.zeros(len(self.mesh.cells))
         return self.mesh.replaced(cell_data={"min_angle": zero, "min_angle_change": zero})
 

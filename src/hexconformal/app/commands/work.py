@@ -47,7 +47,7 @@ class Work(Protocol):
     def start(self) -> Any:
         """A run to iterate over, with `history` and `result()`."""
 
-    def rehearsed(self) -> Any:
+    def dry_run(self) -> Any:
         """The input with the arrays that the result will have."""
 
     def frame(self, run: Any) -> Any:
@@ -196,6 +196,6 @@ def _rehearse(path: str, work: Work) -> None:
     with folder_beside(place) as folder:
         trial = folder / place.name
         try:
-            work.kind.write(trial, work.rehearsed())
+            work.kind.write(trial, work.dry_run())
         except WriteError as problem:
             raise WriteError(str(problem).replace(str(trial), path)) from problem

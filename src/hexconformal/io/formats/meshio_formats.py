@@ -158,7 +158,7 @@ def _gmsh_options(out: Any, file: SourceFile | None) -> tuple[str, dict[str, Any
     for tag in GMSH_TAGS[:2]:
         out.cell_data.setdefault(tag, [np.zeros(len(block.data), dtype=np.int32) for block in out.cells])
     if as_text:
-        # Plain Python floats: the writer spells out NumPy's as np.float64(...).
+        # Serializable Python floats: the writer spells out NumPy's as np.float64(...).
         for name in set(out.point_data) - set(GMSH_TAGS):
             out.point_data[name] = out.point_data[name].astype(np.float64).astype(object)
         for name in set(out.cell_data) - set(GMSH_TAGS):

@@ -1,0 +1,104 @@
+"""The distance between two positions of a boundary: exact cases, symmetry, and the tool that scores results."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from hexconformal.generate import ball, box
+from hexconformal.geometry.closest_point import SurfaceLocator
+from hexconformal.geometry.hausdorff import distance_between, hausdorff, surface_samples
+from hexconformal.mesh.topology import boundary_quads
+
+
+def skin(mesh):
+    return mesh[0], boundary_quads(mesh[1])[0]
+
+
+def test_identical_surfaces_are_no_distance_apart():
+    points, quads = skin(ball(4, 2))
+    assert hausdorff(points, points, quads) < 1e-15
+
+
+def test_a_cube_that_shrinks():
+    # The far corner of the unit cube is the square root of 3 times 0.2 from a cube of edge 0.8.
+    points, quads = skin(box((4, 4, 4)))
+    assert hausdorff(0.8 * points, points, quads) == pytest.approx(0.2 * 3**0.5, rel=1e-13)
+
+
+def test_sliding_within_a_flat_face_is_no_distance():
+    points, quads = skin(box((6, 6, 6)))
+    moved = points.copy()
+    inner = (np.abs(points[:, :2] - 0.5) < 0.4).all(axis=1) & (points[:, 2] == 1)
+    moved[inner, 0] += 0.05
+    assert hausdorff(moved, points, quads) < 1e-14
+
+
+def test_both_directions_count():
+    # One node pulled out: nothing of the old surface is far from the new, but not the other way round; and back.
+    points, quads = skin(box((2, 2, 2)))
+    pulled = points.copy()
+    top = np.flatnonzero((points == [0.5, 0.5, 1.0]).all(axis=1))
+    pulled[top, 2] += 0.3
+    assert hausdorff(pulled, points, quads) == pytest.approx(0.3, rel=1e-13)
+    assert hausdorff(points, pulled, quads) == pytest.approx(0.3, rel=1e-13)
+
+
+def test_symmetric_and_without_regard_to_unit():
+    points, quads = skin(ball(4, 2))
+    other = points + np.random.default_rng(0).normal(size=points.shape) * 0.05
+    one = hausdorff(points, other, quads)
+    assert one == hausdorff(other, points, quads)
+    assert hausdorff(1e-6 * points, 1e-6 * other, quads) == pytest.approx(1e-6 * one, rel=1e-10)
+
+
+def test_surfaces_of_other_faces_can_be_compared():
+    # A cube of quads in a larger one of two triangles a side: farthest from corner to corner.
+    points, quads = skin(box((3, 3, 3)))
+    corners, sides = skin(box((1, 1, 1)))
+    halves = np.vstack([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]])
+    large = SurfaceLocator(1.5 * (corners - 0.5) + 0.5, halves)
+    assert distance_between(SurfaceLocator(points, quads), large) == pytest.approx(0.25 * 3**0.5, rel=1e-13)
+    # An edge is beaten in: all nodes of the large triangles stay on the surface, the middle of that edge does not.
+    dented = points.copy()
+    edge = np.flatnonzero((np.abs(points - [1.0, 1.0, 0.5]) < [1e-9, 1e-9, 0.4]).all(axis=1))
+    dented[edge, :2] -= 0.1
+    assert distance_between(SurfaceLocator(dented, quads), SurfaceLocator(corners, halves)) == pytest.approx(
+        0.1 * 2**0.5, rel=1e-13
+    )
+
+
+def test_samples_of_triangles():
+    of, weights = surface_samples(np.array([[0, 1, 2], [2, 1, 3]]))
+    assert np.bincount(of).tolist() == [3 + 3 + 1 + 3, 1 + 2 + 1 + 3]
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-15)
+    np.testing.assert_allclose(weights[-1], [1 / 6, 1 / 6, 4 / 6], rtol=1e-15)
+
+
+def test_samples_are_where_they_should_be():
+    points, quads = skin(box((1, 1, 1)))
+    of, weights = surface_samples(quads)
+    assert len(of) == 8 + 12 + 6 + 24
+    places = np.einsum("sj,sji->si", weights, points[quads[of]])
+    assert len(np.unique(places, axis=0)) == len(places)
+    np.testing.assert_array_equal(places[:8], points[np.unique(quads)])
+    pairs = [(a, b) for a in points for b in points if np.abs(a - b).sum() == 1]
+    assert set(map(tuple, places[8:20])) == {tuple((a + b) / 2) for a, b in pairs}
+    # Quarter points of a unit square lie a quarter from two of its sides.
+    assert set(np.unique(places[26:])) == {0.0, 0.25, 0.75, 1.0}
+
+
+@pytest.mark.parametrize("name", ["xu_t3_fandisk", "xu_t5_block", "xu_t1_bust"])
+def test_agrees_with_the_tool_that_scores_results(shared, name):
+    meshio = pytest.importorskip("meshio")
+    spec = importlib.util.spec_from_file_location("score_hex", shared / "tools" / "score_hex.py")
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    folder = shared / "meshes" / "hex"
+    if not (folder / f"{name}_input.vtu").exists():
+        pytest.skip("this mesh is not on this machine")
+    mesh = meshio.read(folder / f"{name}_input.vtu")
+    points, quads = np.asarray(mesh.points, float), boundary_quads(mesh.cells_dict["hexahedron"].astype(np.int64))[0]
+    other = np.asarray(meshio.read(folder / f"{name}_published.vtu").points, float)
+    diagonal = np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0))
+    assert hausdorff(other, points, quads) / diagonal == pytest.approx(tool.hausdorff(other, points, quads), rel=1e-9)

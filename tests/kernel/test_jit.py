@@ -1,0 +1,161 @@
+"""Compiled loops do what they say: the same runs with the loops left to the interpreter come to the same points."""
+
+import os
+import subprocess
+import sys
+from contextlib import ExitStack, contextmanager
+from unittest import mock
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+from surface_shapes import icosphere, quad_cube, shaken
+from test_validity import HIDDEN
+
+import hexconformal as hc
+import surface
+from hexconformal.elements.hexahedron import CORNERS
+from hexconformal.elements.validity import minimum_jacobian
+from hexconformal.energy.corner_energy import CornerEnergy, Weights
+from hexconformal.energy.distortion_energy import Distortion
+from hexconformal.generate import ball, box, jittered
+from hexconformal.geometry.closest_point import CurveLocator
+from hexconformal.solver.multigrid import Multigrid
+
+
+@contextmanager
+def interpreted():
+    """Inside, every compiled loop of this project is the Python it was compiled from."""
+    replaced = 0
+    with ExitStack() as stack:
+        for name, module in list(sys.modules.items()):
+            if name.partition(".")[0] in ("hexconformal", "surface"):
+                for key, value in list(vars(module).items()):
+                    if isinstance(value, Dispatcher):
+                        stack.enter_context(mock.patch.object(module, key, value.py_func))
+                        replaced += 1
+        assert replaced > 40
+        yield
+
+
+def quadratic(points):
+    return points + 0.1 * points[:, [1, 2, 0]] ** 2
+
+
+def moved():
+    points, cells = jittered(*box((2, 2, 2)), 0.2)
+    top = np.flatnonzero(points[:, 2] == 1.0)
+    for operator in ("harmonic", "elastic", "conformal"):
+        motion = hc.MeshMotion((points, cells), moving=top, operator=operator)
+        yield motion.step(np.tile([0.05, 0.0, 0.1], (len(top), 1))).points
+
+
+def volumes(points_and_cells, **options):
+    return hc.regularize(points_and_cells, **options).points
+
+
+def products():
+    """All second derivatives, with targets and without."""
+    points, cells = SKEW
+    field = np.random.default_rng(0).normal(size=points.shape)
+    frames = np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(1).normal(size=(len(cells), 1, 3, 3)))
+    for eps, inverses in ((None, None), (None, frames), (0.1, frames)):
+        energy = Distortion(cells, len(points), None, inverses, eps, "gauss")
+        yield energy.second_product(points, field)
+        if eps is None:
+            yield energy.frozen_product(points, field)
+
+
+def shaped():
+    """Gradient and convex Hessian of the corner energy, with targets."""
+    points, cells = SKEW
+    frames = np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(1).normal(size=(1, 1, 3, 3)))
+    problem = CornerEnergy(cells, frames, np.tile(np.eye(3), (len(points), 1, 1)))
+    _, gradient, matrix = problem.value_gradient_hessian(points, Weights(angle=1.0, stiffness=0.01, eps=0.1))
+    return np.concatenate([gradient.ravel(), matrix.data.ravel()])
+
+
+def cycle():
+    """One multigrid cycle of two levels."""
+    points, cells = box((7, 7, 7))
+    matrix = Distortion(cells, len(points)).laplacian()
+    return Multigrid(matrix, points[:, 0] > 0)(quadratic(points))
+
+
+def curve():
+    line = CurveLocator(
+        quadratic(np.linspace(0, 1, 30).reshape(10, 3)), [[k, k + 1] for k in range(9)], np.arange(9) // 5
+    )
+    return line.closest(np.random.default_rng(0).random((20, 3)), np.arange(20) % 2).positions
+
+
+ONE = np.arange(8)[None]
+SKEW = jittered(*box((2, 2, 3)), 0.35, keep_boundary=False)
+ROUND = jittered(*ball(2, 1), 0.3)
+TANGLED = jittered(*box((3, 2, 2)), 0.9, seed=5, valid=False)
+RUNS = {
+    "corners": lambda: volumes(SKEW, boundary="free", target="1:2:3", max_iterations=4),
+    "volumes": lambda: volumes(SKEW, boundary="free", sizes=np.full(12, 0.1), max_iterations=3),
+    "a reference mesh": lambda: volumes(
+        SKEW, boundary="free", target=quadratic(box((2, 2, 3))[0]), lift=False, max_iterations=4
+    ),
+    "gauss": lambda: volumes(SKEW, boundary="fixed", energy="quaternionic", method="newton", max_iterations=3),
+    "frozen": lambda: volumes(
+        SKEW, boundary="fixed", energy="quaternionic", method="majorize", target="input", max_iterations=2
+    ),
+    "a curved boundary": lambda: volumes(ROUND, hausdorff=0.02, max_iterations=6),
+    "tangled": lambda: volumes(TANGLED, max_iterations=4),
+    "tangled boxes": lambda: volumes(TANGLED, target="1:1:2", max_iterations=2),
+    "second derivatives": lambda: np.concatenate(list(products())),
+    "corners with targets": shaped,
+    "multigrid": cycle,
+    "a curve": curve,
+    "motion": lambda: np.concatenate(list(moved())),
+    "triangles": lambda: (
+        surface.remesh((shaken(icosphere(1), 0.08)[0], icosphere(1)[1].triangles), iterations=2).points
+    ),
+    "quadrilaterals": lambda: (
+        surface.remesh((quadratic(quad_cube(2)[0]), quad_cube(2)[1].quads), features=None, iterations=1).points
+    ),
+    "quality": lambda: np.concatenate([v.ravel() for v in hc.Quality.arrays(hc.quality(TANGLED)).values()]),
+    "bounds": lambda: np.concatenate(
+        # The first two take bisections.
+        [bound for x in (HIDDEN, 0.95 * HIDDEN + 0.05 * CORNERS) for bound in minimum_jacobian(x, ONE)]
+        + [*minimum_jacobian(*TANGLED)]
+    ),
+}
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+def test_compiled_loops_are_the_python_they_come_from(run):
+    compiled = run()
+    with interpreted():
+        plain = run()
+    np.testing.assert_allclose(compiled, plain, rtol=1e-6, atol=1e-8)
+
+
+SOLVE = """
+import numpy as np
+from hexconformal.energy.block_matrix import BlockMatrix
+from hexconformal.generate import box
+points, cells = box((4, 4, 4))
+rng = np.random.default_rng(0)
+matrix = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool))
+matrix.data[:] = rng.normal(size=matrix.data.shape)
+last = matrix.indptr[1:] - 1
+matrix.data[last] = np.eye(3) * 60 + matrix.data[last] + matrix.data[last].transpose(0, 2, 1)
+found, _ = matrix.solve(rng.normal(size=points.shape), np.tile(np.eye(3), (len(points), 1, 1)), 1e-8, 50, 1e-5)
+print(found.tobytes().hex())
+"""
+
+
+def test_the_run_that_compiles_and_one_that_loads_give_the_same_bits(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    first, second = (
+        subprocess.run(
+            [sys.executable, "-c", SOLVE], env=environment, capture_output=True, text=True, check=True
+        ).stdout
+        for _ in range(2)
+    )
+    assert list(tmp_path.rglob("block_matrix._conjugate_gradients*.nbc"))
+    assert first == second

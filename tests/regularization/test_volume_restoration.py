@@ -1,0 +1,170 @@
+"""Enclosed volumes: exact formulas, and runs that conserve them."""
+
+import numpy as np
+import pytest
+
+import hexconformal as hc
+from hexconformal import generate
+from hexconformal.energy.corner_energy import CornerEnergy
+from hexconformal.geometry import area_normals, enclosed_volume, simpson_normals
+from hexconformal.geometry.closest_point import SurfaceLocator
+from hexconformal.geometry.distance_barrier import DistanceBarrier
+from hexconformal.mesh.topology import boundary_quads
+from hexconformal.regularization.volume_restoration import restored
+
+
+def ball(amount=0.3, **options):
+    return generate.jittered(*generate.ball(4, 2), amount, seed=1, **options)
+
+
+def cylinder():
+    points, cells = generate.jittered(*generate.cylinder(4, 3, 6), 0.3, seed=2)
+    height = points[:, 2]
+    mantle = np.isclose(np.hypot(*points[:, :2].T), 1.0) & (height > height.min()) & (height < height.max())
+    points[mantle] += 0.02 * np.random.default_rng(2).normal(size=(mantle.sum(), 3))
+    return points, cells
+
+
+def test_the_surface_encloses_the_volume_of_the_cells_inside_tangled_or_not():
+    points, cells = ball(0.9, valid=False)
+    assert (hc.quality((points, cells)).scaled_jacobian < 0).sum() > 10
+    assert enclosed_volume(points, boundary_quads(cells)[0]) == pytest.approx(
+        hc.quality((points, cells)).volume.sum(), rel=1e-13
+    )
+
+
+def test_no_digits_are_lost_far_away():
+    points, cells = ball()
+    quads = boundary_quads(cells)[0]
+    there = points + 2.0**20
+    assert enclosed_volume(there, quads) == pytest.approx(enclosed_volume(there - 2.0**20, quads), rel=1e-14)
+
+
+def test_along_a_straight_way_the_simpson_normal_gives_the_change_of_volume_exactly():
+    points, cells = ball()
+    quads = boundary_quads(cells)[0]
+    way = 0.2 * np.random.default_rng(0).normal(size=points.shape)
+    change = enclosed_volume(points + way, quads) - enclosed_volume(points, quads)
+    simpson = np.einsum("ij,ij->", simpson_normals(points, points + way, quads), way)
+    assert abs(change) > 1e-2
+    assert simpson == pytest.approx(change, rel=1e-12)
+    # The half-way normal is exact to third order, the old one to second.
+    orders = []
+    for normals in (lambda v: area_normals(points + 0.5 * v, quads), lambda v: area_normals(points, quads)):
+        errors = [
+            np.einsum("ij,ij->", normals(v), v) - np.einsum("ij,ij->", simpson_normals(points, points + v, quads), v)
+            for v in (way, way / 2)
+        ]
+        orders.append(np.log2(errors[0] / errors[1]))
+    assert orders == pytest.approx([3.0, 2.0], abs=0.3)
+
+
+@pytest.mark.parametrize("make", [ball, cylinder])
+def test_a_run_conserves_the_volume_if_asked_to(make):
+    points, cells = make()
+    plain = hc.regularize((points, cells)).report
+    result = hc.regularize((points, cells), conserve_volume=True)
+    report = result.report
+    assert abs(plain.volume_change) > 1e-5
+    assert abs(report.volume_change) < 1e-13
+    assert enclosed_volume(result.points, boundary_quads(cells)[0]) == pytest.approx(
+        enclosed_volume(points, boundary_quads(cells)[0]), rel=1e-12
+    )
+    assert report.after.invalid == 0
+    assert report.hausdorff <= 0.005
+    assert report.after.scaled_jacobian.min > plain.after.scaled_jacobian.min - 0.01
+    assert report.after.scaled_jacobian.mean > plain.after.scaled_jacobian.mean - 0.01
+    assert any(note.startswith("volume: a change of") for note in report.notes)
+
+
+def test_flat_faces_stay_flat_while_the_volume_is_made_up_for():
+    points, cells = cylinder()
+    result = hc.regularize((points, cells), conserve_volume=True)
+    for end in (points[:, 2].min(), points[:, 2].max()):
+        assert (result.points[points[:, 2] == end, 2] == end).all()
+    held = points[:, 0] > 0.3
+    result = hc.regularize((points, cells), conserve_volume=True, fixed=held)
+    assert np.array_equal(result.points[held], points[held])
+    assert abs(result.report.volume_change) < 1e-13
+
+
+def test_a_tangled_mesh_gets_the_volume_that_its_surface_encloses():
+    points, cells = ball(0.9, valid=False)
+    report = hc.regularize((points, cells), conserve_volume=True).report
+    assert report.before.inverted > 10
+    assert report.after.inverted == report.after.invalid == 0
+    assert abs(report.volume_change) < 1e-13
+    assert report.hausdorff <= 0.005
+
+
+@pytest.mark.parametrize(("size", "shift"), [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)])
+def test_volume_is_conserved_in_every_unit_and_far_away(size, shift):
+    points, cells = ball()
+    report = hc.regularize((size * points + shift, cells), conserve_volume=True).report
+    assert report.largest_displacement > 0.01 * size
+    assert abs(report.volume_change) < 1e-12
+
+
+@pytest.mark.parametrize("options", [{"boundary": "fixed"}, {"hausdorff": 0.0}])
+def test_where_the_volume_cannot_change_nothing_is_done(options):
+    mesh = ball()
+    plain = hc.regularize(mesh, **options)
+    same = hc.regularize(mesh, conserve_volume=True, **options)
+    assert np.array_equal(plain.points, same.points)
+    assert same.report.notes == plain.report.notes
+
+
+def test_a_run_that_is_left_early_conserves_the_volume_too():
+    run = hc.Regularization(ball(), hc.Options(conserve_volume=True))
+    for record in run:
+        if record.iteration == 4:
+            break
+    report = run.result().report
+    assert report.reason == "interrupted"
+    assert report.largest_displacement > 0
+    assert abs(report.volume_change) < 1e-13
+
+
+def test_left_before_it_is_unfolded_a_mesh_says_that_its_volume_differs(shared):
+    mesh = shared / "meshes" / "hex" / "msq_pave3_input.vtu"
+    run = hc.Regularization(mesh, hc.Options(conserve_volume=True))
+    for record in run:
+        if 0 < record.inverted < run.history[0].inverted:
+            break
+    report = run.result().report
+    assert 0 < report.after.inverted < report.before.inverted
+    assert abs(report.volume_change) > 1e-6
+    assert any(f"differs by {report.volume_change:+.1e}: the run was left" in note for note in report.notes)
+
+
+def test_what_the_band_has_no_room_for_is_approached():
+    points, cells = generate.ball(4, 2)
+    quads = boundary_quads(cells)[0]
+    bound = 0.01
+    band = DistanceBarrier(SurfaceLocator(points, quads), bound)
+    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), band)
+    before = enclosed_volume(points, quads)
+    swollen = restored(problem, points, quads, 1.2 * before)
+    assert band.excess(swollen) <= 1.0
+    assert hc.quality((swollen, cells)).valid.all()
+    # All of the surface has gone outwards by half the bound at least.
+    assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi
+    little = restored(problem, points, quads, 1.01 * before)
+    assert enclosed_volume(little, quads) == pytest.approx(1.01 * before, rel=1e-13)
+    assert enclosed_volume(restored(problem, little, quads, before), quads) == pytest.approx(before, rel=1e-13)
+
+
+@pytest.mark.parametrize("options", [{"boundary": "free"}, {"surface": "part.stl"}])
+def test_what_contradicts_it_is_refused(options):
+    with pytest.raises(hc.OptionError, match="conserve_volume goes with boundary='slide'"):
+        hc.Options(conserve_volume=True, **options)
+
+
+# name: published minimum of the scaled Jacobian (Xu, Gao & Chen 2018)
+@pytest.mark.parametrize(("name", "least"), [("xu_t5_bone", 0.207), ("xu_t3_fandisk", 0.752)])
+def test_real_meshes_keep_their_volume_and_are_as_good_as_published(shared, name, least):
+    report = hc.regularize(shared / "meshes" / "hex" / f"{name}_input.vtu", conserve_volume=True).report
+    assert abs(report.volume_change) < 1e-13
+    assert report.after.invalid == 0
+    assert report.after.scaled_jacobian.min >= least
+    assert report.hausdorff <= 0.005

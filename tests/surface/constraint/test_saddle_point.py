@@ -1,0 +1,72 @@
+"""One step of remeshing as a linear problem: what is minimized, directly and by iterations, and who stays."""
+
+import numpy as np
+import pytest
+from surface_shapes import grid, mixed_sphere, shaken
+
+from surface.constraint.features import CURVE, curve_tangents, detect_features, held_projectors
+from surface.constraint.saddle_point import ConstrainedSystem, displacement
+from surface.energy.barrier import Barrier
+from surface.energy.reference import reference_shapes
+from surface.mesh.geometry import transport_vectors
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """A matrix, loads, held directions and stiffnesses of a shaken sphere."""
+    points, cells = shaken(mixed_sphere(4), 0.05)
+    energy = Barrier(cells, reference_shapes("equilateral", points, cells), len(points))
+    held = held_projectors(
+        transport_vectors(points, points, cells, "linear"), points, detect_features(points, cells, None)
+    )
+    stiffness = np.random.default_rng(0).uniform(1.0, 5.0, len(points))
+    return energy.hessian(points), -energy.gradient(points), held, stiffness
+
+
+def residual(problem, v):
+    hessian, rhs, held, stiffness = problem
+    return (hessian @ v.ravel()).reshape(-1, 3) + stiffness[:, None] * np.einsum("nij,nj->ni", held, v) - rhs
+
+
+@pytest.mark.parametrize("solve", [ConstrainedSystem.solved, lambda linear, rhs: linear.solve(rhs, 1e-9)])
+def test_the_displacement_is_stationary(problem, solve):
+    hessian, rhs, held, stiffness = problem
+    v = solve(ConstrainedSystem(hessian, held, stiffness, np.ones(len(rhs), dtype=bool)), rhs)
+    assert np.abs(v).max() > 1e-3
+    assert np.abs(residual(problem, v)).max() < 1e-7 * np.abs(problem[1]).max()
+
+
+def test_without_relaxation_nobody_moves_in_a_held_direction_and_who_stays_stays(problem):
+    hessian, rhs, held, _ = problem
+    moving = np.arange(len(rhs)) % 5 > 0
+    fewer = moving & (np.arange(len(rhs)) % 7 > 0)
+    linear = ConstrainedSystem(hessian, held, None, moving)
+    for some, v in ((moving, linear.solve(rhs, 1e-9)), (fewer, linear.solve(rhs, 1e-9, fewer))):
+        assert (v[~some] == 0).all()
+        assert np.abs(v[some]).max() > 1e-3
+        assert np.abs(np.einsum("nij,nj->ni", held, v)).max() < 1e-12
+        open_ = np.eye(3) - held
+        left = np.einsum("nij,nj->ni", open_, (hessian @ v.ravel()).reshape(-1, 3) - rhs)
+        assert np.abs(left[some]).max() < 1e-7 * np.abs(rhs).max()
+
+
+def test_nodes_of_a_curve_move_along_its_tangent_half_way():
+    # Part of a sphere between four great circles.
+    points, cells, inner = grid(8, jitter=0.3)
+    points = 2 * points - [1, 1, -1]
+    points[~inner, :2] += 0.05 * np.sin(5 * points[~inner, :2]) * (np.abs(points[~inner, :2]) < 1)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    features = detect_features(points, cells, None)
+    curve = features.kind == CURVE
+    assert curve.sum() == 28
+    energy = Barrier(cells, reference_shapes("equilateral", points, cells), len(points))
+    v = displacement(energy, points, cells, features, 1e-12)[0][curve]
+    assert np.linalg.norm(v, axis=1).max() > 0.02
+    away = []
+    for share in (0.0, 0.5):
+        moved = points.copy()
+        moved[curve] += share * v
+        t = curve_tangents(moved, features)[curve]
+        away.append(np.linalg.norm(v - (v * t).sum(axis=1, keepdims=True) * t, axis=1).max())
+    assert away[0] > 0.02
+    assert away[1] < 0.005 * away[0]

@@ -1,0 +1,195 @@
+"""The conformal energies of a surface: derivatives, majorization, and one step of the note's method."""
+
+import numpy as np
+import pytest
+from surface_shapes import grid, icosphere, mixed_sphere, none, shaken
+
+from surface.constraint.features import detect_features
+from surface.constraint.saddle_point import displacement
+from surface.energy.barrier import Barrier
+from surface.energy.distortion_energy import Quaternionic
+from surface.energy.reference import reference_shapes
+from surface.mesh.geometry import Cells, enclosed_volume, mean_edge_length
+
+
+def energies(surface):
+    points, cells = surface
+    shapes = reference_shapes("equilateral", points, cells)
+    n = len(points)
+    return {
+        "quaternionic": Quaternionic(cells, shapes, n),
+        "metric": Quaternionic(cells, shapes, n, points),
+        "barrier": Barrier(cells, shapes, n),
+        "severe": Barrier(cells, shapes, n, severity=0.5),
+        "mild": Barrier(cells, shapes, n, mildness=0.05, severity=0.1),
+    }
+
+
+@pytest.mark.parametrize("name", ["quaternionic", "metric", "barrier", "severe", "mild"])
+def test_gradient_is_the_derivative(name):
+    points, cells = shaken(mixed_sphere(5), 0.05)
+    energy = energies((points, cells))[name]
+    d = np.random.default_rng(3).normal(size=points.shape)
+    errors = []
+    for step in (1e-4, 5e-5):
+        slope = (energy.value(points + step * d) - energy.value(points - step * d)) / (2 * step)
+        errors.append(abs(slope - (energy.gradient(points) * d).sum()))
+    assert errors[1] < 1e-3 * abs((energy.gradient(points) * d).sum())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.3)
+
+
+def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
+    points, cells = shaken(mixed_sphere(5), 0.03)
+    shapes = reference_shapes("equilateral", points, cells)
+    own, given = (Barrier(cells, shapes, len(points), 0.1, 0.5) for _ in range(2))
+    f1, f2 = (np.stack(f, axis=1) for f in own.frames.derivatives(points))
+    n = np.cross(f1, f2) + 0.05 * np.random.default_rng(1).normal(size=f1.shape) * np.linalg.norm(f1, axis=1)[:, None]
+    given.normals = n / np.linalg.norm(n, axis=1, keepdims=True)
+    assert (given.densities(points) >= own.densities(points) * (1 - 1e-12)).all()
+    # A frame upside down has a finite density once the energy has settled there.
+    given.normals[3] *= -1
+    assert np.isinf(given.densities(points)[3])
+    given.cap = 10.0
+    given.settle(points)
+    assert np.isfinite(given.value(points))
+    assert given.densities(points).max() <= 10.0
+    d = np.random.default_rng(3).normal(size=points.shape)
+    slope = (given.value(points + 1e-6 * d) - given.value(points - 1e-6 * d)) / 2e-6
+    assert (given.gradient(points) * d).sum() == pytest.approx(slope, rel=1e-5)
+    hessian = given.hessian(points).toarray()
+    assert np.linalg.eigvalsh(hessian)[0] > -1e-10 * np.abs(hessian).max()
+
+
+def test_the_area_of_a_frame_is_one_where_it_is_perfect_in_every_unit():
+    x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.75**0.5, 0.0]])
+    cells = Cells(np.array([[0, 1, 2]]), none(4))
+    energy = Barrier(cells, reference_shapes("equilateral", x, cells), 3)
+    for unit in (1e-3, 1.0, 1e3):
+        assert energy.areas(unit * x) == pytest.approx(1.0, rel=1e-14)
+        assert energy.areas(unit * x * [2.0, 1.0, 1.0]) == pytest.approx(0.8, rel=1e-14)  # 2 s / (1 + s^2)
+    energy.normals = np.array([[0.0, 0.0, -1.0]])
+    assert energy.areas(x) == pytest.approx(-1.0, rel=1e-14)
+
+
+def test_where_the_worst_are_lifted_they_count_more_the_worse_they_are():
+    points, cells = shaken(mixed_sphere(5), 0.05)
+    energy = energies((points, cells))["barrier"]
+    plain = energy.densities(points)
+    relative = plain / energy.frames.weights
+    energy.lift = True
+    energy.settle(points)
+    counted = (energy.densities(points) / plain)[np.argsort(relative)]
+    assert 1.0 <= counted[0] < 1.1
+    assert (np.diff(counted) >= -1e-12).all()
+    assert counted[-1] == pytest.approx(1 + relative.max() / 2, rel=1e-12)
+
+
+def test_ease_is_a_factor_of_the_mildness():
+    points, cells = shaken(mixed_sphere(5), 0.05)
+    shapes = reference_shapes("equilateral", points, cells)
+    improve_folded, mild = (Barrier(cells, shapes, len(points), m, 0.1) for m in (0.05, 0.15))
+    improve_folded.ease = 3.0
+    np.testing.assert_allclose(improve_folded.densities(points), mild.densities(points), rtol=1e-12)
+    np.testing.assert_allclose(improve_folded.gradient(points), mild.gradient(points), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(improve_folded.second(points), mild.second(points), rtol=1e-12, atol=1e-12)
+
+
+def test_frozen_normals_majorize():
+    points, cells = shaken(mixed_sphere(5), 0.1)
+    energy = energies((points, cells))["quaternionic"]
+    gradient, hessian, value = energy.gradient(points), energy.hessian(points), energy.value(points)
+    rng = np.random.default_rng(4)
+    for size in (1e-3, 0.1, 1.0, 10.0):
+        v = size * rng.normal(size=points.shape)
+        model = value + (gradient * v).sum() + v.ravel() @ (hessian @ v.ravel()) / 2
+        assert energy.value(points + v) <= model * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("name", ["quaternionic", "barrier", "severe", "mild"])
+def test_second_derivatives_are_symmetric_and_semidefinite(name):
+    points, cells = shaken(mixed_sphere(3), 0.1)
+    hessian = energies((points, cells))[name].hessian(points).toarray()
+    assert np.abs(hessian - hessian.T).max() < 1e-12 * np.abs(hessian).max()
+    assert np.linalg.eigvalsh(hessian)[0] > -1e-10 * np.abs(hessian).max()
+
+
+@pytest.mark.parametrize(("mildness", "severity"), [(np.inf, 0.0), (np.inf, 1.5), (0.1, 0.0), (0.1, 1.5)])
+def test_barrier_curvature_in_the_plane_is_the_positive_part(mildness, severity):
+    """Of the eigenvalues of the exact Hessian of one frame at least the positive ones are kept."""
+    x = np.zeros((3, 3))
+    x[:, :2] = [[0.1, 0.0], [1.3, 0.2], [0.7, 0.5]]
+    cells = Cells(np.array([[0, 1, 2]]), none(4))
+    energy = Barrier(cells, reference_shapes("equilateral", x, cells), 3, mildness, severity)
+    step, exact = 1e-5, np.empty((6, 6))
+    for column in range(6):
+        d = np.zeros((3, 3))
+        d[column // 2, column % 2] = step
+        exact[:, column] = ((energy.gradient(x + d) - energy.gradient(x - d)) / (2 * step))[:, :2].ravel()
+    plane = [0, 1, 3, 4, 6, 7]
+    kept = energy.hessian(x).toarray()[np.ix_(plane, plane)]
+    assert np.linalg.eigvalsh(kept - exact)[0] > -1e-4 * np.abs(exact).max()
+    if severity == 0.0:
+        f = np.ix_([0, 1, 3, 4], [0, 1, 3, 4])
+        assert np.linalg.matrix_rank(energy.second(x)[0][f], tol=1e-9 * np.abs(kept).max()) == 2
+
+
+def test_step_in_the_plane_is_the_graph_laplacian_embedding():
+    """Tutte: equilateral reference, fixed boundary, one step; every inner node the mean of its neighbours."""
+    points, cells, inner = grid(8, jitter=0.3)
+    energy = Quaternionic(cells, reference_shapes("equilateral", points, cells), len(points))
+    features = detect_features(points, cells, None, boundary="fixed")
+    moved = points + displacement(energy, points, cells, features, 1e-5)[0]
+    edges = cells.edges()
+    total, degree = np.zeros_like(points), np.zeros(len(points))
+    for a, b in ((0, 1), (1, 0)):
+        np.add.at(total, edges[:, a], moved[edges[:, b]])
+        np.add.at(degree, edges[:, a], 1)
+    assert np.abs(moved - total / degree[:, None])[inner].max() < 1e-12
+    x = moved[cells.triangles]
+    assert (np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])[:, 2] > 0).all()
+
+
+def test_one_step_on_a_sphere_removes_most_of_the_distortion():
+    points, cells = shaken(icosphere(3), 0.0294)
+    assert len(points) == 642
+    energy = energies((points, cells))["metric"]
+    h = mean_edge_length(points, cells)
+    features = detect_features(points, cells, None)
+    before = energy.value(points)
+    v, _ = displacement(energy, points, cells, features, 1e-5 * h**2, "middle")
+    after = energy.value(points + v)
+    assert after < 3.64 / 16.8 * before
+    simpson, _ = displacement(energy, points, cells, features, 1e-8 * h**2, "simpson")
+    drift = [abs(enclosed_volume(points + d, cells) - enclosed_volume(points, cells)) for d in (v, simpson)]
+    assert drift[1] < 1e-6
+    assert drift[1] < drift[0]
+
+
+def test_step_scales_with_the_unit_of_length():
+    points, cells = shaken(icosphere(2), 0.05)
+    features = detect_features(points, cells, None)
+    energy = energies((points, cells))["quaternionic"]
+    v, _ = displacement(energy, points, cells, features, 1e-4)
+    w, _ = displacement(energy, 1e3 * points, cells, features, 1e-4 * 1e6)
+    assert np.abs(w - 1e3 * v).max() < 1e-10 * 1e3
+
+
+def test_new_normals_raise_the_energy_by_no_more_than_they_may():
+    points, cells, _ = grid(6, 0.2)
+    shapes = reference_shapes("equilateral", points, cells)
+    energy = Barrier(cells, shapes, len(points))
+    count = len(cells.triangles)
+    upright = np.tile([0.0, 0.0, 1.0], (count, 1))
+    rng = np.random.default_rng(2)
+    tilted = upright + 0.3 * rng.normal(size=(count, 3))
+    tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
+    energy.renew(points, upright, np.inf)
+    before = energy.value(points)
+    energy.renew(points, tilted, np.inf)
+    rise = energy.value(points) - before
+    energy.renew(points, upright, 0.0)
+    assert energy.value(points) == before  # what lowers it is always taken
+    energy.renew(points, tilted, rise / 4)
+    assert before < energy.value(points) <= before + rise / 4
+    taken = (energy.normals == tilted).all(axis=1)
+    assert 0 < taken.sum() < count
