@@ -48,11 +48,13 @@ def of_same_volume(points: Field, frame: NormalizedMesh, problem: CornerEnergy |
         why, same = "the run was left before the cells were unfolded", points
     else:
         why, same = "hausdorff and the cells leave no room for more", restored(problem, points, frame.quads, volume)
-    left = enclosed_volume(same, frame.quads) / volume - 1.0
+    # Where cells upside down take away as much as the others enclose, changes are told in cubes of the mean edge.
+    scale = abs(volume) or 1.0
+    left = (enclosed_volume(same, frame.quads) - volume) / scale
     notes = []
     if same is not points:
         moved = np.linalg.norm(same - points, axis=1).max() / frame.diagonal
-        before = f"a change of {changed / volume - 1.0:+.1e}"
+        before = f"a change of {(changed - volume) / scale:+.1e}"
         notes.append(f"volume: {before} was made up for by moving nodes, at most by {moved:.1e} diagonals")
     if abs(left) > _SAME_VOLUME:
         notes.append(f"the volume is not that of the input, but differs by {left:+.1e}: {why}")

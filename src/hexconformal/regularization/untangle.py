@@ -136,7 +136,8 @@ def _least_eps(smallest: float) -> float:
 
 def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps: float) -> float:
     """The rule of Garanzha et al. (2021): as much closer to zero as the last step has lowered the energy."""
-    sigma = max(_EASIER, 1.0 - last[1] / last[0])
+    # Perfect cells have no energy to lose, and mirrored they are as perfect.
+    sigma = max(_EASIER, 1.0 - last[1] / last[0] if last[0] > 0.0 else 0.0)
     m = (1.0 - sigma) * 0.5 * (smallest + np.sqrt(eps**2 + smallest**2))
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 

@@ -69,7 +69,10 @@ def _swollen(points: Field, way: Field, quads: Ints, gap: float) -> Field:
     length = 0.0
     for _ in range(30):
         moved = points + length * way
-        longer = gap / float(np.einsum("ij,ij->", simpson_normals(points, moved, quads), way))
+        growth = float(np.einsum("ij,ij->", simpson_normals(points, moved, quads), way))
+        if growth == 0.0:
+            break
+        longer = gap / growth
         if abs(longer - length) <= 1e-15 * abs(longer):
             break
         length = longer
