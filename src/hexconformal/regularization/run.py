@@ -187,7 +187,7 @@ class Regularization:
         notes: list[str] = []
         if points is not frame.start and self.options.conserve_volume:
             points, notes = of_same_volume(points, frame, self._stages.problem)
-            if not self._acceptable(self._record(Step("volume", points))):
+            if not (self._stages.keeps_valid(points) and self._acceptable(self._record(Step("volume", points)))):
                 points, notes = frame.start, []
         if points is frame.start and len(self.history) > 1:
             reason += "; nothing better than the input was found"

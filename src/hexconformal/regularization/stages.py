@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import first_ids
-from ..elements import corner_scaled_jacobian
+from ..elements import all_valid, corner_scaled_jacobian, is_valid
 from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights, inverse_targets, normalized_target, wanted_volumes
 from ..geometry import DistanceBarrier
 from ..mesh import NormalizedMesh
@@ -71,15 +71,24 @@ class Stages:
         self._frame, self.boundary, self._options = frame, boundary, options
         self._hausdorff_needed = np.inf
         self.wanted = self._wanted_volumes()
+        self._valid = np.flatnonzero(is_valid(frame.mesh.points, frame.mesh.cells))
 
     def __iter__(self) -> Iterator[Step]:
-        yield Step("input", self._frame.start)
+        kept = self._frame.start
+        yield Step("input", kept)
         left = most = self._options.max_iterations
         for step in islice(self._steps(), most):
             left -= 1
-            yield step
+            # The way out of a tangle may lead through cells that were valid: what is seen of it is what was before.
+            if step.points is not kept and self.keeps_valid(step.points):
+                kept = step.points
+            yield step if step.points is kept else Step(step.phase, kept)
         if left == 0:
             self.reason, self.converged = f"reached max_iterations = {most}", False
+
+    def keeps_valid(self, points: Field) -> bool:
+        """Whether every cell that is valid in the mesh as it came is so at these points."""
+        return all_valid(self._frame.to_user(points), self._frame.mesh.cells, self._valid)
 
     def _steps(self) -> Iterator[Step]:
         points = self._frame.start
@@ -151,6 +160,10 @@ class Stages:
                 self.notes.append(f"features={features!r} instead, which left fewer cells folded")
         points = unfold_inside(shaping, points)
         yield Step("unfold inside", points)
+        lost = self._frame.valid & ~is_valid(points, shaping.cells)
+        if lost.any() and not bad.any():
+            points = bring_back(points, self._frame.start, shaping.cells, self._near)
+            bad = folded(shaping, points)
         return shaping, points, bad
 
     def _from_afar(
@@ -242,7 +255,9 @@ class Stages:
         others = folded(shaping, points) & ~bad
         if others.any():
             ids = first_ids(self._ids(others))
-            self.notes.append(f"others around them stay inverted, so that the worst is no worse than it was: {ids}")
+            self.notes.append(
+                f"others around them stay inverted, so that no valid cell is lost and the worst is no worse: {ids}"
+            )
         bad = folded(shaping, points)
         projectors = shaping.projectors.copy()
         projectors[shaping.cells[bad]] = 0.0

@@ -17,7 +17,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
-from ..elements import EDGES, corner_scaled_jacobian
+from ..elements import EDGES, corner_scaled_jacobian, is_valid
 from ..energy import CornerEnergy, Weights
 from ..mesh import islands, rings
 from ..solver import newton_step, next_shift
@@ -66,14 +66,19 @@ def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> I
 
 
 def bring_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
-    """Points at which the worst cell is no worse than it was at the start, and the boundary near enough.
+    """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
-    Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
-    of their way back, such that the fewest cells are inverted, never more than at the start; all of them go back where
-    that is not to be had.
+    Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
+    around these are taken some of their way back, such that the fewest cells are inverted, never more than at the start;
+    all of them go back where that is not to be had.
     """
-    first, now = corner_scaled_jacobian(start, cells), corner_scaled_jacobian(points, cells)
-    worse = now < first.min()
+    first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
+
+    def spoiled(trial: Field, quality: Field) -> Mask:
+        return np.asarray((quality < first.min()) | (valid & ~is_valid(trial, cells)))
+
+    now = corner_scaled_jacobian(points, cells)
+    worse = spoiled(points, now)
     if not near(points):
         worse |= now <= 0.0
     elif not worse.any():
@@ -86,7 +91,7 @@ def bring_back(points: Field, start: Field, cells: Ints, near: Callable[[Field],
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
             fewer = inverted < fewest or (inverted == fewest and best is start)
-            if fewer and quality.min() >= first.min() and near(trial):
+            if fewer and not spoiled(trial, quality).any() and near(trial):
                 best, fewest = trial, inverted
     return best
 
@@ -168,6 +173,8 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, core: Mask
         return points
     start = points[nodes]
     best, amount = start, _amount(patch, start)
+    # What is valid in the input and has not been given up on the way stays unfolded.
+    sound = is_valid(first[nodes], patch.cells) & ~folded(patch, start)
     everywhere = np.ones(len(nodes), dtype=bool)
     starts = [start, harmonic(patch, start, everywhere)]
     moving = patch.free
@@ -178,7 +185,7 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, core: Mask
         for first_eps in _FIRST_EPS:
             steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
             attempt = steps[-1][0] if steps else local
-            if _amount(patch, attempt) < amount:
+            if _amount(patch, attempt) < amount and not folded(patch, attempt)[sound].any():
                 best, amount = attempt, _amount(patch, attempt)
             if amount[0] == 0:
                 break
