@@ -1,8 +1,8 @@
 """Are trilinear hexahedra valid? Told without the library: it is what the library is held against.
 
-det J of a cell is a polynomial of degree two in each reference coordinate, so its values at 27 points give its Bernstein
-coefficients: all positive, and it is positive everywhere; one of its values not positive, and it is not. Where that does
-not decide, the cell is cut into eight, and those again.
+det J of a cell is a polynomial of degree two in each reference coordinate, so its values at 27 points give its
+Bernstein coefficients: all positive, and it is positive everywhere; one of its values not positive, and it is not.
+Where that does not decide, the cell is cut into eight, and those again.
 """
 
 from __future__ import annotations

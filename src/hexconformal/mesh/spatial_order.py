@@ -63,8 +63,8 @@ def _told_apart(ranks: Ints, cells: Ints) -> Ints:
     """Ranks (n,) of nodes without ties, from ranks with ties (those of a tie leave room for it).
 
     The ranks in the cells around a node tell it from others of its rank, until nothing changes any more (color
-    refinement). Then only copies are left: whole pieces of the mesh, or nodes with the same surroundings. Their order is
-    that of their numbers, which renames copies and nothing else.
+    refinement). Then only copies are left: whole pieces of the mesh, or nodes with the same surroundings. Their order
+    is that of their numbers, which renames copies and nothing else.
     """
     while True:
         tied = np.flatnonzero(np.bincount(ranks, minlength=len(ranks))[ranks] > 1)
@@ -83,7 +83,7 @@ def _refined(ranks: Ints, tied: Ints, keys: Ints) -> Ints:
     nodes, rows = tied[order], np.column_stack([ranks[tied], keys])[order]
     change = np.concatenate([np.ones((1, rows.shape[1]), dtype=bool), rows[1:] != rows[:-1]])
     finer = ranks.copy()
-    finer[nodes] += _firsts(change.any(axis=1)) - _firsts(change[:, 0])
+    finer[nodes] += _firsts(np.asarray(change.any(axis=1))) - _firsts(change[:, 0])
     return finer
 
 

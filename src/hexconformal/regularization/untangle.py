@@ -69,8 +69,8 @@ def bring_back(points: Field, start: Field, cells: Ints, near: Callable[[Field],
     """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
     Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
-    around these are taken some of their way back, such that the fewest cells are inverted, never more than at the start;
-    all of them go back where that is not to be had.
+    around these are taken some of their way back, such that the fewest cells are inverted, never more than at the
+    start; all of them go back where that is not to be had.
     """
     first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
 
