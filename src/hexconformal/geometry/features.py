@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import OptionError
-from ..mesh import HexMesh
+from ..mesh import HexMesh, connected_components
 from .quad_edges import (
     Chains,
     SurfaceEdges,
     chains,
-    connected,
     dihedral_angles,
     round_edges,
     steady_normals,
@@ -142,7 +141,7 @@ def find_features(
     strung = chains(points, nodes, odd)
     free = np.ones(len(edges.nodes), dtype=bool)
     free[chosen] = False
-    patches = connected(edges.quads[free[edges.smooth]], len(quads))
+    patches = connected_components(edges.quads[free[edges.smooth]], len(quads))
     corners = np.flatnonzero(strung.corners | odd)
     count = int(strung.labels.max(initial=-1)) + 1
     found = f"{count} curves, {len(corners)} corners, {int(patches.max(initial=-1)) + 1} patches"
@@ -189,7 +188,7 @@ def _odd_nodes(quads: Ints, edges: SurfaceEdges, count: int) -> Mask:
     swap = quads[quad, corner] > quads[quad, after]
     # The corners of a quad at both ends of an edge; across it they continue in the other quad.
     ends = np.stack([np.where(swap, after, corner), np.where(swap, corner, after)], axis=1) + 4 * quad[:, None]
-    sheet = connected(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), quads.size)
+    sheet = connected_components(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), quads.size)
     first = np.unique(sheet, return_index=True)[1]
     sheets = np.bincount(quads.ravel()[first], minlength=count)
     uses = np.bincount(flat)[edges.odd]
@@ -210,7 +209,7 @@ def _creases(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float, odd
         strung = chains(points, nodes, odd)
         length = np.bincount(strung.labels)
         strong = np.bincount(strung.labels, (angles[chosen] > angle) & ~coarse[chosen])
-        piece = connected(nodes, len(points))[nodes[:, 0]]
+        piece = connected_components(nodes, len(points))[nodes[:, 0]]
         small = np.bincount(piece)[piece] < _SHORTEST
         good = (strong >= 0.5 * length) & (strung.zigzag < _SAW)
         good &= (length >= shortest) | ~_has_free_end(nodes, strung, odd)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import by_first_appearance
+from ..mesh import connected_components, face_edges, unique_edges
 
-__all__ = ["SurfaceEdges", "chains", "connected", "dihedral_angles", "steady_normals", "step_quads", "surface_edges"]
+__all__ = ["SurfaceEdges", "chains", "dihedral_angles", "steady_normals", "step_quads", "surface_edges"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -64,15 +64,12 @@ def surface_edges(quads: Ints) -> SurfaceEdges:
     >>> edges.nodes[edges.smooth].tolist(), edges.quads.tolist(), len(edges.odd)
     ([[1, 2]], [[0, 1]], 6)
     """
-    pairs = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    width = int(pairs.max(initial=0)) + 1
-    keys, inverse, uses = np.unique(pairs[:, 0] * width + pairs[:, 1], return_inverse=True, return_counts=True)
-    order = np.argsort(inverse, kind="stable")
-    first = np.cumsum(uses) - uses
-    smooth = np.flatnonzero(uses == 2)
+    edges = unique_edges(face_edges(quads))
+    order = np.argsort(edges.of_pairs, kind="stable")
+    first = np.cumsum(edges.uses) - edges.uses
+    smooth = np.flatnonzero(edges.uses == 2)
     sides = np.stack([order[first[smooth]], order[first[smooth] + 1]], axis=1) // 4
-    nodes = np.stack([keys // width, keys % width], axis=1)
-    return SurfaceEdges(nodes, inverse.reshape(-1, 4), smooth, sides, np.flatnonzero(uses != 2))
+    return SurfaceEdges(edges.nodes, edges.of_pairs.reshape(-1, 4), smooth, sides, np.flatnonzero(edges.uses != 2))
 
 
 def area_vectors(points: Floats, quads: Ints) -> Floats:
@@ -195,15 +192,6 @@ def step_quads(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float) -
     return np.asarray((around * np.roll(around, 2, axis=1) < 0).any(axis=1)), sharp
 
 
-def connected(pairs: Ints, count: int) -> Ints:
-    """(count,) numbers of the connected pieces of a graph, by first appearance."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = csr_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return by_first_appearance(connected_components(graph, directed=False)[1])[1]
-
-
 @dataclass(frozen=True)
 class Chains:
     """Edges strung together.
@@ -268,7 +256,7 @@ def chains(points: Floats, edges: Ints, stops: Mask) -> Chains:
     sharp = (one > _TURN) & (two > _TURN) & ((one > 1.5 * _TURN) | (excess > 0.5 * _TURN))
     corners = ((degree > 0) & (degree != 2)) | (stops & (degree > 0)) | sharp
     links = halves[~sharp[inner]] // 2
-    labels = connected(links, len(edges))
+    labels = connected_components(links, len(edges))
 
     # Two bends in a row along an edge, brought to the same direction of travel.
     u, v = edges.T

@@ -6,8 +6,8 @@ from collections import defaultdict
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
+
+from hexconformal.mesh import connected_components, face_edges
 
 from ..mesh import Cells, EdgeTable, Floats, Ints, area_vectors, slivers, unit_vectors
 
@@ -72,7 +72,7 @@ def _without_detours(
     on[edges[sharp | rim]] = True
     thin = cells.triangles[slivers(points, cells.triangles) & on[cells.triangles].all(axis=1)]
     keys, width = edges @ [len(points), 1], [len(points), 1]
-    sides = np.sort(np.stack([thin, np.roll(thin, -1, axis=1)], axis=2), axis=2)
+    sides = np.sort(face_edges(thin), axis=1).reshape(-1, 3, 2)
     thin = thin[~rim[np.searchsorted(keys, sides @ width)].any(axis=1)]
     changed = True
     while changed:
@@ -173,9 +173,7 @@ def _mostly(group: Ints, true: NDArray[np.bool_], number: int) -> NDArray[np.boo
 
 def _groups(edges: Ints, count: int) -> Ints:
     """(e,) number of the connected group that each edge belongs to."""
-    a, b = edges.T
-    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    return np.unique(connected_components(links, directed=False)[1][a], return_inverse=True)[1].ravel()
+    return np.unique(connected_components(edges, count)[edges[:, 0]], return_inverse=True)[1].ravel()
 
 
 def curve_ends(points: Floats, edges: Ints, turn: float) -> NDArray[np.bool_]:

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from hexconformal.common import OptionError, first_ids
+from hexconformal.mesh import connected_components
 
 from ..mesh import Cells, EdgeTable, Floats, Ints, edge_table, unit_vectors
 from .creases import curve_ends, find_creases
@@ -121,17 +120,16 @@ def _chains(edges: Ints, kind: NDArray[np.int8]) -> Ints:
     owner = np.tile(np.arange(len(edges)), 2)
     node = edges.T.ravel()
     free = kind[node] == CURVE
-    size = len(edges) + len(kind)
-    links = sparse.coo_matrix((np.ones(free.sum()), (owner[free], len(edges) + node[free])), shape=(size, size))
-    return np.asarray(connected_components(links, directed=False)[1][: len(edges)], dtype=np.int64)
+    # A graph of the edges, and of the nodes behind them.
+    return connected_components(np.stack([owner[free], len(edges) + node[free]]).T, len(edges) + len(kind))[
+        : len(edges)
+    ]
 
 
 def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
     """(m,) label of the part of the surface each cell lies in: cells are joined across edges that are not sharp."""
     inside = ~sharp & (table.cells >= 0).all(axis=1)
-    a, b = table.cells[inside].T
-    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+    return connected_components(table.cells[inside], count)
 
 
 def held_projectors(vectors: Floats, points: Floats, features: Features) -> Floats:

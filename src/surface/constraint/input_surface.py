@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.geometry import ClosestPoints, SurfaceLocator
-from hexconformal.mesh import corner_incidences
+from hexconformal.mesh import corner_incidences, face_edges, unique_edges
 
 from ..mesh import Cells, Floats, Ints, area_vectors, unit_vectors
 
@@ -43,10 +43,10 @@ class InputSurface:
         # Where things were found last is where to look next.
         self._below = self._stood = np.arange(len(cells))
         # Nodes and edge midpoints of the input, and a face each lies on.
-        ends = np.stack([self._faces.ravel(), np.roll(self._faces, -1, axis=1).ravel()], axis=1)
+        ends = face_edges(self._faces)
         place = np.repeat(np.arange(len(self._faces)), 3)
         vertex, node = np.unique(self._faces.ravel(), return_index=True)
-        _, edge = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
+        edge = unique_edges(ends).first
         self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
         self._back = np.concatenate([place[node], place[edge]])
         self._nodes = vertex[vertex < len(points)]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.common import OptionError, array_of_numbers, first_ids
+from hexconformal.mesh import face_edges, unique_edges
 
 from ..mesh import Cells, Floats, Ints, cell_angles
 
@@ -141,10 +142,9 @@ def _unfolded(points: Floats, quads: Ints) -> Floats:
 
 def _on_boundary(cells: Cells, count: int) -> NDArray[np.bool_]:
     """(n,) nodes on an edge that belongs to one cell only."""
-    sides = [np.stack([table, np.roll(table, -1, axis=1)], axis=2).reshape(-1, 2) for table in cells.groups()]
-    edges, uses = np.unique(np.sort(np.concatenate(sides), axis=1), axis=0, return_counts=True)
+    edges = unique_edges(np.concatenate([face_edges(table) for table in cells.groups()]))
     mask = np.zeros(count, dtype=bool)
-    mask[edges[uses == 1]] = True
+    mask[edges.nodes[edges.uses == 1]] = True
     return mask
 
 

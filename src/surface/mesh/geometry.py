@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.mesh import face_edges, unique_edges
+
 __all__ = [
     "Cells",
     "area_gradient",
@@ -66,10 +68,7 @@ class Cells:
 
     def edges(self) -> Ints:
         """(e, 2) every edge once, the lower id first."""
-        sides = [np.stack([table, np.roll(table, -1, axis=1)], axis=2).reshape(-1, 2) for table in self.groups()]
-        a, b = np.sort(np.concatenate(sides), axis=1).T
-        count = int(b.max(initial=0)) + 1
-        return np.stack(np.divmod(np.unique(a * count + b), count), axis=1)
+        return unique_edges(np.concatenate([face_edges(table) for table in self.groups()])).nodes
 
 
 def unit_vectors(vectors: Floats) -> Floats:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
+
+from hexconformal.mesh import connected_components
 
 from ..constraint import CORNER, SMOOTH, Features, InputSurface, SmoothProjection
 from ..energy import Barrier, Distortion
@@ -204,9 +204,7 @@ class RemeshingProblem:
 def _closed_pieces(cells: Cells, count: int) -> NDArray[np.int64]:
     """(n,) number of the closed connected piece each node lies in, -1 in open ones."""
     table = edge_table(cells)
-    a, b = table.nodes.T
-    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    labels = connected_components(links, directed=False)[1]
+    labels = connected_components(table.nodes, count)
     open_pieces = np.unique(labels[table.nodes[table.uses != 2]])
     used = np.zeros(count, dtype=bool)
     used[table.nodes] = True
