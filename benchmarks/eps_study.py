@@ -25,10 +25,10 @@ from matplotlib.figure import Figure
 
 import surface
 from surface.constraint.features import detect_features
-from surface.constraint.saddle_point import displacement
+from surface.constraint.saddle_point import constraint_normals, displacement
 from surface.energy.distortion_energy import Quaternionic
 from surface.energy.reference import reference_shapes
-from surface.mesh.geometry import enclosed_volume, mean_edge_length, nodal_areas, transport_vectors, unit_vectors
+from surface.mesh.geometry import enclosed_volume, mean_edge_length, nodal_areas, unit_vectors
 
 ROOT = Path(__file__).resolve().parents[1]
 EPS = 10.0 ** np.arange(-10, 3)
@@ -147,7 +147,7 @@ def full_step(mesh: surface.SurfaceMesh, eps: float, h: float) -> dict[str, floa
     points, cells = mesh.points / h, mesh.cells
     energy = Quaternionic(cells, reference_shapes("equilateral", points, cells), len(points))
     v, _ = displacement(energy, points, cells, detect_features(points, cells, None), eps, NORMAL)
-    normals = unit_vectors(transport_vectors(points, points + v, cells, NORMAL))
+    normals = unit_vectors(constraint_normals(points, points + v, cells, NORMAL))
     masses = nodal_areas(points, cells) / nodal_areas(points, cells).sum()
     along = (v * normals).sum(axis=1)
     return {

@@ -51,8 +51,8 @@ def unique_edges(pairs: Ints) -> UniqueEdges:
     Examples
     --------
     >>> edges = unique_edges(face_edges(np.array([[0, 1, 2, 3], [1, 4, 5, 2]])))
-    >>> len(edges.nodes), edges.nodes[edges.uses == 2].tolist(), edges.of_pairs[[1, 7]]
-    (7, [[1, 2]], array([3, 3]))
+    >>> len(edges.nodes), edges.nodes[edges.uses == 2].tolist(), edges.of_pairs[[1, 7]].tolist()
+    (7, [[1, 2]], [2, 2])
     """
     low, high = pairs.min(axis=1), pairs.max(axis=1)
     width = int(high.max(initial=0)) + 1

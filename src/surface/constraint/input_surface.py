@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.elements import face_area_vectors
 from hexconformal.geometry import ClosestPoints, SurfaceLocator
 from hexconformal.mesh import corner_incidences, face_edges, unique_edges
 
-from ..mesh import Cells, Floats, Ints, area_vectors, unit_vectors
+from ..mesh import Cells, Floats, Ints, area_vectors, fan_triangles, unit_vectors
 
-__all__ = ["InputSurface", "corner_normals", "fan_triangles"]
+__all__ = ["InputSurface", "corner_normals"]
 
 _MARGIN = 0.08  # of the bound
 _EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
@@ -37,7 +38,7 @@ class InputSurface:
         self._cells = cells
         vertices, self._faces, self._owners = fan_triangles(points, cells)
         self._surface = SurfaceLocator(vertices, self._faces)
-        self._vectors = area_vectors(vertices, Cells(self._faces, _NO_QUADS))
+        self._vectors = face_area_vectors(vertices, self._faces)
         self._corners = corner_incidences(self._faces, len(vertices))
         self._samples = samples(points, cells)
         # Where things were found last is where to look next.
@@ -171,8 +172,7 @@ def _walked(surface: SurfaceLocator, places: Floats, start: Ints, bound: float) 
 
 def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
     """(f, 3, 3) normal of the patch at each corner of triangles: the same for all of a patch around a node."""
-    x = points[faces]
-    vectors = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    vectors = face_area_vectors(points, faces)
     key = faces + len(points) * patches[:, None]
     _, inverse = np.unique(key.ravel(), return_inverse=True)
     weights = (np.repeat(vectors[:, i], 3) for i in range(3))
@@ -187,18 +187,3 @@ def samples(points: Floats, cells: Cells) -> Floats:
 
 def _centres(points: Floats, cells: Cells) -> Floats:
     return np.concatenate([points[table].mean(axis=1) for table in cells.groups()])
-
-
-_NO_QUADS = np.empty((0, 4), dtype=np.int64)
-
-
-def fan_triangles(points: Floats, cells: Cells) -> tuple[Floats, Ints, Ints]:
-    """The surface in triangles (four around the centre of a quadrilateral), and the cell each belongs to."""
-    t, q = len(cells.triangles), len(cells.quads)
-    centres = len(points) + np.arange(q)
-    fans = [np.stack([cells.quads[:, i], cells.quads[:, (i + 1) % 4], centres], axis=1) for i in range(4)]
-    return (
-        np.concatenate([points, points[cells.quads].mean(axis=1)]),
-        np.concatenate([cells.triangles, *fans]),
-        np.concatenate([np.arange(t), *([t + np.arange(q)] * 4)]),
-    )

@@ -10,18 +10,21 @@ and equation (18) of docs/mathematics.md.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from hexconformal.energy import BlockMatrix
+from hexconformal.geometry import simpson_mean
 
 from ..energy import Distortion
-from ..mesh import Cells, Floats, nodal_areas, transport_vectors
+from ..mesh import Cells, Floats, nodal_area_vectors, nodal_areas
 from .features import Features, held_projectors
 
-__all__ = ["NORMALS", "ConstrainedSystem", "displacement", "system"]
+__all__ = ["NORMALS", "ConstrainedSystem", "constraint_normals", "displacement", "system"]
 
 NORMALS = ("middle", "simpson", "linear")
 DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
@@ -50,7 +53,7 @@ def displacement(
         Relaxation of the constraint: an area for the quaternionic energy, a fourth power of a length for the
         barrier.
     normal
-        Where N~ is taken, see :func:`surface.mesh.geometry.transport_vectors`: "middle" and "simpson" depend on v and
+        Where N~ is taken, see :func:`constraint_normals`: "middle" and "simpson" depend on v and
         are iterated to a fixed point (Picard).
 
     Returns
@@ -82,8 +85,29 @@ def system(
     moving: NDArray[np.bool_],
 ) -> ConstrainedSystem:
     """The linear system of equation (18), with the normal N~ and the tangents of curves for a displacement v."""
-    held = held_projectors(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
+    held = held_projectors(constraint_normals(points, points + v, cells, normal), points + v / 2, features)
     return ConstrainedSystem(hessian, held, nodal_areas(points, cells) / eps, moving)
+
+
+def constraint_normals(points: Floats, moved: Floats, cells: Cells, normal: str = "middle") -> Floats:
+    """(n, 3) nodal area vectors N~ that a displacement should be orthogonal to.
+
+    Parameters
+    ----------
+    points, moved
+        (n, 3) positions before and after.
+    cells
+        The cells.
+    normal
+        "linear": of the old surface; "middle": of the half-way surface (Gruber & Aulisa: the difference vector is
+        orthogonal to it to third order); "simpson": (N0 + 4 N_half + N1) / 6, whose flux is exactly the change of
+        the enclosed volume, because the volume is a cubic polynomial along the way; equation (19).
+    """
+    if normal == "linear":
+        return nodal_area_vectors(points, cells)
+    if normal == "middle":
+        return nodal_area_vectors((points + moved) / 2, cells)
+    return simpson_mean(partial(nodal_area_vectors, cells=cells), points, moved)
 
 
 class ConstrainedSystem:

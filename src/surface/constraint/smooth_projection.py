@@ -14,9 +14,9 @@ from hexconformal.geometry import closest_on_triangle
 from hexconformal.kernel import add, algebra, combine, dot, loop, parallel_ranges, scale, subtract
 from hexconformal.mesh import corner_incidences
 
-from ..mesh import Cells, Floats, Ints, unit_vectors
+from ..mesh import Cells, Floats, Ints, fan_triangles, unit_vectors
 from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
-from .input_surface import corner_normals, fan_triangles
+from .input_surface import corner_normals
 
 __all__ = ["SmoothProjection"]
 

@@ -11,7 +11,7 @@ from hexconformal.mesh import connected_components
 
 from ..constraint import CORNER, SMOOTH, Features, InputSurface, SmoothProjection
 from ..energy import Barrier, Distortion
-from ..mesh import Cells, Floats, Ints, area_gradient, cell_areas, edge_table, nodal_vectors, unit_vectors
+from ..mesh import Cells, Floats, Ints, area_gradient, cell_areas, edge_table, nodal_area_vectors, unit_vectors
 
 __all__ = ["RemeshingProblem"]
 
@@ -55,7 +55,7 @@ class RemeshingProblem:
         self.moving = self.features.kind != CORNER
         self._smooth = self.features.kind == SMOOTH
         self._pieces = _closed_pieces(self.cells, count)
-        self._volumes = self._piece_volumes(self.start, nodal_vectors(self.start, self.cells))
+        self._volumes = self._piece_volumes(self.start, nodal_area_vectors(self.start, self.cells))
         self.area = float(cell_areas(self.start, self.cells).sum())
         self.shape = InputSurface(self.start, self.cells)
         self.precision = _TIGHT if self.bound is None else _LOOSE
@@ -90,7 +90,7 @@ class RemeshingProblem:
     def with_volume(self, points: Floats, free: NDArray[np.bool_] | None = None) -> Floats:
         """Every closed piece shifted along its normals, where nodes are free to, until it encloses its old volume."""
         free = self._smooth if free is None else free
-        vectors = nodal_vectors(points, self.cells)
+        vectors = nodal_area_vectors(points, self.cells)
         areas = np.linalg.norm(vectors, axis=1) * free
         inside = self._pieces >= 0
         total = np.bincount(self._pieces[inside], areas[inside], len(self._volumes))
@@ -113,7 +113,7 @@ class RemeshingProblem:
 
     def _bending(self, points: Floats, free: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
         """Curvature at the nodes less its mean, the derivative of the area along the normals, and these."""
-        vectors = nodal_vectors(points, self.cells)
+        vectors = nodal_area_vectors(points, self.cells)
         upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1) * free
         pull = (area_gradient(points, self.cells) * upward).sum(axis=1) * free
         bend = np.clip(pull / np.maximum(areas, 1e-3), -_SHARPEST, _SHARPEST) * free
@@ -140,7 +140,7 @@ class RemeshingProblem:
             if force * change < 0:
                 by_area = force * area_gradient(points, self.cells)
                 gradient, usual = gradient - by_area, usual - by_area
-        vectors = nodal_vectors(points, self.cells)
+        vectors = nodal_area_vectors(points, self.cells)
         upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1)
         whole = self._pieces >= 0
         inside = whole & self._smooth
