@@ -187,26 +187,25 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "surface.energy.barrier": (
         ("surface/energy/test_surface_energy.py",),
         [
-            ("2 * c * g - 1 / (m * root**3)", "2 * c * g + 1 / (m * root**3)"),
+            ("2 * c * e - 1 / (m * root**3)", "2 * c * e + 1 / (m * root**3)"),
             ("u[0] - np.stack(cross(n, b)) * u[1]", "u[0] + np.stack(cross(n, b)) * u[1]"),
             ("largest = 0.5 * (x + z + np.hypot(x - z, 2 * y))", "largest = 0.5 * (x + z + np.hypot(x - z, y))"),
             ("0.5 * (1 + area / np.maximum(root, _TINY))", "0.5 * (1 - area / np.maximum(root, _TINY))"),
             ("* (1 + np.minimum(relative", "/ (1 + np.minimum(relative"),
             ("self._weights / (1 + relative / self.cap)", "self._weights / (1 + self.cap / relative)"),
-            ("cross(f1, f2)) / np.maximum(size", "cross(f1, f2)) * np.maximum(size"),
             ("np.maximum(bend, 0.0) * (8 *", "np.maximum(bend, 0.0) * (4 *"),
-            ("g = self._counted(g)[0]", "g = self._counted(g)[0] / self.ease"),
+            ("/ area)[0]", "/ area)[0] / self.continuation"),
         ],
     ),
-    "surface.step": (
+    "surface.constraint.saddle_point": (
         ("surface/energy/test_surface_energy.py", "surface/constraint/test_saddle_point.py"),
         [
-            ("masses / eps", "masses * eps"),
+            ("nodal_areas(points, cells) / eps", "nodal_areas(points, cells) * eps"),
             ("points + v / 2, features", "points, features"),
             ("self._data[diagonal] +=", "self._data[diagonal] -="),
             ("(np.eye(3) - held)", "held"),
             ("self._projectors * moving[:, None, None]", "self._projectors * ~moving[:, None, None]"),
-            ("if len(used) > DIRECT:", "if len(used) < DIRECT:"),
+            ("> _DIRECT:", "< _DIRECT:"),
             ("(moving & (np.diff(indptr) > 0))", "(np.diff(indptr) > 0)"),
         ],
     ),

@@ -14,8 +14,8 @@ def face_area_vectors(points: NDArray[np.float64], faces: NDArray[np.int64]) -> 
     Examples
     --------
     >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    >>> face_area_vectors(square, np.array([[0, 1, 2]])), face_area_vectors(square, np.array([[0, 1, 2, 3]]))
-    (array([[0. , 0. , 0.5]]), array([[0., 0., 1.]]))
+    >>> face_area_vectors(square, np.array([[0, 1, 2]])).tolist()
+    [[0.0, 0.0, 0.5]]
     """
     x = points[faces]
     sides = (x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) if faces.shape[1] == 3 else (x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])

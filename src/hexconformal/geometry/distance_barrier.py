@@ -198,7 +198,7 @@ class DistanceBarrier:
         width = _NARROW * self.bound
         if self._curves is not None and len(self._along):
             places = np.einsum("kj,kji->ki", self._edge_weights, x[self._edge_nodes])
-            there = self._curves.walked(places, self._along)
+            there = self._curves.closest_by_walk(places, self._along)
             if refresh:
                 self._along = there.faces
             ends = self._curves.points[self._curves.edges[there.faces]]
@@ -228,7 +228,7 @@ class DistanceBarrier:
 
     def _backward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Rows, Ints]:
         """From samples of the original surface to the moved one."""
-        moved = self.original if len(samples) == 0 else self.original.moved(x)
+        moved = self.original if len(samples) == 0 else self.original.with_points(x)
         there = self._closest(moved, self._places[samples], self._back[samples], everywhere)
         residuals = there.positions - self._places[samples]
         return _Rows(
@@ -238,11 +238,11 @@ class DistanceBarrier:
 
     def _closest(self, surface: SurfaceLocator, places: Field, start: Ints, everywhere: bool) -> ClosestPoints:
         """Closest points by walking; those too far away are looked for everywhere: a walk may end in a dead end."""
-        there = surface.walked(places, start)
+        there = surface.closest_by_walk(places, start)
         if everywhere and (far := there.distances > _LIMIT * self.bound).any():
             start = there.faces.copy()
             start[far] = surface.closest(places[far], start[far]).faces
-            there = surface.walked(places, start)
+            there = surface.closest_by_walk(places, start)
         return there
 
     def _penalty(self, rows: _Rows) -> tuple[float, Field, Field]:

@@ -1,4 +1,4 @@
-"""One remeshing step: the saddle-point problem of the note, solved for the displacement.
+"""The saddle-point problem of the note, solved for the displacement of one step.
 
     min_v  E(f + v) + int rho <v, N~> - eps/2 int rho^2
 
@@ -24,13 +24,12 @@ from ..energy import Distortion
 from ..mesh import Cells, Floats, nodal_area_vectors, nodal_areas
 from .features import Features, held_projectors
 
-__all__ = ["NORMALS", "ConstrainedSystem", "constraint_normals", "displacement", "system"]
+__all__ = ["NORMALS", "ConstrainedSystem", "constrained_system", "constraint_normals", "displacement"]
 
 NORMALS = ("middle", "simpson", "linear")
-DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
-_ROUNDS = 20
-_SETTLED = 1e-10
-_MOST, _PRECISE = 300, 1e-6  # iterations of conjugate gradients, and their residual where no factorization fits
+_DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
+_PICARD_ITERATIONS, _PICARD_TOLERANCE = 20, 1e-10
+_CG_ITERATIONS, _CG_TOLERANCE = 300, 1e-6  # the tolerance only where no factorization fits
 
 
 def displacement(
@@ -64,17 +63,17 @@ def displacement(
     everybody = np.ones(len(points), dtype=bool)
     v = np.zeros_like(points)
     solved = 0
-    while solved < _ROUNDS:
+    while solved < _PICARD_ITERATIONS:
         solved += 1
-        linear = system(hessian, points, v, cells, features, eps, normal, everybody)
-        before, v = v, linear.solved(-gradient)
+        system = constrained_system(hessian, points, v, cells, features, eps, normal, everybody)
+        before, v = v, system.solve_directly(-gradient)
         change = np.abs(v - before).max(initial=0.0)
-        if normal == "linear" or change <= _SETTLED * np.abs(v).max(initial=0.0):
+        if normal == "linear" or change <= _PICARD_TOLERANCE * np.abs(v).max(initial=0.0):
             break
     return v, solved
 
 
-def system(
+def constrained_system(
     hessian: sparse.bsr_matrix,
     points: Floats,
     v: Floats,
@@ -142,7 +141,7 @@ class ConstrainedSystem:
             diagonal = np.flatnonzero(hessian.indices[lower] == rows[lower])
             self._data[diagonal] += (held * stiffness[:, None, None])[rows[lower][diagonal]]
 
-    def solve(self, rhs: Floats, tolerance: float, moving: NDArray[np.bool_] | None = None) -> Floats:
+    def solve_iteratively(self, rhs: Floats, tolerance: float, moving: NDArray[np.bool_] | None = None) -> Floats:
         """(n, 3) solution by conjugate gradients with a symmetric block Gauss-Seidel preconditioner.
 
         The residual is `tolerance` in the norm of the preconditioner; only some nodes may move.
@@ -150,13 +149,13 @@ class ConstrainedSystem:
         projectors = self._projectors if moving is None else self._projectors * moving[:, None, None]
         matrix = BlockMatrix(*self._pattern)
         matrix.data[:] = self._data
-        return matrix.solve(rhs, projectors, tolerance, _MOST, 1e-9)[0]
+        return matrix.solve(rhs, projectors, tolerance, _CG_ITERATIONS, 1e-9)[0]
 
-    def solved(self, rhs: Floats) -> Floats:
-        """(n, 3) solution by a sparse factorization, for ordinary sizes, where all held directions have a stiffness."""
+    def solve_directly(self, rhs: Floats) -> Floats:
+        """(n, 3) solution by a sparse factorization up to 120 000 nodes; all held directions must have a stiffness."""
         indptr, indices = self._pattern
-        if np.count_nonzero(np.diff(indptr)) > DIRECT:
-            return self.solve(rhs, _PRECISE)
+        if np.count_nonzero(np.diff(indptr)) > _DIRECT:
+            return self.solve_iteratively(rhs, _CG_TOLERANCE)
         rows = np.repeat(np.arange(len(rhs)), np.diff(indptr))
         data = np.where((indices == rows)[:, None, None], 0.5 * self._data, self._data)
         lower = sparse.bsr_matrix((data, indices, indptr), shape=(rhs.size, rhs.size))

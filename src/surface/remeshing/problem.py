@@ -77,8 +77,8 @@ class RemeshingProblem:
         still = ~step.any(axis=1)
         moved, places, _ = self.target.project(base + step)
         # Where the input is rough a projection may not stay where it is: no step has to mean no change.
-        moved += base - self.target.below(base)[0]
-        moved[still], places[still] = base[still], self.target.places[still]
+        moved += base - self.target.foot_points(base)[0]
+        moved[still], places[still] = base[still], self.target.node_facets[still]
         result = moved
         for _ in range(2):
             result = self.with_volume(self._with_area(result, self._smooth), self._smooth)
@@ -166,7 +166,7 @@ class RemeshingProblem:
         mask = self.nodes_of(~(after <= _GROWTH * before + before.mean()))
         if self.bound is None or mask.any():
             return mask
-        bad = self.shape.strays(y, self.bound, still)
+        bad = self.shape.cells_out_of_bounds(y, self.bound, still)
         t = len(self.cells.triangles)
         mask[self.cells.triangles[bad[:t]]] = True
         mask[self.cells.quads[bad[t:]]] = True

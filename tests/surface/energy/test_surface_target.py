@@ -5,7 +5,7 @@ import pytest
 from surface_shapes import icosphere, none
 
 from hexconformal.common.errors import OptionError
-from surface.energy.reference import flat_angles, reference_shapes, triangle_from_angles
+from surface.energy.target import flat_angles, target_shapes, triangle_from_angles
 from surface.mesh.geometry import Cells, cell_angles, cell_areas
 
 
@@ -29,11 +29,11 @@ def test_triangles_from_angles_have_these_angles_and_one_area():
     assert cell_angles(flat, cells.triangles) == pytest.approx(angles)
 
 
-def test_reference_shapes_are_checked():
+def test_target_shapes_are_checked():
     points, cells = icosphere(1)
-    with pytest.raises(OptionError, match="reference mesh"):
-        reference_shapes(np.zeros((3, 3)), points, cells)
+    with pytest.raises(OptionError, match="target mesh"):
+        target_shapes(np.zeros((3, 3)), points, cells)
     with pytest.raises(OptionError, match="flat"):
-        reference_shapes("round", points, cells)
-    with pytest.raises(OptionError, match="without area"):
-        reference_shapes((np.zeros((80, 3, 2)), np.zeros((0, 4, 2))), points, cells)
+        target_shapes("round", points, cells)
+    with pytest.raises(OptionError, match="must have an area"):
+        target_shapes((np.zeros((80, 3, 2)), np.zeros((0, 4, 2))), points, cells)
