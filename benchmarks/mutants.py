@@ -174,13 +174,13 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.geometry.distance_barrier": (
         ("geometry/test_distance_barrier.py",),
         [
-            ("self._is_node | (ahead_bound >= onset)", "self._is_node & (ahead_bound >= onset)"),
-            ("back_bound = self._back_distance + moved[self._back]", "back_bound = self._back_distance"),
+            ("self._at_node | (forward_most >= onset)", "self._at_node & (forward_most >= onset)"),
+            ("self._backward_distances + moved[self._backward_faces]", "self._backward_distances"),
             ("far = distances > 1e-9 * bound", "far = distances > 1e9 * bound"),
             ("inside = (weights.min(axis=1) > 0.0)", "inside = (weights.min(axis=1) > -1.0)"),
             ("if b < 0 or b > a or share", "if b < 0 or b >= a or share"),
             ("2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2", "2.0 * (k * (over > 0) * r * (1.0 + over * r)"),
-            ("_LIMIT if worst < _LIMIT else", "_LIMIT if worst < _BEYOND else"),
+            ("_WALL if worst < _WALL else", "_WALL if worst < _ROOM else"),
             ("0.0), back.distances.max(", "0.0), 0.0 * back.distances.max("),
         ],
     ),

@@ -111,7 +111,7 @@ def test_what_the_band_has_no_room_for_is_approached():
     problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), band)
     before = enclosed_volume(points, quads)
     swollen = restored(problem, points, quads, 1.2 * before)
-    assert band.excess(swollen) <= 1.0
+    assert band.relative_distance(swollen) <= 1.0
     assert hc.quality((swollen, cells)).valid.all()
     # All of the surface has gone outwards by half the bound at least.
     assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi
