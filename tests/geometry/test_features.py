@@ -8,7 +8,8 @@ import pyvista as pv
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import OptionError
 from hexconformal.generate import ball, box, cylinder
-from hexconformal.geometry.features import find_features, surface_tags
+from hexconformal.geometry.features import find_features
+from hexconformal.geometry.surface_tags import surface_tags
 from hexconformal.mesh.topology import boundary_quads
 
 

@@ -8,20 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import OptionError
-from ..mesh import HexMesh
-from .quad_edges import (
-    Chains,
-    SurfaceEdges,
-    chains,
-    connected,
-    dihedral_angles,
-    round_edges,
-    steady_normals,
-    step_quads,
-    surface_edges,
-)
+from ..mesh import connected_components
+from .dihedral_angles import dihedral_angles, round_edges, steady_normals, step_quads
+from .feature_chains import Chains, chains
+from .quad_edges import SurfaceEdges, surface_edges
 
-__all__ = ["Features", "find_features", "surface_tags"]
+__all__ = ["Features", "find_features"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -142,41 +134,11 @@ def find_features(
     strung = chains(points, nodes, odd)
     free = np.ones(len(edges.nodes), dtype=bool)
     free[chosen] = False
-    patches = connected(edges.quads[free[edges.smooth]], len(quads))
+    patches = connected_components(edges.quads[free[edges.smooth]], len(quads))
     corners = np.flatnonzero(strung.corners | odd)
     count = int(strung.labels.max(initial=-1)) + 1
     found = f"{count} curves, {len(corners)} corners, {int(patches.max(initial=-1)) + 1} patches"
     return Features(nodes, strung.labels, corners, patches, soft, f"{found}, {'soft' if soft else 'kept'}: {why}")
-
-
-def surface_tags(mesh: HexMesh, quads: Ints) -> Ints | None:
-    """Tags of boundary quads, from the quadrilaterals that the mesh carries along beside its hexahedra.
-
-    Looked for are integer arrays on cells that tell surfaces apart, those of the geometry first:
-    ``gmsh:geometrical``, ``CellEntityIds``, ``gmsh:physical``, ``medit:ref``, ``cell_tags`` and the like.
-
-    Parameters
-    ----------
-    mesh
-        As it was taken in.
-    quads
-        (q, 4) boundary quads.
-
-    Returns
-    -------
-    (q,) integers, -1 on quads that the mesh does not carry; None if there are no tags, or all are the same.
-    """
-    for name in _TAGS:
-        carried = _carried(mesh, name)
-        if carried is None or len(carried[0]) == 0:
-            continue
-        tags = _matched(quads, *carried)
-        if (tags != tags[:1]).any():
-            return tags
-    return None
-
-
-_TAGS = ("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "cell_tags", "tags", "tag", "surface")
 
 
 def _odd_nodes(quads: Ints, edges: SurfaceEdges, count: int) -> Mask:
@@ -189,7 +151,7 @@ def _odd_nodes(quads: Ints, edges: SurfaceEdges, count: int) -> Mask:
     swap = quads[quad, corner] > quads[quad, after]
     # The corners of a quad at both ends of an edge; across it they continue in the other quad.
     ends = np.stack([np.where(swap, after, corner), np.where(swap, corner, after)], axis=1) + 4 * quad[:, None]
-    sheet = connected(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), quads.size)
+    sheet = connected_components(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), quads.size)
     first = np.unique(sheet, return_index=True)[1]
     sheets = np.bincount(quads.ravel()[first], minlength=count)
     uses = np.bincount(flat)[edges.odd]
@@ -210,7 +172,7 @@ def _creases(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float, odd
         strung = chains(points, nodes, odd)
         length = np.bincount(strung.labels)
         strong = np.bincount(strung.labels, (angles[chosen] > angle) & ~coarse[chosen])
-        piece = connected(nodes, len(points))[nodes[:, 0]]
+        piece = connected_components(nodes, len(points))[nodes[:, 0]]
         small = np.bincount(piece)[piece] < _SHORTEST
         good = (strong >= 0.5 * length) & (strung.zigzag < _SAW)
         good &= (length >= shortest) | ~_has_free_end(nodes, strung, odd)
@@ -252,21 +214,3 @@ def _decide(
         free > 0,
         "sharp" + (", less short ones that end in the middle of a smooth surface" if free > 0 else ""),
     )
-
-
-def _carried(mesh: HexMesh, name: str) -> tuple[Ints, Ints] | None:
-    """Quadrilaterals (k, 4) among the other cells of what the mesh was made from, and their tags (k,)."""
-    found = None if mesh.origin is None else mesh.origin.quads(name)
-    if found is None:
-        return None
-    nodes, tags = found
-    return (nodes.astype(np.int64), tags.astype(np.int64)) if tags.ndim == 1 and np.all(tags == np.rint(tags)) else None
-
-
-def _matched(quads: Ints, carried: Ints, tags: Ints) -> Ints:
-    """The tag of each quad, -1 where no carried one has the same nodes."""
-    both = np.sort(np.concatenate([carried, quads]), axis=1)
-    same = np.unique(both, axis=0, return_inverse=True)[1].ravel()
-    known = np.full(len(both), -1, dtype=np.int64)
-    known[same[: len(carried)]] = tags
-    return known[same[len(carried) :]]
