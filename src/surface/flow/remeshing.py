@@ -52,7 +52,7 @@ class Remesher:
             for _ in run:
                 pass
             if len(run.history) > 1:
-                return run.latest
+                return run.last_points
             # Where the worst are in the way of themselves, the rest may still gain; not where they are at their best.
             if run.converged:
                 break

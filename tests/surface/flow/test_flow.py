@@ -392,16 +392,16 @@ def test_curvature_stays_finite_where_triangles_are_obtuse():
     [
         (lambda m: Flow(m, []), "at least one term"),
         (lambda m: Willmore(m, "length"), "not 'length'"),
-        (lambda m: PWillmore(m, 0.5), "p is at least 1"),
-        (lambda m: Helfrich(m, kc=-1), "kc is positive"),
+        (lambda m: PWillmore(m, 0.5), "p must be at least 1"),
+        (lambda m: Helfrich(m, kc=-1), "kc must be positive"),
         (lambda m: evolve(Willmore(m), stall=0.0), "nothing ends"),
         (lambda m: evolve(Willmore(m), speed=3), "unknown option 'speed'"),
         (lambda m: Stepping(steps=1, outputs=(0.2, 0.1)), "times that grow"),
         (lambda m: Stepping(steps=1, remesh_below=120), "remesh_below"),
         (lambda m: Stepping(steps=-1), "steps is not negative, not -1"),
-        (lambda m: Stepping(steps=1, growth=0.9), r"growth is at least 1, not 0\.9"),
-        (lambda m: Stepping(steps=1, stall=1.0), r"stall lies in \[0, 1\), not 1\.0"),
-        (lambda m: Stepping(steps=1, remesh=-2), "remesh is a boolean, or every how many steps, not -2"),
+        (lambda m: Stepping(steps=1, growth=0.9), r"growth must be at least 1, not 0\.9"),
+        (lambda m: Stepping(steps=1, stall=1.0), r"stall must lie in \[0, 1\), not 1\.0"),
+        (lambda m: Stepping(steps=1, remesh=-2), "remesh must be a boolean, or every how many steps, not -2"),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, message):
