@@ -1,4 +1,4 @@
-"""A flow in a file, or a folder: a run that goes on from a checkpoint equals the one that never stopped."""
+"""Checkpoints of a flow: a run that is resumed from one equals the run that never stopped."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["FlowRun", "load", "save"]
 
 
 def save(path: str | os.PathLike[str], run: Evolution) -> None:
-    """Write where a run stands.
+    """Write the state of a run.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ def save(path: str | os.PathLike[str], run: Evolution) -> None:
 
 
 def load(path: str | os.PathLike[str], run: Evolution) -> None:
-    """Set a run to where the checkpoint stands.
+    """Set a run to the state of a checkpoint.
 
     Parameters
     ----------
     path
-        What :func:`surface.flow.save` has written.
+        The file that :func:`surface.flow.save` has written.
     run
         A run made for the same surface and flow, not begun yet.
 
@@ -67,7 +67,7 @@ class FlowRun:
         The flow.
     """
 
-    version, record, others = 2, Record, "another surface or another flow"
+    version, record, others = 3, Record, "another surface or another flow"
 
     def __init__(self, run: Evolution) -> None:
         self._run = run
@@ -85,22 +85,22 @@ class FlowRun:
 
     @property
     def problem(self) -> str:
-        """What has to be the same: input, energy, constraints."""
+        """What a checkpoint must agree with: input, energy, constraints."""
         mesh = self._run.mesh
         return problem_of(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
 
     def __iter__(self) -> Iterator[RunState]:
         for moment in self._run:
             self._moment, record = moment, moment.record
-            wanted = record.time in self._run.stepping.outputs
-            yield RunState(record.step, record.time, partial(_frame, moment), record, wanted)
+            is_output = record.time in self._run.stepping.outputs
+            yield RunState(record.step, record.time, partial(_frame, moment), record, is_output)
 
     def state(self) -> dict[str, Any]:
-        """Where the run stands."""
+        """The state of the run."""
         return self._run.state()
 
     def resume(self, state: Mapping[str, Any]) -> None:
-        """Go on from there."""
+        """Go on from a state."""
         self._run.resume(state)
 
     def write(self, path: Path) -> None:

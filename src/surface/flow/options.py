@@ -1,4 +1,4 @@
-"""How a flow is followed, and what is said of every step."""
+"""Options of a flow, and the record of a step."""
 
 from __future__ import annotations
 
