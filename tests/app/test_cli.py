@@ -241,7 +241,7 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
         ("quality part.vtu --worst -1", 2, "worst"),
         ("quality part.vtu --out part.vtu", 2, "--overwrite"),
         ("quality part.vtu --picture worst.doc", 1, "unknown extension .doc"),
-        ("quality part.vtu --picture worst.png --worst 0", 2, "one or more, not 0"),
+        ("quality part.vtu --picture worst.png --worst 0", 2, "count must be 1 or more"),
         ("orient part.vtu part.vtu", 2, "--overwrite"),
         ("check missing.vtu", 1, "missing.vtu does not exist"),
         ("demo part.vtu", 1, "cannot make the folder part.vtu"),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...common import OptionError, check_writable
-from ...plots import PICTURES, require_rendering
+from ...plots import PICTURE_EXTENSIONS, require_rendering
 
 __all__ = ["Outputs", "check_paths", "check_pictures"]
 
@@ -87,6 +87,6 @@ def check_pictures(plot: str | None, *scenes: str | None) -> None:
     """Raise a WriteError unless a plot, and pictures in three dimensions, can be drawn; None is not wanted."""
     for path in (plot, *scenes):
         if path is not None:
-            check_writable(path, PICTURES)
+            check_writable(path, PICTURE_EXTENSIONS)
     if any(scenes):
         require_rendering()
