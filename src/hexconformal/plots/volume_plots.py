@@ -106,7 +106,7 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
     before, after
         Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or their :class:`hexconformal.Quality`.
     count
-        How many cells, those with the smallest scaled Jacobian.
+        Number of cells, those with the smallest scaled Jacobian.
 
     Raises
     ------

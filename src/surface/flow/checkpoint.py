@@ -85,7 +85,7 @@ class FlowRun:
 
     @property
     def problem(self) -> str:
-        """What a checkpoint must agree with: input, energy, constraints."""
+        """A text that identifies input, energy and constraints, with which a checkpoint must agree."""
         mesh = self._run.mesh
         return problem_of(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
 

@@ -98,7 +98,7 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
     before, after
         Surfaces (anything :func:`surface.as_surface_mesh` takes), or their :class:`surface.Quality`.
     count
-        How many cells, those with the smallest conformality.
+        Number of cells, those with the smallest conformality.
 
     Raises
     ------

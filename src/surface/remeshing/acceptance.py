@@ -55,7 +55,7 @@ class Acceptance:
         return (1 - _ANGLE_TOLERANCE) * self.first.min_angle
 
     def no_worse(self, now: Record) -> bool:
-        """Whether no more cells are turned over, and neither the smallest (but slightly) nor the mean angle smaller."""
+        """True if no more cells are turned over, and neither the smallest (but slightly) nor the mean angle smaller."""
         if self._by_energy:
             better = now.energy < self.first.energy - _ROUNDING * self.scale
         else:
@@ -63,7 +63,7 @@ class Acceptance:
         return better and now.turned <= self.first.turned
 
     def is_better(self, now: Record, other: Record) -> bool:
-        """Whether the first of two surfaces, both no worse than the input, is the better one."""
+        """True if the first of two surfaces, both no worse than the input, is the better one."""
         return self._merit(now) > self._merit(other)
 
     def _merit(self, record: Record) -> tuple[float, ...]:
@@ -77,19 +77,19 @@ class Acceptance:
         return np.asarray(angles < self._least_angle)
 
     def gained_nothing(self, best: Record) -> bool:
-        """Whether hardly anything was gained."""
+        """True if hardly anything was gained."""
         if self._by_energy:
             return best.energy > (1 - _ENERGY_GAIN) * self.first.energy
         gained = best.mean_angle - self.first.mean_angle
         return best.min_angle < _NO_GAIN[0] * self.first.min_angle and gained < _NO_GAIN[1]
 
     def is_low(self, energy: float) -> bool:
-        """Whether an energy is low enough to move nodes for it."""
+        """True if an energy is low enough to move nodes for it."""
         small_gain = self._by_energy or self.options.emphasis == "worst"
         return energy <= (1 - (_ENERGY_GAIN if small_gain else _LARGE_GAIN)) * self.first.energy
 
     def is_worthwhile(self, best: Record) -> bool:
-        """Whether enough was gained to move nodes for it; a surface that is as good as it gets stays where it is."""
+        """True if enough was gained to move nodes for it; a surface that is as good as it gets stays where it is."""
         if self._by_energy or self.options.emphasis == "worst" or best.turned < self.first.turned:
             return not self.gained_nothing(best)
         smallest, mean = best.min_angle - self.first.min_angle, best.mean_angle - self.first.mean_angle

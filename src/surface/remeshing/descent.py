@@ -58,7 +58,7 @@ class Termination:
 
 @dataclass(frozen=True)
 class _StepControl:
-    """How a step is limited: the (n,) damping of the nodes, and whether all are tried alike first."""
+    """The limits of a step: the (n,) damping of the nodes, and whether a step of all nodes alike is tried first."""
 
     damping: Floats
     uniform_first: bool
@@ -79,7 +79,7 @@ class _Step:
     held
         (n,) nodes that did not step.
     control
-        What limited it.
+        Its limits.
     """
 
     points: Floats

@@ -36,7 +36,7 @@ class RemeshingProblem:
     eps
         Relaxation of the constraint, in squares of the mean edge length.
     normal
-        Where its normal is taken: "middle", "simpson" or "linear".
+        Place at which its normal is taken: "middle", "simpson" or "linear".
     bound
         Largest distance from the input; with None there is neither projection nor bound.
     """

@@ -38,5 +38,5 @@ class Result:
 
     @property
     def converged(self) -> bool:
-        """Whether the run ended because there was nothing left to gain."""
+        """True if the run ended because there was nothing left to gain."""
         return self.report.converged

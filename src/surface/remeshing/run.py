@@ -117,7 +117,7 @@ class Remeshing:
 
     @property
     def converged(self) -> bool:
-        """Whether the run ended because there was nothing left to gain."""
+        """True if the run ended because there was nothing left to gain."""
         return self._converged
 
     def _in_input_coordinates(self, points: Floats) -> Floats:
@@ -126,7 +126,7 @@ class Remeshing:
     def __iter__(self) -> Iterator[Record]:
         """Run; every record's surface keeps the shape, so the run may be left at any of them.
 
-        What :attr:`points` and the result hold is the last surface of a descent that is no worse than the input: no
+        :attr:`points` and the result hold the last surface of a descent that is no worse than the input: no
         smaller angles, neither the smallest (by more than a thousandth) nor in the mean, and no more cells turned over.
         After a descent that ends worse, or stuck, another begins that forbids cells to change to another sheet of the
         input; then further ones that hold the nodes of spoiled cells, at first until no cell turns over any more, then
@@ -172,7 +172,7 @@ class Remeshing:
 
     @property
     def _stuck(self) -> bool:
-        """Whether the last descent ended worse than the input, though there was something to gain."""
+        """True if the last descent ended worse than the input, though there was something to gain."""
         first, last, acceptance = self.history[0], self.history[-1], self._acceptance
         gain = last.turned > first.turned or acceptance.is_low(min(record.energy for record in self.history))
         return bool(self._spoiled_cells.any()) and not acceptance.no_worse(last) and gain

@@ -1,4 +1,4 @@
-"""When a descent on a surface goes on to its final energy, and when it has stalled."""
+"""Continuation of a descent towards its final energy, and the test that it has stalled."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Continuation:
 
     @property
     def complete(self) -> bool:
-        """Whether cap and factor are the final ones."""
+        """True if cap and factor are the final ones."""
         return self.cap == _FINAL_CAP and self.factor == 1
 
     def after(self, decrease: float) -> Continuation:
@@ -64,7 +64,7 @@ class StallTest:
     Parameters
     ----------
     energy
-        What is minimized.
+        The energy that is minimized.
     tolerance
         Relative decrease per iteration that is worth going on for.
 
@@ -82,7 +82,7 @@ class StallTest:
 
     @property
     def stalled(self) -> bool:
-        """Whether it is time to end the run."""
+        """True if it is time to end the run."""
         return self._slow_steps == _STALLED_STEPS or self._since_lowest == _STALLED_ENERGY
 
     def update(self, points: Floats, decrease: float, continuation: Continuation) -> None:

@@ -14,7 +14,7 @@ __all__ = ["COMMANDS", "Command"]
 
 
 class Command(Protocol):
-    """What a module of this package provides.
+    """The names that a module of this package provides.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ _FALLBACK_NAME = "rescued.vtu"  # in a format that stores everything
 
 @dataclass(frozen=True)
 class FinishedJob:
-    """What a job gave.
+    """The outcome of a job.
 
     Attributes
     ----------
@@ -107,9 +107,9 @@ def run_job(job: Job, outputs: Outputs, progress: Progress) -> FinishedJob:
     Parameters
     ----------
     job
-        What to run.
+        The job.
     outputs
-        Where results go, checked before.
+        The files to write, checked before.
     progress
         Shows what goes on.
 

@@ -23,7 +23,7 @@ __all__ = ["SURFACES", "VOLUMES", "MeshKind", "read_any_mesh"]
 
 @dataclass(frozen=True)
 class MeshKind:
-    """What commands need to know of a kind of mesh.
+    """The functions that commands use on a kind of mesh.
 
     Attributes
     ----------
