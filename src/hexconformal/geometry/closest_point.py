@@ -129,7 +129,7 @@ class SurfaceLocator:
         return np.stack([low, high], axis=1)
 
     def _codes(self, places: Floats) -> Ints:
-        """Where places lie along the space-filling curve (Morton's) through the box of the centres of the faces."""
+        """Places on the space-filling curve (Morton's) through the box of the centres of the faces."""
         low, size = self._extent
         return along_curve((places - low) / size)
 

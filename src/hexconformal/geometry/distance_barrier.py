@@ -70,7 +70,7 @@ class DistanceBarrier:
     steepness
         k / (t1 - t0) of equation (14); raise it where the bound is not kept.
     reference
-        Surface to return to, if it is not the original one; its nodes are the samples of the way back, and the
+        Surface to return to, if it is not the original one; its nodes are the backward samples, and the
         features of the original are not kept.
     """
 
@@ -268,7 +268,7 @@ class DistanceBarrier:
 
 
 def _wall_beyond(worst: float, onset: float) -> float:
-    """Where the wall is: at its place with everything inside, else behind the worst, so that it comes in with it."""
+    """The wall t1: in its place with all samples inside it, else behind the worst, so that it comes in with that."""
     return _WALL if worst < _WALL else worst + _ROOM * (worst - onset)
 
 

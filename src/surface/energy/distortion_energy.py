@@ -39,7 +39,7 @@ _GAUSS = 0.5 + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(12.0)
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Where derivatives are taken.
+    """Points of cells at which derivatives are taken, with their nodes, weights and cells.
 
     Attributes
     ----------
@@ -189,7 +189,7 @@ class Distortion:
 
 
 class Quaternionic(Distortion):
-    """The note's conformal distortion int |*df - N df|^2 over the reference domain.
+    """The conformal distortion of the note int |*df - N df|^2 over the reference domain.
 
     Parameters
     ----------
