@@ -5,6 +5,7 @@ coefficients, equation (13). Imports `kernel`.
 """
 
 from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian
+from .faces import face_area_vectors
 from .hexahedron import CORNER_NEIGHBOURS, CORNERS, EDGES, FACES, RULES, edge_weights, gauss_rule, shape_gradients
 from .lengths_volumes import cell_volumes, edge_lengths
 from .validity import all_valid, contiguous, is_valid, minimum_jacobian
@@ -23,6 +24,7 @@ __all__ = [
     "corner_scaled_jacobian",
     "edge_lengths",
     "edge_weights",
+    "face_area_vectors",
     "gauss_rule",
     "is_valid",
     "minimum_jacobian",

@@ -79,8 +79,8 @@ class SurfacePenalty(Protocol):
     """What keeps nodes of the boundary near the surface: a penalty, and a limit that is never crossed."""
 
     def value(self, points: Field) -> float: ...
-    def excess(self, points: Field) -> float: ...
-    def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
+    def relative_distance(self, points: Field) -> float: ...
+    def assemble(self, points: Field, gradient: Field, matrix: BlockMatrix) -> float: ...
     def restricted(self, nodes: Ints, moving: Mask, points: Field) -> SurfacePenalty: ...
 
 
@@ -132,7 +132,7 @@ class CornerEnergy:
 
     def excess(self, points: Field) -> float:
         """Largest distance of the boundary from the surface, in units of its bound."""
-        return 0.0 if self.surface is None else self.surface.excess(points)
+        return 0.0 if self.surface is None else self.surface.relative_distance(points)
 
     def value_gradient_hessian(self, points: Field, emphasis: Weights) -> tuple[float, Field, BlockMatrix]:
         """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
@@ -140,7 +140,7 @@ class CornerEnergy:
         matrix.data[:] = 0.0
         total = self._sums(points, emphasis, gradient)
         if self.surface is not None:
-            total += self.surface.add(points, gradient, matrix)
+            total += self.surface.assemble(points, gradient, matrix)
         return total, gradient, matrix
 
     def _sums(self, points: Field, emphasis: Weights, gradient: Field | None) -> float:
@@ -155,7 +155,7 @@ class CornerEnergy:
     def surface_force(self, points: Field) -> tuple[float, Field]:
         """What keeps the boundary near the surface alone: its energy and gradient (n, 3)."""
         gradient = np.zeros_like(points)
-        return 0.0 if self.surface is None else self.surface.add(points, gradient, self._matrix), gradient
+        return 0.0 if self.surface is None else self.surface.assemble(points, gradient, self._matrix), gradient
 
     def measures(self, points: Field) -> Measures:
         """Figures of every cell, as the energy sees it."""

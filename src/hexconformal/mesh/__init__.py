@@ -5,15 +5,26 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 
 from .adjacency import corner_incidences, find, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, frozen
+from .edges import UniqueEdges, face_edges, unique_edges
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
 from .spatial_order import along_curve
-from .topology import FaceTable, boundary_quads, by_first_appearance, components, face_table, islands, rings
+from .topology import (
+    FaceTable,
+    boundary_quads,
+    by_first_appearance,
+    components,
+    connected_components,
+    face_table,
+    islands,
+    rings,
+)
 
 __all__ = [
     "FaceTable",
     "HexMesh",
     "NormalizedMesh",
+    "UniqueEdges",
     "along_curve",
     "boundary_quads",
     "by_first_appearance",
@@ -21,7 +32,9 @@ __all__ = [
     "checked_data",
     "checked_points",
     "components",
+    "connected_components",
     "corner_incidences",
+    "face_edges",
     "face_table",
     "find",
     "frozen",
@@ -29,4 +42,5 @@ __all__ = [
     "node_pattern",
     "rings",
     "scalar_matrix",
+    "unique_edges",
 ]
