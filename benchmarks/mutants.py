@@ -19,8 +19,6 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-# Numba compiles a loop anew where its own file changes, not what is inlined.
-INLINED = ("hexconformal.kernel.simd_frames", "hexconformal.energy.corner_blocks")
 LIMIT = 300.0  # seconds; a mutant that never ends is noticed too
 
 # Module: the tests that are about it, and what is changed into what (the first place it is found).
@@ -266,8 +264,6 @@ def main() -> int:
                 if sound.count(old) < 1:
                     raise SystemExit(f"{module}: there is no {old!r} any more")
                 path.write_text(sound.replace(old, new, 1), encoding="utf-8")
-                if module in INLINED:
-                    shutil.rmtree(environment["NUMBA_CACHE_DIR"], ignore_errors=True)
                 if survives(folder, environment, tests):
                     survivors.append(f"{module}: {old!r} -> {new!r}")
                     print(survivors[-1], flush=True)
