@@ -1,4 +1,4 @@
-"""How this package compiles: small algebra that also runs in numpy, and loops that run in threads."""
+"""Compilation by numba: small algebra that also runs in numpy, and loops that run in threads."""
 
 from __future__ import annotations
 
