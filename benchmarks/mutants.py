@@ -196,15 +196,15 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("g = self._counted(g)[0]", "g = self._counted(g)[0] / self.ease"),
         ],
     ),
-    "surface.step": (
+    "surface.constraint.saddle_point": (
         ("surface/energy/test_surface_energy.py", "surface/constraint/test_saddle_point.py"),
         [
-            ("masses / eps", "masses * eps"),
+            ("cells) / eps, moving", "cells) * eps, moving"),
             ("points + v / 2, features", "points, features"),
             ("self._data[diagonal] +=", "self._data[diagonal] -="),
             ("(np.eye(3) - held)", "held"),
             ("self._projectors * moving[:, None, None]", "self._projectors * ~moving[:, None, None]"),
-            ("if len(used) > DIRECT:", "if len(used) < DIRECT:"),
+            ("np.diff(indptr)) > DIRECT:", "np.diff(indptr)) < DIRECT:"),
             ("(moving & (np.diff(indptr) > 0))", "(np.diff(indptr) > 0)"),
         ],
     ),

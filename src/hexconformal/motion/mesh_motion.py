@@ -177,9 +177,8 @@ class MeshMotion:
         driven = np.zeros((len(frame.points), 1), dtype=bool)
         driven[self.moving] = True
         self.held = fixed_components(self.mesh, fixed) | driven
-        self._admissible = AdmissibleDirections.from_normal_sums(
-            planar_normal_sums(frame.points, frame.quads), self.held
-        )
+        sums = planar_normal_sums(frame.points, frame.quads)
+        self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
             frame, self._admissible, _EXACT if linear else _PREDICTION
@@ -306,12 +305,8 @@ class MeshMotion:
 
     def _minimized(self, points: Field, tolerance: float) -> tuple[Field, int]:
         cells = self._frame.cells
-        problem = Problem(
-            self._energy,
-            self._admissible.project,
-            self._extension.preconditioner,
-            lambda points: all_valid(points, cells),
-        )
+        project, preconditioner = self._admissible.project, self._extension.preconditioner
+        problem = Problem(self._energy, project, preconditioner, lambda points: all_valid(points, cells))
         at: Iterate = initial_iterate(problem, points)
         taken = 0
         for taken, following in enumerate(lbfgs(problem, at), 1):
