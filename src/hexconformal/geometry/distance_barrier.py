@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
 from ..kernel import loop
-from ..mesh import find
+from ..mesh import binary_search
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
 from .hausdorff import surface_samples
@@ -311,7 +311,7 @@ def _add_samples(nodes, weights, force, curvature, indptr, indices, data, gradie
                 # The matrix holds its lower triangle, without the rows and columns of held nodes.
                 if b < 0 or b > a or share == 0.0:
                     continue
-                place = find(indices, indptr[a], indptr[a + 1], b)
+                place = binary_search(indices, indptr[a], indptr[a + 1], b)
                 if place >= indptr[a + 1] or indices[place] != b:
                     continue
                 for r in range(3):

@@ -27,7 +27,7 @@ from hexconformal.kernel import (
     plane_normal,
     scale,
 )
-from hexconformal.mesh import corner_incidences, find, node_pattern
+from hexconformal.mesh import binary_search, corner_incidences, node_pattern
 
 from ..mesh import Cells, Floats, Ints, corner_triangles
 
@@ -120,7 +120,7 @@ def _blocks(first, last, nodes, gradients, second, offsets, incidences, indptr, 
         for k in range(offsets[node], offsets[node + 1]):
             frame, a = incidences[k] // width, incidences[k] % width
             for b in range(width):
-                place = find(indices, indptr[node], indptr[node + 1], nodes[frame, b])
+                place = binary_search(indices, indptr[node], indptr[node + 1], nodes[frame, b])
                 for i in range(2):
                     for j in range(2):
                         weight = gradients[frame, a, i] * gradients[frame, b, j]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import MeshError
 from hexconformal.io import MeshioOrigin, PyvistaOrigin
-from hexconformal.mesh import checked_cells, checked_data, checked_points, frozen
+from hexconformal.mesh import checked_cells, checked_data, checked_points, read_only
 
 from .geometry import Cells, Floats, Ints
 
@@ -146,7 +146,7 @@ class ArraysOrigin:
 def positions(points: Any) -> Floats:
     """(n, 3) positions, read-only; those in the plane get z = 0."""
     given = checked_points(points, planar=True)
-    return given if given.shape[1] == 3 else frozen(np.pad(given, ((0, 0), (0, 1))), None)
+    return given if given.shape[1] == 3 else read_only(np.pad(given, ((0, 0), (0, 1))), None)
 
 
 def _checked(cells: Any) -> Cells:
