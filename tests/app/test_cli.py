@@ -165,7 +165,7 @@ def test_sizes_may_be_those_of_a_cell_array(here, capsys):
     assert report["size_ratios"] == pytest.approx([ratios.min(), ratios.max()])
     assert 0.85 < ratios.min() < ratios.max() < 1.3
     assert run("regularize box.vtu out.vtu --sizes absent") == 2
-    assert "sizes is 'input', 'free' or a cell array, not 'absent'; there are: 'wanted'" in capsys.readouterr().err
+    assert "sizes must be 'input', 'free' or a cell array, not 'absent'; there are: 'wanted'" in capsys.readouterr().err
 
 
 def test_help_names_every_choice(capsys):

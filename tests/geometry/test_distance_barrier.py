@@ -12,7 +12,7 @@ from hexconformal.geometry.distance_barrier import DistanceBarrier
 from hexconformal.geometry.features import find_features
 from hexconformal.mesh.topology import boundary_quads
 from hexconformal.regularization.boundary import flat_normals
-from hexconformal.solver.admissible import free_directions
+from hexconformal.solver.admissible import count_free_directions
 
 
 @pytest.fixture
@@ -291,7 +291,7 @@ def test_a_finer_surface_draws_the_boundary_to_it():
 def test_flat_patches_leave_their_planes_open(cylinder):
     points, _, quads = cylinder
     features = find_features(points, quads)
-    free = free_directions(flat_normals(points, quads, features.patches, 1e-6))
+    free = count_free_directions(flat_normals(points, quads, features.patches, 1e-6))
     end = np.isclose(np.abs(points[:, 2] - points[:, 2].mean()), np.ptp(points[:, 2]) / 2)
     surface = np.zeros(len(points), dtype=bool)
     surface[quads] = True

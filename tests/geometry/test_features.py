@@ -231,8 +231,8 @@ def test_same_features_in_every_unit_and_order():
     [
         ({"mode": "hard"}, "'auto', 'keep' or 'soft'"),
         ({"angle": 0.0}, "between 0 and 180"),
-        ({"tolerance": -1.0}, "cannot move"),
-        ({"tolerance": float("nan")}, "cannot move"),
+        ({"tolerance": -1.0}, "must be 0 or more"),
+        ({"tolerance": float("nan")}, "must be 0 or more"),
         ({"tags": [1, 2]}, "one per boundary quad"),
     ],
 )

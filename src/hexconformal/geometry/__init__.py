@@ -1,6 +1,6 @@
-"""Surfaces: edges, patches, feature curves, closest points, distances, and the distance barrier (14).
+"""Surfaces: edges, patches, feature curves, closest points, distances, area vectors, the distance barrier (14).
 
-Belongs here: what is asked of a surface as a shape, by both packages. Imports `common`, `kernel`,
+Belongs here: the geometry of surfaces that both packages need. Imports `common`, `kernel`,
 `elements`, `mesh`, `energy` and `io`.
 """
 

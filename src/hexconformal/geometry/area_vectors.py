@@ -56,16 +56,16 @@ def nodal_area_vectors(points: Field, quads: Ints) -> Field:
 
 
 def simpson_mean(area_vectors: Callable[[Field], Field], points: Field, moved: Field) -> Field:
-    """(n, 3) Simpson mean N of area vectors on a straight way; equation (19).
+    """(n, 3) Simpson mean N of area vectors along a straight path; equation (19).
 
-    The enclosed volume is a cubic polynomial along the way, so that it changes by the sum of <N, v> exactly.
+    The enclosed volume is a cubic polynomial along the path, so that it changes by the sum of <N, v> exactly.
 
     Parameters
     ----------
     area_vectors
         Takes positions (n, 3) to the area vectors (n, 3) of the nodes there.
     points, moved
-        (n, 3) the ends of the way v = moved - points.
+        (n, 3) the ends of the path, v = moved - points.
     """
     half = area_vectors(0.5 * (points + moved))
     return (area_vectors(points) + 4.0 * half + area_vectors(moved)) / 6.0

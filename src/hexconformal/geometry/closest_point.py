@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError, OptionError, first_ids
 from ..kernel import parallel_ranges
-from ..mesh import along_curve
+from ..mesh import morton_codes
 from .closest_point_kernels import closest_range, segment_range, walk_range
 
 __all__ = ["ClosestPoints", "CurveLocator", "SurfaceLocator"]
@@ -129,9 +129,9 @@ class SurfaceLocator:
         return np.stack([low, high], axis=1)
 
     def _codes(self, places: Floats) -> Ints:
-        """Where places lie along the space-filling curve (Morton's) through the box of the centres of the faces."""
+        """Places on the space-filling curve (Morton's) through the box of the centres of the faces."""
         low, size = self._extent
-        return along_curve((places - low) / size)
+        return morton_codes((places - low) / size)
 
     @cached_property
     def _extent(self) -> tuple[Floats, float]:

@@ -17,8 +17,8 @@ __all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "segmen
 _MOST_STEPS = 1000
 # Squared sine below which rounding spoils what is computed from the area of a triangle.
 _SLIVER = 1e-10
-# A walk goes on for less than this share of the squared distance, or squared sizes of a face less: where two faces meet
-# in the closest point, rounding shall not choose.
+# A walk goes on to a face at less than this share of the squared distance, less this share of the squared size of the
+# face it is on: where two faces meet in the closest point, rounding must not choose.
 _IMPROVEMENT, _TOUCHING = 1.0 - 1e-9, 1e-20
 
 

@@ -1,4 +1,4 @@
-"""Normals of a quadrilateral surface without their noise, the angles between them, and what these angles tell."""
+"""Dihedral angles of a quadrilateral surface, filtered normals, rounded edges and stair steps."""
 
 from __future__ import annotations
 
@@ -6,27 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import face_area_vectors
-from .quad_edges import SurfaceEdges
+from .quad_edges import QuadEdges
 
-__all__ = ["dihedral_angles", "round_edges", "steady_normals", "step_quads"]
+__all__ = ["dihedral_angles", "filtered_normals", "rounded_edges", "stair_steps"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# How often normals are averaged; neighbours have a say up to this multiple of the noise, at most so many degrees.
-_ROUNDS = 3
-_SPREAD = 4.0
-_WIDEST = 60.0
-# Degrees from which on an edge is a crease whatever is beside it, and else how much sharper it must be.
-_ROUND = 55.0
-_CONTRAST = 1.5
+_FILTERINGS = 3  # times that normals are averaged
+_NOISE_FACTOR, _WIDEST = 4.0, 60.0  # neighbours count up to this multiple of the noise, at most so many degrees
+_SHARP, _CONTRAST = 55.0, 1.5  # degrees from which on no edge is rounded, else how much sharper than those beside
 
 
-def steady_normals(points: Floats, quads: Ints, edges: SurfaceEdges) -> Floats:
-    """Unit normals of quads, averaged with neighbours that agree but for noise: noise goes, creases stay.
+def filtered_normals(points: Floats, quads: Ints, edges: QuadEdges) -> Floats:
+    """Unit normals of quads after a bilateral filter: averaged with those of neighbours that agree but for noise.
 
-    A quad that is folded, or has no area, has no say: it gets the normal of its neighbours.
+    A quad that is folded, or has no area, does not count: it gets the normal of its neighbours.
 
     Parameters
     ----------
@@ -47,22 +43,24 @@ def steady_normals(points: Floats, quads: Ints, edges: SurfaceEdges) -> Floats:
     area = face_area_vectors(points, quads)
     size = np.linalg.norm(area, axis=1)
     lengths = (after**2).sum(axis=2).max(axis=1)
-    sound = (np.einsum("kci,ki->kc", at_corners, area) > 0).all(axis=1) & (size > 1e-3 * lengths)
+    unfolded = (np.einsum("kci,ki->kc", at_corners, area) > 0).all(axis=1) & (size > 1e-3 * lengths)
     left, right = edges.quads.T
     count = len(quads)
-    # Where two quads lie on each other, the smaller one is taken for folded; if the surface does turn there, its
-    # other neighbours put that right.
+    # Where two quads lie on each other, the smaller one is taken for folded; if the surface does turn there, the other
+    # neighbours of that quad put its normal right.
     around = np.einsum("ei,ei->e", area[left], area[right]) < -0.5 * size[left] * size[right]
     folded = np.zeros(len(quads), dtype=bool)
     folded[np.where(size[left] < size[right], left, right)[around]] = True
-    weight = np.where(sound & ~folded, size, 0.0)
+    weight = np.where(unfolded & ~folded, size, 0.0)
     normals = area / np.where(size > 0, size, 1.0)[:, None]
-    least = np.cos(np.radians(np.minimum(_SPREAD * _noise(dihedral_angles(normals, edges), edges, count), _WIDEST)))
+    least = np.cos(
+        np.radians(np.minimum(_NOISE_FACTOR * _noise(dihedral_angles(normals, edges), edges, count), _WIDEST))
+    )
     normals[weight == 0] = 0.0
-    for turn in range(_ROUNDS):
+    for iteration in range(_FILTERINGS):
         agree = np.einsum("ei,ei->e", normals[left], normals[right]) - least
-        untold = (weight[left] == 0) | (weight[right] == 0)
-        agree = np.where(untold, 1.0, np.maximum(agree, 0.0))
+        unknown = (weight[left] == 0) | (weight[right] == 0)
+        agree = np.where(unknown, 1.0, np.maximum(agree, 0.0))
         sums = normals * np.maximum(weight, 1e-300)[:, None]
         for to, of in ((left, right), (right, left)):
             share = (agree * weight[of])[:, None] * normals[of]
@@ -70,16 +68,16 @@ def steady_normals(points: Floats, quads: Ints, edges: SurfaceEdges) -> Floats:
                 sums[:, axis] += np.bincount(to, share[:, axis], minlength=count)
         length = np.linalg.norm(sums, axis=1)
         normals = sums / np.where(length > 0, length, 1.0)[:, None]
-        # What had no say of its own now passes on what it was told.
-        if turn < _ROUNDS - 1:
+        # A quad that did not count now passes on the normal that it got.
+        if iteration < _FILTERINGS - 1:
             weight = np.where((weight == 0) & (length > 0), size, weight)
     return normals
 
 
-def _noise(angles: Floats, edges: SurfaceEdges, count: int) -> Floats:
-    """(s,) degrees by which normals vary for no reason, around each edge with two quads."""
+def _noise(angles: Floats, edges: QuadEdges, count: int) -> Floats:
+    """(s,) degrees by which normals vary for noise, around each edge with two quads."""
     every = np.zeros(len(edges.nodes))
-    every[edges.smooth] = angles
+    every[edges.manifold] = angles
     # Along creases and around cylinders two edges of a quad are flat; only where it is rough are there three bends.
     rough = np.sort(every[edges.of_quads], axis=1)[:, 1]
     left, right = edges.quads.T
@@ -91,14 +89,14 @@ def _noise(angles: Floats, edges: SurfaceEdges, count: int) -> Floats:
     return np.asarray(np.maximum(mean[left], mean[right]))
 
 
-def dihedral_angles(normals: Floats, edges: SurfaceEdges) -> Floats:
+def dihedral_angles(normals: Floats, edges: QuadEdges) -> Floats:
     """(s,) angles in degrees between the normals on both sides of the edges with two quads, 0 where it is flat."""
     a, b = normals[edges.quads[:, 0]], normals[edges.quads[:, 1]]
     return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ei,ei->e", a, b))))
 
 
-def round_edges(angles: Floats, edges: SurfaceEdges) -> Mask:
-    """(s,) edges hardly sharper than the next ones on both sides: those of a coarse cylinder, not of a crease.
+def rounded_edges(angles: Floats, edges: QuadEdges) -> Mask:
+    """(s,) edges hardly sharper than the next ones on both sides: of a coarse cylinder, not of a crease.
 
     Parameters
     ----------
@@ -108,16 +106,16 @@ def round_edges(angles: Floats, edges: SurfaceEdges) -> Mask:
         Of the same surface.
     """
     every = np.zeros(len(edges.nodes))
-    every[edges.smooth] = angles
+    every[edges.manifold] = angles
     # The angle at the edge opposite to each edge of each quad, then the smaller one of both quads.
     opposite = every[np.roll(edges.of_quads, 2, axis=1)]
     least = np.full(len(edges.nodes), np.inf)
     np.minimum.at(least, edges.of_quads.ravel(), opposite.ravel())
-    return np.asarray((angles < _ROUND) & (angles < _CONTRAST * least[edges.smooth]))
+    return np.asarray((angles < _SHARP) & (angles < _CONTRAST * least[edges.manifold]))
 
 
-def step_quads(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float) -> tuple[Mask, Mask]:
-    """Treads and risers of stair steps: quads between a sharp convex and a sharp concave edge.
+def stair_steps(points: Floats, quads: Ints, edges: QuadEdges, angle: float) -> tuple[Mask, Mask]:
+    """Find treads and risers of stair steps: quads between a sharp convex and a sharp concave edge.
 
     Returns
     -------
@@ -132,6 +130,6 @@ def step_quads(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float) -
     left, right = edges.quads.T
     rises = np.einsum("ei,ei->e", centers[right] - centers[left], normals[left] - normals[right])
     sign = np.zeros(len(edges.nodes))
-    sign[edges.smooth] = np.where(sharp, np.sign(rises), 0.0)
+    sign[edges.manifold] = np.where(sharp, np.sign(rises), 0.0)
     around = sign[edges.of_quads]
     return np.asarray((around * np.roll(around, 2, axis=1) < 0).any(axis=1)), sharp

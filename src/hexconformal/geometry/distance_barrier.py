@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
 from ..kernel import loop
-from ..mesh import find
+from ..mesh import binary_search
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
 from .hausdorff import surface_samples
@@ -70,7 +70,7 @@ class DistanceBarrier:
     steepness
         k / (t1 - t0) of equation (14); raise it where the bound is not kept.
     reference
-        Surface to return to, if it is not the original one; its nodes are the samples of the way back, and the
+        Surface to return to, if it is not the original one; its nodes are the backward samples, and the
         features of the original are not kept.
     """
 
@@ -268,7 +268,7 @@ class DistanceBarrier:
 
 
 def _wall_beyond(worst: float, onset: float) -> float:
-    """Where the wall is: at its place with everything inside, else behind the worst, so that it comes in with it."""
+    """The wall t1: in its place with all samples inside it, else behind the worst, so that it comes in with that."""
     return _WALL if worst < _WALL else worst + _ROOM * (worst - onset)
 
 
@@ -311,7 +311,7 @@ def _add_samples(nodes, weights, force, curvature, indptr, indices, data, gradie
                 # The matrix holds its lower triangle, without the rows and columns of held nodes.
                 if b < 0 or b > a or share == 0.0:
                     continue
-                place = find(indices, indptr[a], indptr[a + 1], b)
+                place = binary_search(indices, indptr[a], indptr[a + 1], b)
                 if place >= indptr[a + 1] or indices[place] != b:
                     continue
                 for r in range(3):

@@ -1,4 +1,4 @@
-"""How far apart two positions of a boundary are, everywhere and in both directions."""
+"""Hausdorff distance between two positions of a boundary, at samples and in both directions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Ints = NDArray[np.int64]
 
 
 def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
-    """Where a surface is sampled: nodes, edge midpoints, centres, and half-way from centre to corner.
+    """Samples of a surface: nodes, edge midpoints, centres, and half-way from centre to corner.
 
     Parameters
     ----------

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from ..mesh import face_edges, unique_edges
 
-__all__ = ["SurfaceEdges", "surface_edges"]
+__all__ = ["QuadEdges", "quad_edges"]
 
 Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class SurfaceEdges:
+class QuadEdges:
     """Every edge of a quadrilateral surface once.
 
     Attributes
@@ -24,22 +24,22 @@ class SurfaceEdges:
         (e, 2) its nodes, ascending.
     of_quads
         (k, 4) the edge from node i to node i + 1 of each quad.
-    smooth
+    manifold
         (s,) the edges with exactly two quads.
     quads
         (s, 2) those two quads.
-    odd
+    nonmanifold
         The other edges: borders, and edges where more than two quads meet.
     """
 
     nodes: Ints
     of_quads: Ints
-    smooth: Ints
+    manifold: Ints
     quads: Ints
-    odd: Ints
+    nonmanifold: Ints
 
 
-def surface_edges(quads: Ints) -> SurfaceEdges:
+def quad_edges(quads: Ints) -> QuadEdges:
     """Find the edges of a quadrilateral surface and the quads on both sides.
 
     Parameters
@@ -49,13 +49,13 @@ def surface_edges(quads: Ints) -> SurfaceEdges:
 
     Examples
     --------
-    >>> edges = surface_edges(np.array([[0, 1, 2, 3], [1, 4, 5, 2]]))
-    >>> edges.nodes[edges.smooth].tolist(), edges.quads.tolist(), len(edges.odd)
+    >>> edges = quad_edges(np.array([[0, 1, 2, 3], [1, 4, 5, 2]]))
+    >>> edges.nodes[edges.manifold].tolist(), edges.quads.tolist(), len(edges.nonmanifold)
     ([[1, 2]], [[0, 1]], 6)
     """
-    edges = unique_edges(face_edges(quads))
-    order = np.argsort(edges.of_pairs, kind="stable")
-    first = np.cumsum(edges.uses) - edges.uses
-    smooth = np.flatnonzero(edges.uses == 2)
-    sides = np.stack([order[first[smooth]], order[first[smooth] + 1]], axis=1) // 4
-    return SurfaceEdges(edges.nodes, edges.of_pairs.reshape(-1, 4), smooth, sides, np.flatnonzero(edges.uses != 2))
+    table = unique_edges(face_edges(quads))
+    order = np.argsort(table.of_pairs, kind="stable")
+    first = np.cumsum(table.uses) - table.uses
+    manifold = np.flatnonzero(table.uses == 2)
+    sides = np.stack([order[first[manifold]], order[first[manifold] + 1]], axis=1) // 4
+    return QuadEdges(table.nodes, table.of_pairs.reshape(-1, 4), manifold, sides, np.flatnonzero(table.uses != 2))

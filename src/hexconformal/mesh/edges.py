@@ -54,7 +54,7 @@ def unique_edges(pairs: Ints) -> UniqueEdges:
     >>> len(edges.nodes), edges.nodes[edges.uses == 2].tolist(), edges.of_pairs[[1, 7]].tolist()
     (7, [[1, 2]], [2, 2])
     """
-    low, high = pairs.min(axis=1), pairs.max(axis=1)
+    low, high = np.minimum(*pairs.T), np.maximum(*pairs.T)
     width = int(high.max(initial=0)) + 1
     keys, first, inverse, uses = np.unique(
         low * width + high, return_index=True, return_inverse=True, return_counts=True

@@ -1,4 +1,4 @@
-"""The one container of a hexahedral mesh."""
+"""The container of a hexahedral mesh."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class HexMesh:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed or set aside when the mesh was taken in, in words."""
+        """Remarks on what was changed or set aside when the mesh was read."""
         return () if self.origin is None else self.origin.selection.notes
 
     def replaced(

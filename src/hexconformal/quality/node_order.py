@@ -165,9 +165,9 @@ def _mirrored(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[
     faces = face_table(cells)
     if (faces.uses > 1).all():
         raise MeshError(NO_BOUNDARY)
-    joined = (faces.uses == 2) & (faces.turn != 0)
+    joined = (faces.uses == 2) & (faces.orientation != 0)
     a, b = faces.cells[joined].T
-    swap = faces.turn[joined] < 0
+    swap = faces.orientation[joined] < 0
     # Two copies of each cell, as it is and turned round, are linked with those copies of its neighbours that agree.
     rows = np.concatenate([a, a + count])
     columns = np.concatenate([np.where(swap, b + count, b), np.where(swap, b, b + count)])

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian
 from ..energy import CornerEnergy, Weights
-from ..mesh import islands, rings, unique_edges
+from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import newton_step, next_shift
 
 __all__ = ["bring_back", "folded", "untangle"]
@@ -50,7 +50,7 @@ def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> I
     """
     bad, first, stalled = folded(problem, points), points, 0
     if bad.mean() > _MANY:
-        points = harmonic(problem, points, rings(problem.cells, len(points), bad, 0))
+        points = harmonic(problem, points, node_rings(problem.cells, len(points), bad, 0))
         yield "harmonic start", points, float("nan")
         for points, energy in _unfold(problem, points, 1.0, _WHOLE_STEPS):
             yield "untangle", points, energy
@@ -59,7 +59,7 @@ def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> I
         before = _amount(problem, points)
         if before[0] == 0 or stalled == patience:
             return
-        cores = islands(problem.cells, rings(problem.cells, len(points), folded(problem, points), width))
+        cores = connected_regions(problem.cells, node_rings(problem.cells, len(points), folded(problem, points), width))
         points = _unfold_patches(problem, points, first, cores)
         yield "untangle patches", points, float("nan")
         stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
@@ -80,7 +80,7 @@ def bring_back(points: Field, start: Field, cells: Ints, near: Callable[[Field],
         return points
     best, fewest = start, int((first <= 0.0).sum())
     for width in range(_ROUNDS):
-        nodes = rings(cells, len(points), worse, width)
+        nodes = node_rings(cells, len(points), worse, width)
         for way in _WAYS_BACK:
             trial = np.where(nodes[:, None], points + way * (start - points), points)
             quality = corner_scaled_jacobian(trial, cells)

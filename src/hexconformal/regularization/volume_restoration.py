@@ -50,7 +50,7 @@ def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -
         if abs(gap) <= _EXACT * abs(volume):
             return points
         worst = max(float(problem.measures(points).angle.max(initial=0.0)), 1e-3)
-        emphasis = Weights(angle=1.0, stiffness=_STIFF / worst, size=VOLUME_WEIGHT)
+        emphasis = Weights(angle=1.0, stiffness=_STIFF / worst, volume=VOLUME_WEIGHT)
         matrix = problem.value_gradient_hessian(points, emphasis)[2]
         normals = nodal_area_vectors(points, quads)
         way, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)

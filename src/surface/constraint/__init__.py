@@ -1,4 +1,4 @@
-"""What keeps the shape: features, the saddle-point problem (17, 18), projection, distance from the input.
+"""Constraints that keep the shape: features, the saddle-point problem (17, 18), projection, distance from the input.
 
 Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `hexconformal.kernel`,
 `hexconformal.elements`, `hexconformal.mesh`, `hexconformal.energy`, `hexconformal.geometry`, `mesh` and `energy`.

@@ -88,7 +88,7 @@ def _without_detours(
 
 
 def _lead_past(points: Floats, near: dict[int, set[int]], *nodes: int) -> bool:
-    """Change the creases around one sliver; whether there was something to change."""
+    """Change the creases around one sliver; True if there was something to change."""
     for v, a, b in (nodes, nodes[1:] + nodes[:1], nodes[2:] + nodes[:2]):
         if not near[v] >= {a, b}:
             continue
@@ -111,12 +111,12 @@ def _lead_past(points: Floats, near: dict[int, set[int]], *nodes: int) -> bool:
 
 
 def _shortest(points: Floats, v: int, a: int, b: int) -> bool:
-    """Whether the edge from a to b is the shortest of the triangle."""
+    """True if the edge from a to b is the shortest of the triangle."""
     return bool(np.linalg.norm(points[a] - points[b]) < np.linalg.norm(points[[a, b]] - points[v], axis=1).min())
 
 
 def _straighter(points: Floats, near: dict[int, set[int]], v: int, a: int, b: int) -> bool:
-    """Whether a crease from a to b turns less, also where it comes from or goes on, by what it turns at v at least."""
+    """True if a crease from a to b turns less, also at both ends, by as much as it turns at v at least."""
     gained = [
         _turn(points[[*(near[end] - {v}), end, v]]) - _turn(points[[*(near[end] - {v}), end, other]])
         for end, other in ((a, b), (b, a))
@@ -169,7 +169,7 @@ def _without_noise(
 
 
 def _mostly(group: Ints, true: NDArray[np.bool_], number: int) -> NDArray[np.bool_]:
-    """Whether there are members of each group, and at least half of them have a property; those of -1 are of none."""
+    """(number,) groups with members, at least half of which have a property; -1 is no group."""
     inside = group >= 0
     size = np.bincount(group[inside], minlength=number)
     return np.asarray((size > 0) & (2 * np.bincount(group[inside], true[inside], number) >= size))

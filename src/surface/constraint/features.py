@@ -151,7 +151,7 @@ def held_projectors(vectors: Floats, points: Floats, features: Features) -> Floa
 def curve_tangents(points: Floats, features: Features) -> Floats:
     """(n, 3) unit tangent at nodes that lie inside a curve, zero elsewhere."""
     edges = features.edges
-    # Squares of directions do not care which way an edge runs: the tangent is the main axis of their sum.
+    # Edges run either way along a curve: their directions are turned to agree before they are added.
     d = unit_vectors(points[edges[:, 1]] - points[edges[:, 0]])
     first = np.zeros((len(points), 3))
     first[edges.ravel()] = np.repeat(d, 2, axis=0)

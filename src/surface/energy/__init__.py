@@ -1,4 +1,4 @@
-"""The conformal distortion of a surface (15), its barrier (16), and what cells shall be conformal to.
+"""The conformal distortion of a surface (15), its barrier (16), and what cells should be conformal to.
 
 Belongs here: energies with derivatives, target shapes. Imports `hexconformal.common`, `hexconformal.kernel`,
 `hexconformal.mesh` and `mesh`.

@@ -27,7 +27,7 @@ from hexconformal.kernel import (
     plane_normal,
     scale,
 )
-from hexconformal.mesh import corner_incidences, find, node_pattern
+from hexconformal.mesh import binary_search, corner_incidences, node_pattern
 
 from ..mesh import Cells, Floats, Ints, corner_triangles
 
@@ -39,7 +39,7 @@ _GAUSS = 0.5 + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(12.0)
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Where derivatives are taken.
+    """Points of cells at which derivatives are taken, with their nodes, weights and cells.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ def _blocks(first, last, nodes, gradients, second, offsets, incidences, indptr, 
         for k in range(offsets[node], offsets[node + 1]):
             frame, a = incidences[k] // width, incidences[k] % width
             for b in range(width):
-                place = find(indices, indptr[node], indptr[node + 1], nodes[frame, b])
+                place = binary_search(indices, indptr[node], indptr[node + 1], nodes[frame, b])
                 for i in range(2):
                     for j in range(2):
                         weight = gradients[frame, a, i] * gradients[frame, b, j]
@@ -189,7 +189,7 @@ class Distortion:
 
 
 class Quaternionic(Distortion):
-    """The note's conformal distortion int |*df - N df|^2 over the reference domain.
+    """The conformal distortion of the note int |*df - N df|^2 over the reference domain.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Geometry of triangle and bilinear quadrilateral surfaces: area vectors, normals, volume, angles.
 
 A surface is points (n, 3) and `Cells`: triangles (t, 3) and quadrilaterals (q, 4), both counter-clockwise seen
-from outside. Everything is exact for the bilinear patch of a quadrilateral unless it says otherwise.
+from outside. Everything is exact for the bilinear patch of a quadrilateral unless its docstring differs.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import MeshError
 from hexconformal.io import MeshioOrigin, PyvistaOrigin
-from hexconformal.mesh import checked_cells, checked_data, checked_points, frozen
+from hexconformal.mesh import checked_cells, checked_data, checked_points, read_only
 
 from .geometry import Cells, Floats, Ints
 
@@ -72,7 +72,7 @@ class SurfaceMesh:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed or left out when the mesh was taken in, in words."""
+        """Changes and omissions when the mesh was converted, in words."""
         return self.origin.selection.notes if isinstance(self.origin, (MeshioOrigin, PyvistaOrigin)) else ()
 
     def replaced(
@@ -134,7 +134,7 @@ class SurfaceMesh:
 
 @dataclass(frozen=True)
 class ArraysOrigin:
-    """What was handed in as a tuple: its tables of cells, and the dimension of its points."""
+    """A tuple that a mesh was made from: its tables of cells, and the dimension of its points."""
 
     tables: tuple[Ints, ...]
     dimension: int
@@ -146,7 +146,7 @@ class ArraysOrigin:
 def positions(points: Any) -> Floats:
     """(n, 3) positions, read-only; those in the plane get z = 0."""
     given = checked_points(points, planar=True)
-    return given if given.shape[1] == 3 else frozen(np.pad(given, ((0, 0), (0, 1))), None)
+    return given if given.shape[1] == 3 else read_only(np.pad(given, ((0, 0), (0, 1))), None)
 
 
 def _checked(cells: Any) -> Cells:
