@@ -61,20 +61,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with interruptible():
             return int(parsed.run(parsed))
     except KeyboardInterrupt:
-        return _failed("interrupted: nothing was written", 130)
+        return _print_error("interrupted: nothing was written", 130)
     except OptionError as problem:
-        return _failed(f"error: {problem}", 2)
+        return _print_error(f"error: {problem}", 2)
     except (MeshError, WriteError) as problem:
-        return _failed(f"error: {problem}", 1)
+        return _print_error(f"error: {problem}", 1)
     except MemoryError:
-        return _failed("error: not enough memory for this mesh", 1)
+        return _print_error("error: not enough memory for this mesh", 1)
     except OSError as problem:
         # The reader of our output is gone, or has no room; without this Python would complain again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1 if isinstance(problem, BrokenPipeError) else _failed(f"error: {problem}", 1)
+        return 1 if isinstance(problem, BrokenPipeError) else _print_error(f"error: {problem}", 1)
 
 
-def _failed(message: str, code: int) -> int:
+def _print_error(message: str, code: int) -> int:
+    """Print a message on one line of stderr; returns the exit code."""
     print(" ".join(message.split()), file=sys.stderr)
     return code
 
