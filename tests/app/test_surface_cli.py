@@ -166,7 +166,7 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
         ("remesh ball.ply out.ply --plot ball.ply", 2, "ball.ply is the input"),
         ("remesh ball.ply out.ply --boundary slippery", 2, "'slide' or 'fixed', not 'slippery'"),
         ("remesh ball.ply out.ply --energy low", 2, "'barrier' or 'quaternionic', not 'low'"),
-        ("remesh ball.ply out.ply --reference round", 2, "reference is"),
+        ("remesh ball.ply out.ply --reference round", 2, "reference must be"),
         ("remesh ball.ply out.ply --reference round.ply", 1, "round.ply does not exist"),
         ("remesh ball.ply out.ply --features sharp", 2, "features must be an angle in degrees, or none, not 'sharp'"),
         ("remesh ball.ply out.ply --fixed walls", 2, "names no point array; there are: 'pole'"),
