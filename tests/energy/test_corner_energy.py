@@ -371,7 +371,7 @@ class Wall:
     def __init__(self, node, place):
         self.node, self.place = node, place
 
-    def excess(self, points):
+    def relative_distance(self, points):
         return 2.0 * np.linalg.norm(points[self.node] - self.place)
 
     def restricted(self, nodes, moving, points):

@@ -81,8 +81,8 @@ class SurfacePenalty(Protocol):
     """A penalty that keeps nodes of the boundary near the surface, with a limit that is never crossed."""
 
     def value(self, points: Field) -> float: ...
-    def excess(self, points: Field) -> float: ...
-    def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
+    def relative_distance(self, points: Field) -> float: ...
+    def assemble(self, points: Field, gradient: Field, matrix: BlockMatrix) -> float: ...
     def restricted(self, nodes: Ints, moving: Mask, points: Field) -> SurfacePenalty: ...
 
 
@@ -132,9 +132,9 @@ class CornerEnergy:
             total += self.surface_penalty.value(points)
         return total
 
-    def excess(self, points: Field) -> float:
+    def relative_distance(self, points: Field) -> float:
         """Largest distance of the boundary from the surface, in units of its bound."""
-        return 0.0 if self.surface_penalty is None else self.surface_penalty.excess(points)
+        return 0.0 if self.surface_penalty is None else self.surface_penalty.relative_distance(points)
 
     def value_gradient_hessian(self, points: Field, weights: Weights) -> tuple[float, Field, BlockMatrix]:
         """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
@@ -142,7 +142,7 @@ class CornerEnergy:
         matrix.data[:] = 0.0
         total = self._sums(points, weights, gradient)
         if self.surface_penalty is not None:
-            total += self.surface_penalty.add(points, gradient, matrix)
+            total += self.surface_penalty.assemble(points, gradient, matrix)
         return total, gradient, matrix
 
     def _sums(self, points: Field, weights: Weights, gradient: Field | None) -> float:
@@ -160,7 +160,7 @@ class CornerEnergy:
         gradient = np.zeros_like(points)
         if self.surface_penalty is None:
             return 0.0, gradient
-        return self.surface_penalty.add(points, gradient, self._matrix), gradient
+        return self.surface_penalty.assemble(points, gradient, self._matrix), gradient
 
     def measures(self, points: Field) -> CornerMeasures:
         """Figures of every cell, as the energy sees it."""

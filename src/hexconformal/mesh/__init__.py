@@ -5,6 +5,7 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 
 from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, read_only
+from .edges import UniqueEdges, face_edges, unique_edges
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
 from .spatial_order import morton_codes
@@ -13,6 +14,7 @@ from .topology import (
     boundary_quads,
     by_first_appearance,
     components,
+    connected_components,
     connected_regions,
     face_table,
     node_rings,
@@ -22,6 +24,7 @@ __all__ = [
     "FaceTable",
     "HexMesh",
     "NormalizedMesh",
+    "UniqueEdges",
     "binary_search",
     "boundary_quads",
     "by_first_appearance",
@@ -29,12 +32,15 @@ __all__ = [
     "checked_data",
     "checked_points",
     "components",
+    "connected_components",
     "connected_regions",
     "corner_incidences",
+    "face_edges",
     "face_table",
     "morton_codes",
     "node_pattern",
     "node_rings",
     "read_only",
     "scalar_matrix",
+    "unique_edges",
 ]

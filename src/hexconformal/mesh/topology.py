@@ -15,6 +15,7 @@ __all__ = [
     "boundary_quads",
     "by_first_appearance",
     "components",
+    "connected_components",
     "connected_regions",
     "face_table",
     "node_rings",
@@ -122,15 +123,37 @@ def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     >>> components(np.array([np.arange(8), np.arange(8, 16)]))
     (2, array([0, 1]))
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
+    # A star at the first node of each cell connects its eight nodes.
+    star = np.stack([np.repeat(cells[:, 0], 7), cells[:, 1:].ravel()]).T
+    labels = connected_components(star, int(cells.max()) + 1)
+    return by_first_appearance(labels[cells[:, 0]])
 
-    size = int(cells.max()) + 1
-    # A star at the first node of each cell connects its eight nodes; 32 bits are what the graph routines work in.
-    cells = cells.astype(np.int32) if size < 2**31 else cells
-    rows = np.repeat(cells[:, 0], 7)
-    links = csr_array((np.ones(len(rows)), (rows, cells[:, 1:].ravel())), shape=(size, size))
-    return by_first_appearance(connected_components(links, directed=False)[1][cells[:, 0]])
+
+def connected_components(pairs: NDArray[np.integer], count: int) -> NDArray[np.int64]:
+    """The connected pieces of a graph.
+
+    Parameters
+    ----------
+    pairs
+        (k, 2) vertices that an edge connects.
+    count
+        Number of vertices.
+
+    Returns
+    -------
+    (count,) piece of each vertex, numbered by first appearance.
+
+    Examples
+    --------
+    >>> connected_components(np.array([[3, 1], [4, 0]]), 5)
+    array([0, 1, 2, 1, 0])
+    """
+    from scipy.sparse import csgraph, csr_array
+
+    # 32 bits are what the graph routines work in.
+    rows, columns = pairs.T.astype(np.int32 if count < 2**31 else np.int64, copy=False)
+    graph = csr_array((np.ones(len(pairs)), (rows, columns)), shape=(count, count))
+    return csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
 
 def by_first_appearance(labels: NDArray[np.integer]) -> tuple[int, NDArray[np.int64]]:
@@ -165,16 +188,14 @@ def connected_regions(cells: NDArray[np.int64], nodes: NDArray[np.bool_]) -> lis
     >>> [np.flatnonzero(part) for part in connected_regions(two, nodes)]
     [array([0]), array([11])]
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     around = np.flatnonzero(nodes[cells].any(axis=1))
     corners = cells[around]
     inside = nodes[corners.ravel()]
     rows = np.repeat(np.arange(len(around)), 8)[inside]
-    shape = len(around), len(nodes)
-    touch = coo_array((np.ones(len(rows)), (rows, corners.ravel()[inside])), shape=shape).tocsr()
-    count, labels = connected_components(touch @ touch.T, directed=False)
+    # A graph of the cells, and of the nodes of the set behind them.
+    pairs = np.stack([rows, len(around) + corners.ravel()[inside]]).T
+    labels = connected_components(pairs, len(around) + len(nodes))[: len(around)]
+    count = int(labels.max(initial=-1)) + 1
     found = np.zeros((count, len(nodes)), dtype=bool)
     for label in range(count):
         found[label, corners[labels == label]] = True

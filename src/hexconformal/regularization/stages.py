@@ -170,7 +170,7 @@ class Stages:
         for way_back in self._return(problem, afar):
             afar = way_back.points
             yield replace(way_back, points=points)
-        needed = closer.excess(afar)
+        needed = closer.relative_distance(afar)
         if needed <= _WITHIN:
             return problem, afar, folded(problem, afar)
         self.boundary = before
@@ -265,4 +265,4 @@ class Stages:
     def _near(self, points: Field) -> bool:
         """Whether the boundary is within its bound."""
         band = self.boundary.band
-        return band is None or band.reference is not None or band.excess(points) <= _WITHIN
+        return band is None or band.reference is not None or band.relative_distance(points) <= _WITHIN

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian
 from ..energy import CornerEnergy, Weights
-from ..mesh import connected_regions, node_rings
+from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import newton_step, next_shift
 
 __all__ = ["bring_back", "folded", "untangle"]
@@ -97,7 +97,7 @@ def harmonic(problem: CornerEnergy, points: Field, core: Mask) -> Field:
     rows = np.flatnonzero(inner)
     if len(rows) == 0:
         return points
-    ends = np.unique(np.sort(problem.cells[:, EDGES].reshape(-1, 2), axis=1), axis=0)
+    ends = unique_edges(problem.cells[:, EDGES].reshape(-1, 2)).nodes
     ones = np.ones(len(ends))
     graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
     laplacian: Any = csgraph.laplacian(sparse.csr_array(graph + graph.T))
@@ -146,13 +146,13 @@ def _unfold_patches(problem: CornerEnergy, points: Field, first: Field, cores: l
     trial = points
     for core in cores:
         trial = _unfold_patch(problem, trial, first, core)
-    limit = max(1.0, problem.excess(points))
-    if problem.excess(trial) <= limit:
+    limit = max(1.0, problem.relative_distance(points))
+    if problem.relative_distance(trial) <= limit:
         return trial
     # A patch watches the surface around itself only; one of them came to where others are.
     for core in cores:
         trial = _unfold_patch(problem, points, first, core)
-        points = trial if problem.excess(trial) <= limit else points
+        points = trial if problem.relative_distance(trial) <= limit else points
     return points
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..mesh import Floats, SurfaceMesh, nodal_vectors, unit_vectors
+from ..mesh import Floats, SurfaceMesh, nodal_area_vectors, unit_vectors
 from ..quality import smallest_angles
 from .discrete import Elements, State
 from .options import Record
@@ -42,7 +42,7 @@ class Moment:
     def surface_mesh(self) -> SurfaceMesh:
         """The same as a :class:`surface.SurfaceMesh`."""
         cells = self._start.cells
-        normals = unit_vectors(nodal_vectors(self.points, cells))
+        normals = unit_vectors(nodal_area_vectors(self.points, cells))
         y = State(self._elements, self.points - self._origin).nodal_curvature
         arrays = {
             "normal": normals,

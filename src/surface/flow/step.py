@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from ..mesh import Floats, enclosed_volume, nodal_vectors
+from ..mesh import Floats, enclosed_volume, nodal_area_vectors
 from .discrete import State, factorized
 from .energy import curvature_at_points, energy_gradient
 from .terms import Term
@@ -57,7 +57,7 @@ class Conserved:
         """k gradients (n, 3)."""
         found = {
             "area": lambda: state.area_gradient,
-            "volume": lambda: nodal_vectors(state.points, state.elements.cells),
+            "volume": lambda: nodal_area_vectors(state.points, state.elements.cells),
         }
         return [found[name]() for name in self.names]
 

@@ -72,7 +72,7 @@ class SurfaceMesh:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed or left out when the mesh was taken in, in words."""
+        """Changes and omissions when the mesh was converted, in words."""
         return self.origin.selection.notes if isinstance(self.origin, (MeshioOrigin, PyvistaOrigin)) else ()
 
     def replaced(
@@ -134,7 +134,7 @@ class SurfaceMesh:
 
 @dataclass(frozen=True)
 class ArraysOrigin:
-    """What was handed in as a tuple: its tables of cells, and the dimension of its points."""
+    """A tuple that a mesh was made from: its tables of cells, and the dimension of its points."""
 
     tables: tuple[Ints, ...]
     dimension: int

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hexconformal.common import Serializable
 from hexconformal.quality import Statistics, as_table, statistics
 
-from ..energy import corner_frames, reference_shapes
+from ..energy import corner_frames, target_shapes
 from ..io import as_surface_mesh
 from ..mesh import Cells, Floats, Ints, SurfaceMesh, area_vectors, cell_angles, cell_areas
 from .checks import require_numbers
@@ -229,7 +229,7 @@ def _angles(points: Floats, cells: Cells) -> tuple[Floats, Floats]:
 
 def _corners(points: Floats, cells: Cells) -> tuple[Floats, Floats]:
     """Worst conformality and worst distortion of the corners of each cell."""
-    frames = corner_frames(cells, reference_shapes("equilateral", points, cells))
+    frames = corner_frames(cells, target_shapes("equilateral", points, cells))
     f1, f2 = (np.stack(f, axis=1) for f in frames.derivatives(points))
     normal = np.cross(f1, f2)
     area = np.linalg.norm(normal, axis=1)

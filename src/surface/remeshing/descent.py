@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..constraint import ConstrainedSystem, held_projectors, system
+from ..constraint import ConstrainedSystem, constrained_system, held_projectors
 from ..energy import Barrier
 from ..mesh import Floats, Ints
 from .problem import RemeshingProblem
@@ -86,20 +86,20 @@ def descend(
     way = _Way(np.where(waiting, np.inf, 1.0), True)
     cap, ease, slow = _CAP, _EASE, 0
     late, lowest, own, vain, value = False, np.inf, np.inf, 0, np.inf
-    surface.shape.strict = False
+    surface.shape.forbid_turning = False
     decrease = step = 0.0
     held = 0
     while True:
-        normals = None if target is None else target.below(base)[1]
+        normals = None if target is None else target.foot_points(base)[1]
         if isinstance(energy, Barrier):
-            energy.cap, energy.ease = cap, ease
-            energy.renew(x, surface.frame_normals(x, normals), _BACK * decrease * value if late else np.inf)
-            energy.settle(x)
+            energy.cap, energy.continuation = cap, ease
+            energy.update_normals(x, surface.frame_normals(x, normals), _BACK * decrease * value if late else np.inf)
+            energy.adapt(x)
         value = energy.value(x)
         yield Iterate(x, decrease, step, held)
         surface.damp(np.minimum(way.damping, _STIFF))
         gradient, linear = _system(surface, x, normals)
-        v = linear.solve(-gradient, surface.precision, way.damping <= _STIFF)
+        v = linear.solve_iteratively(-gradient, surface.precision, way.damping <= _STIFF)
         downhill = -(gradient * v).sum() > tolerance * value
         if not downhill and isinstance(energy, Barrier) and ease > 1:
             ease, decrease, step = 1.0, 0.0, 0.0
@@ -108,7 +108,7 @@ def descend(
         if found is None and waiting.any():
             # Nobody else is on the way any more.
             way, waiting = _Way(np.minimum(way.damping, _STIFF), True), np.zeros_like(waiting)
-            cap, ease, decrease, step, surface.shape.strict = _WIDE, 1.0, 0.0, 0.0, True
+            cap, ease, decrease, step, surface.shape.forbid_turning = _WIDE, 1.0, 0.0, 0.0, True
             continue
         if found is None:
             # Where steps hardly gained any more, nothing is lost.
@@ -125,16 +125,16 @@ def descend(
             cap, ease = min(2 * cap, _WIDE), max(ease / 4, 1.0)
         surface.shape.accept()
         if target is not None and found.places is not None:
-            target.places = found.places
+            target.node_facets = found.places
         improve_folded = cap == _WIDE and ease == 1
-        surface.shape.strict = improve_folded
+        surface.shape.forbid_turning = improve_folded
         waiting = waiting & (not improve_folded)
         way.damping[waiting] = np.inf
         late = late or (improve_folded and decrease < _LATE)
         fell = decrease
         if late and isinstance(energy, Barrier):
             energy.cap = cap
-            reached = energy.own(x)
+            reached = energy.value_at_own_normals(x)
             fell = max(fell, 1 - reached / max(own, _TINY))
             own = reached
             vain += 1
@@ -160,11 +160,13 @@ def _system(surface: RemeshingProblem, x: Floats, normals: Floats | None) -> tup
     gradient = energy.gradient(x)
 
     def along(v: Floats) -> ConstrainedSystem:
-        return system(hessian, x, v, surface.cells, surface.features, surface.eps, surface.normal, surface.moving)
+        return constrained_system(
+            hessian, x, v, surface.cells, surface.features, surface.eps, surface.normal, surface.moving
+        )
 
     linear = along(np.zeros_like(x))
     for _ in range(0 if surface.normal == "linear" else 3):
-        linear = along(linear.solve(-gradient, surface.precision))
+        linear = along(linear.solve_iteratively(-gradient, surface.precision))
     return gradient, linear
 
 
@@ -200,7 +202,7 @@ def _search(
             rises = 0
             continue
         # Who is held already is not to blame: the neighbours are in the way, or that all moves a little with the rest.
-        frozen |= trouble & held & surface.shape.careful
+        frozen |= trouble & held & surface.shape.forbid_sheet_change
         blamed = (trouble | surface.around(trouble & held)) & ~held
         if not 0 < blamed.sum() <= _MANY * (~held).sum():
             part *= 0.5
@@ -208,5 +210,5 @@ def _search(
         damping[blamed] *= _RAISE
         surface.damp(np.minimum(damping, _STIFF))
         gradient, linear = _system(surface, x, normals)
-        v = linear.solve(-gradient, surface.precision, damping <= _STIFF)
+        v = linear.solve_iteratively(-gradient, surface.precision, damping <= _STIFF)
     return None

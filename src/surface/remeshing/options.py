@@ -18,7 +18,7 @@ from hexconformal.common import (
 )
 
 from ..constraint import NORMALS
-from ..energy import ENERGIES, REFERENCES
+from ..energy import ENERGIES, TARGETS
 
 __all__ = ["EMPHASES", "Options", "Record"]
 
@@ -95,8 +95,8 @@ class Options:
 
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
-        if isinstance(self.reference, str) and self.reference not in REFERENCES:
-            names = ", ".join(repr(name) for name in REFERENCES)
+        if isinstance(self.reference, str) and self.reference not in TARGETS:
+            names = ", ".join(repr(name) for name in TARGETS)
             raise OptionError(f"reference is {names} or an array, not {self.reference!r}")
         require_numbers(self, "tolerance", "eps", "hausdorff")
         require_counts(self, "iterations")

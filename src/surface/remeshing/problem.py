@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
+
+from hexconformal.mesh import connected_components
 
 from ..constraint import CORNER, SMOOTH, Features, InputSurface, SmoothProjection
 from ..energy import Barrier, Distortion
-from ..mesh import Cells, Floats, Ints, area_gradient, cell_areas, edge_table, nodal_vectors, unit_vectors
+from ..mesh import Cells, Floats, Ints, area_gradient, cell_areas, edge_table, nodal_area_vectors, unit_vectors
 
 __all__ = ["RemeshingProblem"]
 
@@ -55,7 +55,7 @@ class RemeshingProblem:
         self.moving = self.features.kind != CORNER
         self._smooth = self.features.kind == SMOOTH
         self._pieces = _closed_pieces(self.cells, count)
-        self._volumes = self._piece_volumes(self.start, nodal_vectors(self.start, self.cells))
+        self._volumes = self._piece_volumes(self.start, nodal_area_vectors(self.start, self.cells))
         self.area = float(cell_areas(self.start, self.cells).sum())
         self.shape = InputSurface(self.start, self.cells)
         self.precision = _TIGHT if self.bound is None else _LOOSE
@@ -77,8 +77,8 @@ class RemeshingProblem:
         still = ~step.any(axis=1)
         moved, places, _ = self.target.project(base + step)
         # Where the input is rough a projection may not stay where it is: no step has to mean no change.
-        moved += base - self.target.below(base)[0]
-        moved[still], places[still] = base[still], self.target.places[still]
+        moved += base - self.target.foot_points(base)[0]
+        moved[still], places[still] = base[still], self.target.node_facets[still]
         result = moved
         for _ in range(2):
             result = self.with_volume(self._with_area(result, self._smooth), self._smooth)
@@ -90,7 +90,7 @@ class RemeshingProblem:
     def with_volume(self, points: Floats, free: NDArray[np.bool_] | None = None) -> Floats:
         """Every closed piece shifted along its normals, where nodes are free to, until it encloses its old volume."""
         free = self._smooth if free is None else free
-        vectors = nodal_vectors(points, self.cells)
+        vectors = nodal_area_vectors(points, self.cells)
         areas = np.linalg.norm(vectors, axis=1) * free
         inside = self._pieces >= 0
         total = np.bincount(self._pieces[inside], areas[inside], len(self._volumes))
@@ -113,7 +113,7 @@ class RemeshingProblem:
 
     def _bending(self, points: Floats, free: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
         """Curvature at the nodes less its mean, the derivative of the area along the normals, and these."""
-        vectors = nodal_vectors(points, self.cells)
+        vectors = nodal_area_vectors(points, self.cells)
         upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1) * free
         pull = (area_gradient(points, self.cells) * upward).sum(axis=1) * free
         bend = np.clip(pull / np.maximum(areas, 1e-3), -_SHARPEST, _SHARPEST) * free
@@ -140,7 +140,7 @@ class RemeshingProblem:
             if force * change < 0:
                 by_area = force * area_gradient(points, self.cells)
                 gradient, usual = gradient - by_area, usual - by_area
-        vectors = nodal_vectors(points, self.cells)
+        vectors = nodal_area_vectors(points, self.cells)
         upward, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1)
         whole = self._pieces >= 0
         inside = whole & self._smooth
@@ -166,7 +166,7 @@ class RemeshingProblem:
         mask = self.nodes_of(~(after <= _GROWTH * before + before.mean()))
         if self.bound is None or mask.any():
             return mask
-        bad = self.shape.strays(y, self.bound, still)
+        bad = self.shape.cells_out_of_bounds(y, self.bound, still)
         t = len(self.cells.triangles)
         mask[self.cells.triangles[bad[:t]]] = True
         mask[self.cells.quads[bad[t:]]] = True
@@ -204,9 +204,7 @@ class RemeshingProblem:
 def _closed_pieces(cells: Cells, count: int) -> NDArray[np.int64]:
     """(n,) number of the closed connected piece each node lies in, -1 in open ones."""
     table = edge_table(cells)
-    a, b = table.nodes.T
-    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    labels = connected_components(links, directed=False)[1]
+    labels = connected_components(table.nodes, count)
     open_pieces = np.unique(labels[table.nodes[table.uses != 2]])
     used = np.zeros(count, dtype=bool)
     used[table.nodes] = True

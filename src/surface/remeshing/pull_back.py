@@ -36,7 +36,7 @@ def _cut(surface: RemeshingProblem, points: Floats, bound: float, rings: int) ->
     """(n, 1) share of its way that each node keeps so that no cell is out of bounds."""
     shares = np.ones((len(points), 1))
     for _ in range(_PARTS):
-        beyond = surface.shape.beyond(_between(surface, points, shares), bound)
+        beyond = surface.shape.nodes_out_of_bounds(_between(surface, points, shares), bound)
         if not beyond.any():
             break
         for _ in range(rings):

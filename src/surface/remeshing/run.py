@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hexconformal.common import first_ids, is_number, options_from
 
-from ..constraint import detect_features
-from ..energy import Barrier, Distortion, Quaternionic, reference_shapes
+from ..constraint import find_features
+from ..energy import Barrier, Distortion, Quaternionic, target_shapes
 from ..io import as_surface_mesh
 from ..mesh import Floats, SurfaceMesh, cell_areas, edge_table, enclosed_volume, mean_edge_length
 from ..quality import held_nodes, quality, require_sound, smallest_angles
@@ -27,7 +27,7 @@ from .result import Result
 
 __all__ = ["Remeshing", "remesh"]
 
-_COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # mildness and severity of the barrier
+_COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # m and c of equation (16)
 _PATIENCE = (10, *8 * (1,), np.inf)  # iterations with cells turned over when no more can, descent by descent
 _MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
 
@@ -92,12 +92,12 @@ class Remeshing:
         if angle is not None and not is_number(angle):
             angle, edges = None, options.features
         fixed = held_nodes(self.mesh, options.fixed)
-        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
-        shapes = reference_shapes(options.reference, x, cells)
+        features = find_features(x, cells, angle, edges, fixed | self._held, options.boundary)
+        shapes = target_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
             energy = Barrier(cells, shapes, len(x), *_COUNTED[options.emphasis])
-            energy.lift = options.emphasis == "worst"
+            energy.emphasize_worst = options.emphasis == "worst"
         else:
             energy = Quaternionic(cells, shapes, len(x))
         # The energy itself, while the run adapts its own to where it is.
@@ -139,7 +139,7 @@ class Remeshing:
             if self._limited or done or not (alone or self._set_aside()):
                 break
             self._core = self._surface()
-            self._core.shape.careful = True
+            self._core.shape.forbid_sheet_change = True
         if len(self.history) > 1 and not self._worth.worthwhile(self.history[self._best]):
             no_gain = "the input is about as good already"
             if self._stopped or (self._waiting | self._held).any():
@@ -205,7 +205,7 @@ class Remeshing:
             if now.iteration >= self.options.iterations:
                 self._reason, self._limited = f"reached iterations = {self.options.iterations}", True
                 return
-            over += self._core.shape.strict and now.turned > self.history[0].turned
+            over += self._core.shape.forbid_turning and now.turned > self.history[0].turned
             if over == patience:
                 outcome.reason = "cells turned over"
                 break
@@ -222,7 +222,7 @@ class Remeshing:
             turned=int(turned.sum()),
             held=at.held,
             seconds=time.perf_counter() - self._began,
-            distance=self._core.shape.reached / self._diagonal,
+            distance=self._core.shape.largest_distance / self._diagonal,
         )
 
     def result(self) -> Result:

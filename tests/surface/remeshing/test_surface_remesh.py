@@ -7,7 +7,7 @@ from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_
 import hexconformal as hc
 import surface
 from hexconformal.common.errors import MeshError, OptionError, ReadError, WriteError
-from surface.constraint.features import CORNER, CURVE, detect_features
+from surface.constraint.features import CORNER, CURVE, find_features
 from surface.constraint.input_surface import InputSurface
 from surface.mesh.geometry import Cells, enclosed_volume, mean_edge_length
 from surface.quality.assessment import smallest_angles
@@ -241,7 +241,7 @@ def test_a_cube_keeps_its_corners_and_edges():
     edge = (np.abs(points) == 1).sum(axis=1)
     rng = np.random.default_rng(0)
     moved = points + 0.08 * rng.uniform(-1, 1, points.shape) * (np.abs(points) < 1)
-    features = detect_features(moved, cells)
+    features = find_features(moved, cells)
     assert ((features.kind == CORNER) == (edge == 3)).all()
     assert ((features.kind == CURVE) == (edge == 2)).all()
     result = surface.remesh((moved, cells.quads))
@@ -389,7 +389,7 @@ def test_wrong_options_and_files_are_named(tmp_path):
         surface.remesh(shape, colour=1)
     with pytest.raises(OptionError, match="eps"):
         surface.remesh(shape, eps=0)
-    with pytest.raises(OptionError, match="no edges of the surface"):
+    with pytest.raises(OptionError, match="must be edges of the surface"):
         surface.remesh(shape, features=np.array([[0, 0]]))
     with pytest.raises(ReadError, match="does not exist"):
         surface.remesh(tmp_path / "nothing.ply")
@@ -487,12 +487,12 @@ def test_a_cell_may_turn_over_by_itself_until_it_is_strict():
     turned[a] /= np.linalg.norm(turned[a])
     over = shape.turned_over(turned)
     assert over[0]
-    assert not shape.strays(turned, 1.0, nobody).any()
-    shape.strict = True
-    np.testing.assert_array_equal(shape.strays(turned, 1.0, nobody), over)
+    assert not shape.cells_out_of_bounds(turned, 1.0, nobody).any()
+    shape.forbid_turning = True
+    np.testing.assert_array_equal(shape.cells_out_of_bounds(turned, 1.0, nobody), over)
     # What is turned over already may stay so.
     shape.accept()
-    assert not shape.strays(turned, 1.0, nobody).any()
+    assert not shape.cells_out_of_bounds(turned, 1.0, nobody).any()
 
 
 def test_a_cell_may_never_come_closer_to_another_sheet_than_to_its_own():
@@ -504,11 +504,11 @@ def test_a_cell_may_never_come_closer_to_another_sheet_than_to_its_own():
     sunk = points.copy()
     sunk[both[40]] -= [0, 0, 0.06]
     assert shape.turned_over(sunk)[40]
-    assert not shape.strays(sunk, 1.0, nobody).any()
-    shape.careful = True
-    assert shape.strays(sunk, 1.0, nobody)[40]
+    assert not shape.cells_out_of_bounds(sunk, 1.0, nobody).any()
+    shape.forbid_sheet_change = True
+    assert shape.cells_out_of_bounds(sunk, 1.0, nobody)[40]
     sunk[both[40]] += [0, 0, 0.02]
-    assert not shape.strays(sunk, 1.0, nobody).any()
+    assert not shape.cells_out_of_bounds(sunk, 1.0, nobody).any()
 
 
 def test_what_ends_a_little_too_far_away_goes_back_a_little():
@@ -526,8 +526,8 @@ def test_cells_stray_of_which_a_node_does():
     peak = int(np.flatnonzero(inner)[4])
     lifted = points + 0.066 * (np.arange(len(points)) == peak)[:, None] * [0, 0, 1]
     # Centres are a third as far away, and the input's node is nearer to the slope of the peak than to its top.
-    assert np.array_equal(shape.strays(lifted, 0.06, nobody), (cells.triangles == peak).any(axis=1))
-    assert not shape.strays(lifted, 0.063, nobody).any()
+    assert np.array_equal(shape.cells_out_of_bounds(lifted, 0.06, nobody), (cells.triangles == peak).any(axis=1))
+    assert not shape.cells_out_of_bounds(lifted, 0.063, nobody).any()
 
 
 @pytest.mark.parametrize("seed", [200, 211])
@@ -537,7 +537,10 @@ def test_a_run_goes_on_while_cells_gain_against_their_own_normals(seed):
     rng = np.random.default_rng(seed)
     core = surface.Remeshing((points * (1 + 0.02 * rng.standard_normal((300, 1))), triangles))._core
     outcome, tolerance = Outcome(), 3e-4
-    own = [core.energy.own(at.points) for at in descend(core, tolerance, outcome, np.zeros(300, dtype=bool))]
+    own = [
+        core.energy.value_at_own_normals(at.points)
+        for at in descend(core, tolerance, outcome, np.zeros(300, dtype=bool))
+    ]
     assert outcome.converged
     falls = -np.diff(np.log(own))
     assert (falls[-5:] < 1.5 * tolerance).all() or falls[-10:].sum() < 10 * tolerance
@@ -583,7 +586,7 @@ def test_who_waits_stays_until_no_cell_may_turn_over(everybody):
     for at in descend(core, 3e-4, Outcome(), waiting):
         moved = np.linalg.norm(at.points - core.start, axis=1)
         assert moved[waiting].any() == released
-        released = core.shape.strict
+        released = core.shape.forbid_turning
     assert released
     assert (moved[waiting] > 0).all()
 

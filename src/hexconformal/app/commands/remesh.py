@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from surface.constraint import NORMALS
-from surface.energy import ENERGIES, REFERENCES
+from surface.energy import ENERGIES, TARGETS
 from surface.io import EXTENSIONS, as_pyvista, read
 from surface.mesh import SurfaceMesh
 from surface.quality import smallest_angles
@@ -58,7 +58,7 @@ formats: {" ".join(EXTENSIONS)}
     )  # fmt: skip
     what = parser.add_argument_group("what is minimized")
     what.add_argument(
-        "--reference", default=Options.reference, metavar="|".join([*REFERENCES, "FILE"]), help="what the cells shall"
+        "--reference", default=Options.reference, metavar="|".join([*TARGETS, "FILE"]), help="what the cells shall"
         " be conformal to; a file is a mesh with the same cells (default %(default)s)",
     )  # fmt: skip
     add_choice(what, "energy", "conformally invariant distortion, or the plain one", ENERGIES, Options)
@@ -117,4 +117,4 @@ def _angle(given: Any) -> float | None:
 
 def _reference(given: str) -> Any:
     """A name, or the points of a mesh in a file."""
-    return given if given in REFERENCES or not os.path.splitext(given)[1] else read(given).points
+    return given if given in TARGETS or not os.path.splitext(given)[1] else read(given).points
