@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..common import MeshError
 from ..mesh import HexMesh
-from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
+from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
+from .source_file import SourceFile
 
 __all__ = ["MeshioOrigin", "from_meshio", "plain_meshio"]
 
@@ -45,10 +46,12 @@ class MeshioOrigin:
             for name, parts in cell_data.items():
                 before = np.asarray(old.cell_data[name][number]) if name in old.cell_data else None
                 values = mesh.cell_data.get(name)
-                parts.append(np.array(before) if values is None else fill_cells(before, values[mine], places, count))
+                parts.append(
+                    np.array(before) if values is None else scatter_to_cells(before, values[mine], places, count)
+                )
             start += count
         result = meshio.Mesh(
-            straightened(mesh.points, self.selection),
+            with_straight_edges(mesh.points, self.selection),
             blocks,
             point_data={name: array.copy() for name, array in mesh.point_data.items()},
             cell_data=cell_data,

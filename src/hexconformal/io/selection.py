@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from ..common import MeshError
 from ..elements import FACES
 
-__all__ = ["Block", "Selection", "SourceFile", "fill_cells", "select", "straightened"]
+__all__ = ["Block", "Selection", "scatter_to_cells", "select", "with_straight_edges"]
 
 # Corners that each higher-order node of VTK's (and meshio's) hexahedra with 20 and 27 nodes lies between.
 _EDGE_NODES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
@@ -20,16 +19,6 @@ _PARENTS = [*_EDGE_NODES, *(tuple(face) for face in FACES.tolist()), tuple(range
 
 _VOXEL = [0, 1, 3, 2, 4, 5, 7, 6]
 _HIGHER = ("hexahedron20", "hexahedron27")
-
-
-@dataclass(frozen=True)
-class SourceFile:
-    """The file a mesh was read from: the variant of its format (Gmsh 4.1, ASCII), the text of an Abaqus deck."""
-
-    path: Path
-    version: str = ""
-    ascii: bool = False
-    deck: str = field(default="", repr=False)
 
 
 @dataclass(frozen=True)
@@ -116,7 +105,7 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
     return Selection(cells, rows[order], held, tuple(higher), tuple(notes))
 
 
-def straightened(points: NDArray[np.float64], selection: Selection) -> NDArray[np.float64]:
+def with_straight_edges(points: NDArray[np.float64], selection: Selection) -> NDArray[np.float64]:
     """A writable copy of the points with higher-order nodes put where the trilinear map of the corners has them."""
     result = points.copy()
     for nodes in selection.higher:
@@ -125,7 +114,7 @@ def straightened(points: NDArray[np.float64], selection: Selection) -> NDArray[n
     return result
 
 
-def fill_cells(old: Any, values: NDArray[Any], rows: NDArray[np.int64], count: int) -> NDArray[Any]:
+def scatter_to_cells(old: Any, values: NDArray[Any], rows: NDArray[np.int64], count: int) -> NDArray[Any]:
     """An array on all `count` cells: `values` on the given rows, elsewhere `old`, or NaN (0 for integers)."""
     if old is not None and old.shape[1:] == values.shape[1:]:
         result = np.array(old, dtype=np.result_type(old.dtype, values.dtype), subok=False)

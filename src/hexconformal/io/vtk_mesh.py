@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh
-from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
+from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
+from .source_file import SourceFile
 
 __all__ = ["SOLIDS", "VtkOrigin", "blocks", "cell_table", "from_vtk", "points_of", "updated"]
 
@@ -33,7 +34,7 @@ class VtkOrigin:
 
     def built(self, mesh: HexMesh) -> Any:
         """A new grid that shares cells and arrays with the source, with the points and the arrays of `mesh`."""
-        points = straightened(mesh.points, self.selection)
+        points = with_straight_edges(mesh.points, self.selection)
         return updated(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
@@ -99,7 +100,7 @@ def updated(
     on_cells = {}
     for name, values in cell_data.items():
         old = source.GetCellData().GetArray(name)
-        filled = fill_cells(None if old is None else vtk_to_numpy(old), values, rows, source.GetNumberOfCells())
+        filled = scatter_to_cells(None if old is None else vtk_to_numpy(old), values, rows, source.GetNumberOfCells())
         on_cells[name] = filled
     for attributes, arrays in ((result.GetPointData(), point_data), (result.GetCellData(), on_cells)):
         for name, values in arrays.items():
