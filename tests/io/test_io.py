@@ -107,7 +107,7 @@ def test_vtk_keeps_everything(extension, tmp_path):
     assert list(again.field_data["units"]) == ["mm"]
     # A mesh read from a file is handed back as it is, and writes all it came with.
     mesh = io.read(path)
-    assert mesh.restored() is mesh
+    assert mesh.to_source_type() is mesh
     io.write(path, mesh.replaced(points=mesh.points + 1))
     np.testing.assert_array_equal(pv.read(path).points, grid.points + 1)
     assert list(pv.read(path).field_data["units"]) == ["mm"]

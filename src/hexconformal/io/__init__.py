@@ -13,7 +13,7 @@ from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles
 from .read_write import as_hex_mesh, library_of, read, read_surface, write
 from .selection import Selection
 from .source_file import SourceFile
-from .vtk_mesh import cell_table, from_vtk, points_of, updated
+from .vtk_mesh import cell_table, from_vtk, points_of, updated_dataset
 
 __all__ = [
     "FORMATS",
@@ -35,7 +35,7 @@ __all__ = [
     "read_surface",
     "to_pyvista",
     "triangles",
-    "updated",
+    "updated_dataset",
     "write",
     "write_vtk",
 ]

@@ -9,8 +9,8 @@ import numpy as np
 from ..common import WriteError
 from ..mesh import HexMesh
 from .cell_types import MESHIO_TYPES, VTK_TYPES
-from .meshio_mesh import MeshioOrigin, plain_meshio
-from .pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
+from .meshio_mesh import MeshioOrigin, meshio_from_arrays
+from .pyvista_mesh import PyvistaOrigin, cell_offsets, grid_from_arrays
 from .vtk_mesh import SOLIDS
 
 __all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
@@ -21,10 +21,10 @@ _PIXEL, _PIXEL_NODES = 8, [0, 1, 3, 2]
 def to_meshio(mesh: HexMesh) -> tuple[Any, list[str]]:
     """A new meshio.Mesh, and what of the mesh it cannot hold, in words."""
     if isinstance(mesh.origin, MeshioOrigin):
-        return mesh.origin.built(mesh), []
+        return mesh.origin.updated_source(mesh), []
     if not isinstance(mesh.origin, PyvistaOrigin):
-        return plain_meshio(mesh), []
-    return _meshio_from_grid(mesh.origin.built(mesh).cast_to_unstructured_grid())
+        return meshio_from_arrays(mesh), []
+    return _meshio_from_grid(mesh.origin.updated_source(mesh).cast_to_unstructured_grid())
 
 
 def to_pyvista(mesh: HexMesh) -> tuple[Any, list[str]]:
@@ -33,10 +33,10 @@ def to_pyvista(mesh: HexMesh) -> tuple[Any, list[str]]:
     Named sets become arrays of zeros and ones with the name of the set.
     """
     if isinstance(mesh.origin, PyvistaOrigin):
-        return mesh.origin.built(mesh), []
+        return mesh.origin.updated_source(mesh), []
     if not isinstance(mesh.origin, MeshioOrigin):
-        return plain_pyvista(mesh), []
-    return grid_from_meshio(mesh.origin.built(mesh))
+        return grid_from_arrays(mesh), []
+    return grid_from_meshio(mesh.origin.updated_source(mesh))
 
 
 def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
@@ -100,12 +100,12 @@ def grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
         else:
             grid.cell_data.set_array(np.concatenate(parts), name)
     for name, ids in mesh.point_sets.items():
-        grid.point_data.set_array(_membership(ids, grid.n_points), _free(name, grid.point_data))
+        grid.point_data.set_array(_membership(ids, grid.n_points), _free_name(name, grid.point_data))
     for name, parts in mesh.cell_sets.items():
         # Gmsh's own sets name entities of its geometry, not cells.
         if not name.startswith("gmsh:"):
             members = [_membership(ids, len(block.data)) for ids, block in zip(parts, mesh.cells, strict=False)]
-            grid.cell_data.set_array(np.concatenate(members), _free(name, grid.cell_data))
+            grid.cell_data.set_array(np.concatenate(members), _free_name(name, grid.cell_data))
     for name, value in mesh.field_data.items():
         if str(name).startswith("med:"):
             continue
@@ -123,5 +123,5 @@ def _membership(ids: Any, count: int) -> Any:
     return result
 
 
-def _free(name: str, taken: Any) -> str:
+def _free_name(name: str, taken: Any) -> str:
     return name if name not in taken else f"set:{name}"

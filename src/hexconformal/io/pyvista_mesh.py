@@ -12,7 +12,7 @@ from ..common import MeshError, first_ids, odd_points
 from ..mesh import HexMesh
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
-from .vtk_mesh import SOLIDS, blocks, cell_table
+from .vtk_mesh import SOLIDS, cell_blocks, cell_table
 
 __all__ = [
     "PyvistaOrigin",
@@ -20,7 +20,7 @@ __all__ = [
     "cell_offsets",
     "check_cell_nodes",
     "from_pyvista",
-    "plain_pyvista",
+    "grid_from_arrays",
     "to_polydata",
     "triangles",
 ]
@@ -39,11 +39,11 @@ class PyvistaOrigin:
     selection: Selection
     file: SourceFile | None = None
 
-    def built(self, mesh: HexMesh) -> Any:
+    def updated_source(self, mesh: HexMesh) -> Any:
         """A new grid that holds all of the source, with the points, cells and arrays of `mesh`."""
         rows = self.selection.rows
         grid = self.source.copy(deep=True)
-        if not np.array_equal(mesh.cells, self._stored()):
+        if not np.array_equal(mesh.cells, self._source_cells()):
             grid = self._rebuilt(mesh)
         grid.points = with_straight_edges(mesh.points, self.selection)
         for name, array in mesh.point_data.items():
@@ -62,7 +62,7 @@ class PyvistaOrigin:
         nodes = np.asarray(grid.cell_connectivity)[cell_offsets(grid)[rows][:, None] + np.arange(4)]
         return nodes, np.asarray(self.source.cell_data[name])[rows]
 
-    def _stored(self) -> NDArray[np.int64]:
+    def _source_cells(self) -> NDArray[np.int64]:
         # The hexahedra as the source itself has them: voxels differ from those of the selection.
         cells, rows = self.selection.cells, self.selection.rows
         if not hasattr(self.source, "celltypes") or not (self.source.celltypes[rows] == 11).any():
@@ -72,7 +72,7 @@ class PyvistaOrigin:
     def _rebuilt(self, mesh: HexMesh) -> Any:
         import pyvista as pv
 
-        if self.selection.higher:
+        if self.selection.higher_order:
             raise MeshError("the node order of linearised cells cannot be changed")
         grid = self.source.cast_to_unstructured_grid()
         types, offsets = grid.celltypes.copy(), cell_offsets(grid)
@@ -101,15 +101,15 @@ def from_pyvista(source: Any, other_cells: str, linearise: bool, file: SourceFil
     if not isinstance(source, (pv.StructuredGrid, pv.UnstructuredGrid)):
         raise MeshError(f"{type(source).__name__} holds no hexahedra: pass a volume mesh")
     grid = source.cast_to_unstructured_grid()
-    cells = blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
-    selection = select(cells, grid.n_points, other_cells, linearise)
+    blocks = cell_blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
+    selection = select(blocks, grid.n_points, other_cells, linearise)
     cell_data = {name: np.asarray(grid.cell_data[name])[selection.rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, selection, file)
     return HexMesh(np.asarray(grid.points), selection.cells, point_data, cell_data, origin)
 
 
-def plain_pyvista(mesh: HexMesh) -> Any:
+def grid_from_arrays(mesh: HexMesh) -> Any:
     """An unstructured grid of a mesh that was made from arrays."""
     import pyvista as pv
 

@@ -1,4 +1,4 @@
-"""Where hexahedral meshes come in, from files and other libraries, and go out, with what a format cannot keep."""
+"""Hexahedral meshes from files and other libraries, and to files, with what a format cannot keep."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..common import OptionError, check_writable, reading, saving
+from ..common import OptionError, check_writable, reading, save_atomically
 from ..mesh import HexMesh
 from .convert import grid_from_meshio
 from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS
@@ -176,4 +176,4 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     path = Path(path)
     check_writable(path, WRITE_EXTENSIONS)
     whole = as_hex_mesh(mesh, other_cells="keep", linearise=True)
-    return saving(path, lambda target: FORMATS[path.suffix.lower()].save(target, whole))
+    return save_atomically(path, lambda target: FORMATS[path.suffix.lower()].save(target, whole))

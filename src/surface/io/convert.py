@@ -94,8 +94,8 @@ def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, 
 def with_library_origin(mesh: SurfaceMesh) -> Any:
     """The mesh as :mod:`hexconformal.io.convert` takes it, with an origin whatever it was made from."""
     if isinstance(mesh.origin, (MeshioOrigin, PyvistaOrigin)):
-        return mesh.carried(mesh.origin)
-    return mesh.carried(PyvistaOrigin(_plain_grid(mesh), _selection(np.arange(len(mesh.cells)))))
+        return mesh.for_origin(mesh.origin)
+    return mesh.for_origin(PyvistaOrigin(_plain_grid(mesh), _selection(np.arange(len(mesh.cells)))))
 
 
 def as_pyvista(mesh: SurfaceMesh) -> Any:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from hexconformal.common import OptionError, check_writable, reading, saving
+from hexconformal.common import OptionError, check_writable, reading, save_atomically
 from hexconformal.io import FORMATS, MeshioOrigin, library_of, to_pyvista
 
 from ..mesh import SurfaceMesh
@@ -118,7 +118,7 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     path = Path(path)
     check_writable(path, EXTENSIONS)
     surface = as_surface_mesh(mesh)
-    return saving(path, lambda target: _save(target, surface))
+    return save_atomically(path, lambda target: _save(target, surface))
 
 
 def _save(target: Path, surface: SurfaceMesh) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a file format can hold, and what is taken from a mesh, and listed, before it is written in one."""
+"""Capabilities of file formats: what one cannot hold is taken from a mesh, and listed, before it is written."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Amount = Literal["none", "one", "all"]
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a format can hold.
+    """Kinds of cells and data that a format can hold.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Capabilities:
 
 
 def supported_part(mesh: Any, name: str, can: Capabilities) -> tuple[Any, list[str]]:
-    """What a format can hold of a mesh, as a new meshio.Mesh, and what it cannot, in words.
+    """The part of a mesh that a format can hold, as a new meshio.Mesh, and what it cannot hold, in words.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a file format is to the rest of the library."""
+"""A file format as the rest of the library sees it."""
 
 from __future__ import annotations
 

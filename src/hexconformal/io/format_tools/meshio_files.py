@@ -44,7 +44,7 @@ def parsing(name: str) -> Iterator[StringIO]:
 
 
 def checked_contents(mesh: Any, file: SourceFile, output: StringIO) -> FileContents:
-    """What was parsed, with the parser's output as notes; raises a ReadError if there is no mesh."""
+    """Contents of a file, with the parser's output as notes; raises a ReadError if there is no mesh."""
     import meshio
 
     if not isinstance(mesh, meshio.Mesh) or len(mesh.points) == 0 or not sum(len(block.data) for block in mesh.cells):

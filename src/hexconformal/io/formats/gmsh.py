@@ -82,7 +82,7 @@ def _write(target: Path, mesh: Any) -> list[str]:
 
 
 def _entities_are_known(out: Any) -> bool:
-    """Whether each entity of the geometry has a node: the 4.1 writer keeps the tags of no others."""
+    """True if each entity of the geometry has a node: the 4.1 writer keeps the tags of no others."""
     tags, geometry = out.point_data.get(_ENTITIES), out.cell_data.get("gmsh:geometrical")
     if tags is None or geometry is None:
         return False
