@@ -43,7 +43,7 @@ class Selection:
         (m,) their places among all cells.
     held
         (n,) nodes of other three-dimensional cells.
-    higher
+    higher_order
         Per linearised type its (k, 20 or 27) nodes.
     notes
         What was changed, in words.

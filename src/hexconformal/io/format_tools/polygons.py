@@ -25,7 +25,7 @@ _FACES = (5, 7, 9)  # VTK's triangles, polygons and quadrilaterals
 
 @dataclass
 class Polygons:
-    """Points (n, 3); polygons as ``sizes`` (m,) and all their ``nodes`` in a row; arrays on both; remarks."""
+    """Points (n, 3); polygons as ``sizes`` (m,) and ``nodes``, one after the other; arrays on both; remarks."""
 
     points: NDArray[np.float64]
     sizes: NDArray[np.int64]
@@ -40,7 +40,7 @@ class Polygons:
         return np.cumsum(self.sizes) - self.sizes
 
     def grid(self) -> Any:
-        """An unstructured grid of pyvista.
+        """The polygons as an unstructured grid of pyvista.
 
         Raises
         ------
@@ -56,9 +56,9 @@ class Polygons:
         short = np.flatnonzero(self.sizes < 3)
         if len(short):
             raise ReadError(f"faces must have three corners or more; fewer have: {first_ids(short)}")
-        lost = (self.nodes < 0) | (self.nodes >= len(self.points))
-        if lost.any():
-            cells = np.unique(np.repeat(np.arange(len(self.sizes)), self.sizes)[lost])
+        bad = (self.nodes < 0) | (self.nodes >= len(self.points))
+        if bad.any():
+            cells = np.unique(np.repeat(np.arange(len(self.sizes)), self.sizes)[bad])
             raise MeshError(f"cells with node ids outside 0..{len(self.points) - 1}: {first_ids(cells)}")
         types = np.array([5, 9, 7], dtype=np.uint8)[np.minimum(self.sizes, 5) - 3]
         grid = pv.UnstructuredGrid(np.insert(self.nodes, self.starts, self.sizes), types, self.points)

@@ -39,14 +39,14 @@ def check_counts(path: Path) -> None:
         try:
             numbers = [int(word) for word in match[1].split()] or [0]
         except ValueError:
-            raise ReadError(f"it has a count that is no number: {what}") from None
+            raise ReadError(f"counts must be numbers: {what}") from None
         if b"Extent" in match[0]:
             # Points of an image need no bytes of the file.
             too_many = float(np.prod(np.abs(np.diff(numbers)[::2]) + 1.0)) > _MOST_IMAGE_POINTS
         else:
             too_many = min(numbers) < 0 or max(numbers) > _MOST_EXPANSION * len(data)
         if too_many:
-            raise ReadError(f"it announces more than it can hold: {what}")
+            raise ReadError(f"it announces more than a file of its size can hold: {what}")
     for piece in _PIECES.findall(head):
         place = path.parent / piece.decode("utf-8", "replace")
         if path.suffix.lower().startswith(".pvt") and place.is_file():
