@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import WriteError, saving
+from ..common import WriteError, save_atomically
 
 __all__ = ["PICTURES", "PIXELS", "VIEW", "Panel", "View", "add_ghost", "add_grid", "bounds", "histograms"]
 __all__ += ["named", "on_screen", "require_rendering", "save", "side_by_side", "stage", "worst_view"]
@@ -85,7 +85,7 @@ def histograms(path: Path, heading: str, panels: Sequence[Panel]) -> None:
 
 def save(path: Path, figure: Any) -> None:
     """Write a figure, completely or not at all."""
-    saving(path, partial(_put, figure))
+    save_atomically(path, partial(_put, figure))
 
 
 def _put(figure: Any, target: Path) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ...common import WriteError, as_interruption, folder_beside, uninterrupted, write_text
+from ...common import WriteError, as_interruption, temporary_folder_beside, uninterrupted, write_text
 from ...runs import HistoryFile, Series
 from ..progress import Progress
 from .arguments import STDOUT, tell_lost
@@ -193,7 +193,7 @@ def _write_or_rescue(path: str, work: Work, mesh: Any) -> list[str]:
 def _rehearse(path: str, work: Work) -> None:
     """Write the input beside `path` and remove it: what a format cannot hold, or a disk, shows before the work."""
     place = Path(os.path.realpath(path))
-    with folder_beside(place) as folder:
+    with temporary_folder_beside(place) as folder:
         trial = folder / place.name
         try:
             work.kind.write(trial, work.dry_run())
