@@ -83,7 +83,7 @@ class HexahedraAccessor:
             If there are no hexahedra.
         """
         mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearise=linearise)
-        return mesh.replaced(cell_data=quality(mesh).arrays()).restored()
+        return mesh.replaced(cell_data=quality(mesh).arrays()).to_source_type()
 
 
 class SurfaceAccessor:
@@ -137,7 +137,7 @@ class SurfaceAccessor:
         import surface
 
         mesh = surface.as_surface_mesh(self._dataset)
-        return mesh.replaced(cell_data=surface.quality(mesh).arrays()).restored()
+        return mesh.replaced(cell_data=surface.quality(mesh).arrays()).to_source_type()
 
 
 def _attach(dataset: type, accessor: type) -> None:

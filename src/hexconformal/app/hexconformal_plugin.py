@@ -183,7 +183,7 @@ class HexahedraQuality(_Filter):
 
         mesh = from_vtk(source, "keep", self.options["linearise"])
         measured = quality(mesh)
-        return _with_report(mesh.replaced(cell_data=measured.arrays()).restored(), measured.summary())
+        return _with_report(mesh.replaced(cell_data=measured.arrays()).to_source_type(), measured.summary())
 
 
 @smproxy.filter(name="RemeshSurface", label="Remesh Surface")

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import WriteError, saving
+from ..common import WriteError, save_atomically
 
 __all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_faces", "add_translucent"]
 __all__ += ["bounding_box", "draw_histograms", "label_before_after", "plotter_of", "require_rendering", "save"]
@@ -86,7 +86,7 @@ def draw_histograms(path: Path, heading: str, histograms: Sequence[Histogram]) -
 
 def save(path: Path, figure: Any) -> None:
     """Write a figure, completely or not at all."""
-    saving(path, partial(_savefig, figure))
+    save_atomically(path, partial(_savefig, figure))
 
 
 def _savefig(figure: Any, target: Path) -> None:

@@ -171,7 +171,7 @@ class Regularization:
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
             },
         )
-        return Result(better.restored(), points, report, tuple(self.history))
+        return Result(better.to_source_type(), points, report, tuple(self.history))
 
     def _acceptable(self, record: Record) -> bool:
         """Whether this is no worse than the input; to come to another surface, or to other sizes, may cost quality."""

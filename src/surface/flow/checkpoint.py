@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hexconformal.runs import RunState, load_state, problem_of, save_state
+from hexconformal.runs import RunState, load_state, run_fingerprint, save_state
 
 from ..io import as_pyvista, write
 from .evolve import Evolution
@@ -34,7 +34,7 @@ def save(path: str | os.PathLike[str], run: Evolution) -> None:
         If the file cannot be written; an older one is still there then.
     """
     flow = FlowRun(run)
-    save_state(path, flow.version, flow.problem, flow.state())
+    save_state(path, flow.version, flow.fingerprint, flow.state())
 
 
 def load(path: str | os.PathLike[str], run: Evolution) -> None:
@@ -55,7 +55,7 @@ def load(path: str | os.PathLike[str], run: Evolution) -> None:
         If it belongs to another surface or flow.
     """
     flow = FlowRun(run)
-    flow.resume(load_state(path, flow.version, flow.problem, flow.others))
+    flow.resume(load_state(path, flow.version, flow.fingerprint, flow.other_runs))
 
 
 class FlowRun:
@@ -67,7 +67,7 @@ class FlowRun:
         The flow.
     """
 
-    version, record, others = 3, Record, "another surface or another flow"
+    version, record, other_runs = 3, Record, "another surface or another flow"
 
     def __init__(self, run: Evolution) -> None:
         self._run = run
@@ -84,16 +84,16 @@ class FlowRun:
         return self._run.time
 
     @property
-    def problem(self) -> str:
+    def fingerprint(self) -> str:
         """A text that identifies input, energy and constraints, with which a checkpoint must agree."""
         mesh = self._run.mesh
-        return problem_of(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
+        return run_fingerprint(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
 
     def __iter__(self) -> Iterator[RunState]:
         for moment in self._run:
             self._moment, record = moment, moment.record
-            is_output = record.time in self._run.stepping.outputs
-            yield RunState(record.step, record.time, partial(_frame, moment), record, is_output)
+            frame_wanted = record.time in self._run.stepping.outputs
+            yield RunState(record.step, record.time, partial(_frame, moment), record, frame_wanted)
 
     def state(self) -> dict[str, Any]:
         """The state of the run."""

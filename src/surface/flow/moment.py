@@ -36,7 +36,7 @@ class Moment:
     @property
     def mesh(self) -> Any:
         """The mesh in the type that came in, with arrays: normal, mean_curvature, curvature (|Y|), min_angle."""
-        return self.surface_mesh.restored()
+        return self.surface_mesh.to_source_type()
 
     @property
     def surface_mesh(self) -> SurfaceMesh:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ...common import WriteError, as_interruption, folder_beside, uninterrupted, write_text
+from ...common import WriteError, as_interruption, temporary_folder_beside, uninterrupted, write_text
 from ...runs import HistoryFile, Series
 from ..progress import Progress
 from .arguments import STDOUT, note_dropped
@@ -155,7 +155,7 @@ def exit_code_of(finished: FinishedJob, output: str) -> int:
 def _try_writing(path: str, job: Job) -> None:
     """Write the input beside `path` and remove it: what a format, or a disk, cannot hold shows before the run."""
     place = Path(os.path.realpath(path))
-    with folder_beside(place) as folder:
+    with temporary_folder_beside(place) as folder:
         trial = folder / place.name
         try:
             job.kind.write(trial, job.placeholder())
