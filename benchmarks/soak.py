@@ -27,7 +27,7 @@ import hexconformal as hc
 import surface
 from hexconformal.generate import ball, box, cylinder, jittered, twisted_cube
 from hexconformal.geometry.closest_point import SurfaceLocator
-from hexconformal.io.pyvista_mesh import plain_pyvista
+from hexconformal.io.pyvista_mesh import grid_from_arrays
 from hexconformal.mesh.topology import boundary_quads
 from surface.mesh.geometry import Cells, area_vectors
 from surface.quality.assessment import smallest_angles
@@ -177,7 +177,7 @@ def judge_hexahedra(case: Case, rng: np.random.Generator) -> list[str]:
     mesh = mesh.replaced(
         point_data={"kept": rng.random(len(case.points))}, cell_data={"kept": rng.integers(9, size=len(case.cells))}
     )
-    grid = plain_pyvista(mesh)
+    grid = grid_from_arrays(mesh)
     sent = grid.copy(deep=True)
     meshes: list[np.ndarray] = []
     result = _left(hc.Regularization(grid, hc.Options(**case.options)), case.leave, meshes)

@@ -1,7 +1,7 @@
 """An order of nodes and cells that depends on where they are, not on how they are numbered.
 
-Along a space-filling curve (Morton 1966) what is near in space is near in memory: a mesh in any order is worked on as
-fast as a well ordered one.
+Along a space-filling curve (Morton 1966) what is near in space is near in memory, so that a mesh in any order is
+processed as fast as a well ordered one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .topology import components
 
-__all__ = ["along_curve", "spatial_order"]
+__all__ = ["morton_codes", "spatial_order"]
 
 Ints = NDArray[np.int64]
 
@@ -21,7 +21,7 @@ _BEYOND = 1.0000123  # the curve's box over the mesh's, so that no plane of a gr
 
 
 def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]:
-    """Ids of nodes and of cells in an order of their places.
+    """Ids of nodes and of cells, ordered along a space-filling curve.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
 
     Returns
     -------
-    nodes, order
+    node_ids, cell_ids
         (n,), (m,) ids; the same nodes and cells in the same order, whatever their numbers and the unit of length.
         Points at one place are told apart by the cells around them.
 
@@ -48,15 +48,15 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     heights = places[:, 0] * _DIRECTION[0] + places[:, 1] * _DIRECTION[1] + places[:, 2] * _DIRECTION[2]
     unused = np.ones(len(points), dtype=bool)
     unused[cells] = False
-    codes = along_curve(places / max(_BEYOND * float(places.max()), 1e-300))
-    nodes = np.lexsort((unused, *points.T, heights, codes))
-    alike = (points[nodes[1:]] == points[nodes[:-1]]).all(axis=1) & ~unused[nodes[1:]] & ~unused[nodes[:-1]]
+    codes = morton_codes(places / max(_BEYOND * float(places.max()), 1e-300))
+    node_ids = np.lexsort((unused, *points.T, heights, codes))
+    alike = (points[node_ids[1:]] == points[node_ids[:-1]]).all(axis=1) & ~unused[node_ids[1:]] & ~unused[node_ids[:-1]]
     if alike.any():
         ranks = np.empty(len(points), dtype=np.int64)
-        ranks[nodes] = _firsts(np.concatenate([[True], ~alike]))
-        nodes = np.argsort(_told_apart(ranks, cells))
-    ranked = np.argsort(nodes)[cells]
-    return nodes, np.lexsort((*ranked.T, heights[cells].sum(axis=1), ranked.min(axis=1)))
+        ranks[node_ids] = _firsts(np.concatenate([[True], ~alike]))
+        node_ids = np.argsort(_told_apart(ranks, cells))
+    ranked = np.argsort(node_ids)[cells]
+    return node_ids, np.lexsort((*ranked.T, heights[cells].sum(axis=1), ranked.min(axis=1)))
 
 
 def _told_apart(ranks: Ints, cells: Ints) -> Ints:
@@ -121,12 +121,12 @@ def _first_of_all(ranks: Ints, tied: Ints, cells: Ints) -> Ints:
     return np.asarray(np.arange(len(tied)) != np.argmin(ranks[tied]), dtype=np.int64)[:, None]
 
 
-def along_curve(places: NDArray[np.float64]) -> Ints:
-    """Where places (n, 3) in the unit cube lie along Morton's curve through it; others count as on its surface.
+def morton_codes(places: NDArray[np.float64]) -> Ints:
+    """Positions (n,) along Morton's curve of points (n, 3) in the unit cube; others are clipped to it.
 
     Examples
     --------
-    >>> (along_curve(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 1.0, 1.0]])) / 8.0**10).round(3)
+    >>> (morton_codes(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 1.0, 1.0]])) / 8.0**10).round(3)
     array([0.   , 0.125, 1.   ])
     """
     steps = np.clip(places * 2**_BITS, 0, 2**_BITS - 1).astype(np.int64)

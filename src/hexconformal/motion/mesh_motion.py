@@ -25,7 +25,15 @@ from ..energy import Distortion, inverse_targets
 from ..io import as_hex_mesh
 from ..mesh import NormalizedMesh
 from ..quality import require_sound
-from ..solver import Constraint, Iterate, Problem, fixed_components, lbfgs, planar_normals, start
+from ..solver import (
+    AdmissibleDirections,
+    Iterate,
+    Problem,
+    fixed_components,
+    initial_iterate,
+    lbfgs,
+    planar_normal_sums,
+)
 from .extension import EXTENSIONS
 
 __all__ = ["MeshMotion", "MotionReport", "MotionStep"]
@@ -164,18 +172,19 @@ class MeshMotion:
             raise MeshError(
                 f"a mesh that moves is valid at the start: {first_ids(np.flatnonzero(~frame.valid))} are not"
             )
-        self.moving = _ids(moving, len(frame.start))
+        self.moving = _ids(moving, len(frame.points))
         self._reference, self._operator, self._tolerance = reference, operator, tolerance
-        driven = np.zeros((len(frame.start), 1), dtype=bool)
+        driven = np.zeros((len(frame.points), 1), dtype=bool)
         driven[self.moving] = True
         self.held = fixed_components(self.mesh, fixed) | driven
-        self._constraint = Constraint.from_sums(planar_normals(frame.start, frame.quads), self.held)
+        sums = planar_normal_sums(frame.points, frame.quads)
+        self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
-            frame, self._constraint, _EXACT if linear else _PREDICTION
+            frame, self._admissible, _EXACT if linear else _PREDICTION
         )
-        self._energy = self._distortion(frame.start)
-        self._points = frame.start
+        self._energy = self._distortion(frame.points)
+        self._points = frame.points
         self._driven = np.zeros((len(self.moving), 3))
 
     @property
@@ -278,9 +287,9 @@ class MeshMotion:
         """The mesh with its boundary there and the iterations that took; or the cells that stand in the way."""
         frame = self._frame
         if self._reference == "initial" and not driven.any():
-            return frame.start, 0
+            return frame.points, 0
         if self._operator == "harmonic":
-            guess = self._guess(frame.start, driven)
+            guess = self._guess(frame.points, driven)
         else:
             guess = self._guess(self._points, driven - self._driven)
         bad = ~is_valid(guess, frame.cells)
@@ -296,10 +305,9 @@ class MeshMotion:
 
     def _minimized(self, points: Field, tolerance: float) -> tuple[Field, int]:
         cells = self._frame.cells
-        problem = Problem(
-            self._energy, self._constraint.project, self._extension.metric, lambda points: all_valid(points, cells)
-        )
-        at: Iterate = start(problem, points)
+        project, preconditioner = self._admissible.project, self._extension.preconditioner
+        problem = Problem(self._energy, project, preconditioner, lambda points: all_valid(points, cells))
+        at: Iterate = initial_iterate(problem, points)
         taken = 0
         for taken, following in enumerate(lbfgs(problem, at), 1):
             decrease, at = at.energy - following.energy, following

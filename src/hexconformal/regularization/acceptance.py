@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..energy import STRETCHED, CornerEnergy, aspects, stretched_boxes
+from ..energy import STRETCHED_ASPECTS, CornerEnergy, aspect_ratios, stretched_boxes
 from ..geometry import DistanceBarrier, SurfaceLocator, distance_between, enclosed_volume, hausdorff
 from ..mesh import NormalizedMesh
 from .options import Record
@@ -37,13 +37,13 @@ def distance(points: Field, frame: NormalizedMesh, band: DistanceBarrier | None,
     if band is not None and band.reference is not None:
         return distance_between(SurfaceLocator(points, frame.quads), band.reference) / frame.diagonal
     # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
-    exact = points is frame.start or (band is None and boundary != "free")
-    return 0.0 if exact else hausdorff(points, frame.start, frame.quads) / frame.diagonal
+    exact = points is frame.points or (band is None and boundary != "free")
+    return 0.0 if exact else hausdorff(points, frame.points, frame.quads) / frame.diagonal
 
 
 def of_same_volume(points: Field, frame: NormalizedMesh, problem: CornerEnergy | None) -> tuple[Field, list[str]]:
     """The points changed to enclose what the input does, as nearly as can be, and what that took."""
-    volume, changed = (enclosed_volume(x, frame.quads) for x in (frame.start, points))
+    volume, changed = (enclosed_volume(x, frame.quads) for x in (frame.points, points))
     if problem is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
         why, same = "the run was left before the cells were unfolded", points
     else:
@@ -69,12 +69,12 @@ def size_ratios(volumes: Field, wanted: Field) -> tuple[float, float] | None:
 
 def chosen_target(frame: NormalizedMesh) -> list[str]:
     """What target="auto" came to, if there was something to decide."""
-    boxes = stretched_boxes(frame.start, frame.cells)
+    boxes = stretched_boxes(frame.points, frame.cells)
     if boxes is not None:
         keeping = int((boxes != 1.0).any(axis=1).sum())
         return [f"target auto: {keeping} cells are stretched in the input and keep their proportions"]
-    stretched = aspects(frame.start, frame.cells) > STRETCHED[0]
+    stretched = aspect_ratios(frame.points, frame.cells) > STRETCHED_ASPECTS[0]
     if stretched.mean() < _MANY or not frame.valid.all():
         return []
-    why = f"the {stretched.sum()} cells of aspect {STRETCHED[0]:g} or more are skewed, not bricks"
+    why = f"the {stretched.sum()} cells of aspect {STRETCHED_ASPECTS[0]:g} or more are skewed, not bricks"
     return [f"target auto: cubes, as {why}; target='input' would keep their shapes"]

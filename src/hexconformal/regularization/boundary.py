@@ -12,7 +12,7 @@ from ..common import MeshError
 from ..geometry import DistanceBarrier, SurfaceLocator, find_features, surface_tags
 from ..io import read_surface
 from ..mesh import NormalizedMesh
-from ..solver import Constraint, boundary_constraint, fixed_components, free_directions
+from ..solver import AdmissibleDirections, boundary_directions, count_free_directions, fixed_components
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
@@ -31,7 +31,7 @@ class Boundary:
 
     Attributes
     ----------
-    constraint
+    admissible
         What nodes may do exactly: stay, slide along a straight line, slide in a plane.
     band
         Keeps curved parts near the surface; None where there are none that may move.
@@ -39,7 +39,7 @@ class Boundary:
         What was decided, in words.
     """
 
-    constraint: Constraint
+    admissible: AdmissibleDirections
     band: DistanceBarrier | None = None
     notes: tuple[str, ...] = ()
 
@@ -57,29 +57,29 @@ def boundary_of(frame: NormalizedMesh, options: Options) -> Boundary:
     MeshError
         If the surface to slide on is not that of the mesh.
     """
-    fixed = fixed_components(frame.mesh, options.fixed)[frame.nodes]
+    fixed = fixed_components(frame.mesh, options.fixed)[frame.node_ids]
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
-        return Boundary(boundary_constraint(frame.start, frame.quads, options.boundary, fixed, frame.nodes))
+        return Boundary(boundary_directions(frame.points, frame.quads, options.boundary, fixed, frame.node_ids))
     tolerance = options.hausdorff * frame.diagonal
     reference = _reference(frame, options.surface)
-    tags = surface_tags(frame.mesh, frame.nodes[frame.quads])
-    features = find_features(frame.start, frame.quads, tags=tags, mode=options.features, tolerance=tolerance)
-    sums = np.zeros((len(frame.start), 3, 3))
+    tags = surface_tags(frame.mesh, frame.node_ids[frame.quads])
+    features = find_features(frame.points, frame.quads, tags=tags, mode=options.features, tolerance=tolerance)
+    sums = np.zeros((len(frame.points), 3, 3))
     if not features.soft and reference is None:
-        sums = flat_normals(frame.start, frame.quads, features.patches, _FLAT * tolerance)
-    constraint = Constraint.from_sums(sums, fixed)
+        sums = flat_normals(frame.points, frame.quads, features.patches, _FLAT * tolerance)
+    admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
     sliding[frame.quads] = True
-    sliding &= free_directions(sums) == 3
+    sliding &= count_free_directions(sums) == 3
     if not features.soft:
         # Straight edges between flat patches need no band, curved ones do.
-        bent = features.edges[free_directions(sums)[features.edges].max(axis=1) > 1]
+        bent = features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]
         sliding[bent] = True
     notes = (f"features: {features.reason}",)
     if not (sliding & ~fixed.all(axis=1)).any():
-        return Boundary(constraint, None, notes)
-    original = SurfaceLocator(frame.start, frame.quads)
-    return Boundary(constraint, DistanceBarrier(original, tolerance, features, reference=reference), notes)
+        return Boundary(admissible, None, notes)
+    original = SurfaceLocator(frame.points, frame.quads)
+    return Boundary(admissible, DistanceBarrier(original, tolerance, features, reference=reference), notes)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
@@ -122,7 +122,7 @@ def _reference(frame: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
 
 def _require_near(frame: NormalizedMesh, given: SurfaceLocator) -> None:
     """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
-    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.nodes[frame.used]]
+    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.node_ids[frame.referenced]]
     boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
     sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
     apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..elements import all_valid, cell_volumes, edge_lengths, is_valid
 from ..energy import Distortion, inverse_targets, normalized_target
 from ..mesh import NormalizedMesh
-from ..solver import MINIMIZERS, Constraint, Iterate, LaplacePreconditioner, Problem, start
+from ..solver import MINIMIZERS, AdmissibleDirections, Iterate, LaplacePreconditioner, Problem, initial_iterate
 from .options import Options
 from .step import Step
 
@@ -26,13 +26,13 @@ _THIN = 0.05  # smallest volume, relative to the cube of the edges, that the met
 
 
 class Minimization:
-    """Minimization of the summed distortion under a linear constraint; iterate to do it.
+    """Minimization of the summed distortion in admissible directions; iterate to do it.
 
     Parameters
     ----------
     frame
         The mesh.
-    constraint
+    admissible
         Where nodes may go.
     options
         Energy, target, weights, quadrature, method, tolerance.
@@ -47,9 +47,11 @@ class Minimization:
         Whether the tolerance was reached.
     """
 
-    def __init__(self, frame: NormalizedMesh, constraint: Constraint, options: Options, points: Field) -> None:
+    def __init__(
+        self, frame: NormalizedMesh, admissible: AdmissibleDirections, options: Options, points: Field
+    ) -> None:
         self.reason, self.converged = "interrupted", False
-        self._frame, self._constraint, self._options = frame, constraint, options
+        self._frame, self._admissible, self._options = frame, admissible, options
         self._start = points
         self._valid = is_valid(points, frame.cells)
         self._energy = self._distortion()
@@ -59,10 +61,11 @@ class Minimization:
         return float(self._energy.cell_energies(points).sum())
 
     def __iter__(self) -> Iterator[Step]:
-        metric = LaplacePreconditioner(self._energy.laplacian(self._stiffness()), self._constraint, self._frame.used)
-        problem = Problem(self._energy, self._constraint.project, metric, self._acceptable)
-        at = start(problem, self._start)
-        first, slow = at.norm, 0
+        laplacian = self._energy.laplacian(self._stiffness())
+        preconditioner = LaplacePreconditioner(laplacian, self._admissible, self._frame.referenced)
+        problem = Problem(self._energy, self._admissible.project, preconditioner, self._acceptable)
+        at = initial_iterate(problem, self._start)
+        first, slow = at.gradient_norm, 0
         if self._small(at, first):
             return
         phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
@@ -72,19 +75,19 @@ class Minimization:
                     break
                 slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0
                 at = following
-                yield Step(phase, at.points, at.energy, at.norm / first, at.step)
+                yield Step(phase, at.points, at.energy, at.gradient_norm / first, at.step)
                 if self._small(at, first):
                     return
                 if self._options.lifts and slow == 2:
                     self.reason = "the energy stalls"
                     return
-                if phase != phases[-1] and (taken == _HANDOVER or at.norm <= _TIGHT * first):
+                if phase != phases[-1] and (taken == _HANDOVER or at.gradient_norm <= _TIGHT * first):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
 
     def _small(self, at: Iterate, first: float) -> bool:
         """Whether the gradient is small enough."""
-        norm, tolerance = at.norm, self._options.tolerance
+        norm, tolerance = at.gradient_norm, self._options.tolerance
         if norm <= tolerance * first:
             self.reason = f"gradient fell below {tolerance:g} of its start"
         elif norm <= _FLOOR * np.sqrt(len(at.points)):
@@ -97,13 +100,13 @@ class Minimization:
     def _distortion(self) -> Distortion:
         frame, options, scales = self._frame, self._options, None
         if options.weight == "volume":
-            volumes = np.abs(cell_volumes(frame.start, frame.cells))
+            volumes = np.abs(cell_volumes(frame.points, frame.cells))
             scales = volumes / volumes.mean()
         inverses = inverse_targets(
-            normalized_target(options.target, frame), frame.start, frame.cells, options.rule, frame.order
+            normalized_target(options.target, frame), frame.points, frame.cells, options.rule, frame.cell_ids
         )
         eps = None if options.energy == "quaternionic" else 0.0
-        return Distortion(frame.cells, len(frame.start), scales, inverses, eps, options.rule)
+        return Distortion(frame.cells, len(frame.points), scales, inverses, eps, options.rule)
 
     def _stiffness(self) -> Field | None:
         """How stiff each cell is: the Hessian of E / det^(2/3) goes with det^(-2/3)."""

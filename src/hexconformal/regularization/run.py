@@ -113,13 +113,13 @@ class Regularization:
         self._notes = tuple(notes) + self.mesh.notes
         self._frame = NormalizedMesh(self.mesh, ordered=True)
         self._boundary = boundary_of(self._frame, self.options)
-        if self.options.energy == "quaternionic" and len(self._boundary.constraint.nodes) < 2:
+        if self.options.energy == "quaternionic" and len(self._boundary.admissible.nodes) < 2:
             raise OptionError(
                 "with a free boundary the plain energy shrinks the mesh to a point: fix two nodes or more, or use "
                 "energy='barrier'"
             )
         self._stages = Stages(self._frame, self._boundary, self.options)
-        self._points = self._frame.start
+        self._points = self._frame.points
         self._records = self._run()
 
     @property
@@ -151,7 +151,7 @@ class Regularization:
             after=after.summary(),
             energy_before=self.history[0].energy if self.history else float("nan"),
             energy_after=self.history[-1].energy if self.history else float("nan"),
-            boundary_moved=int((moved[np.unique(self._frame.nodes[self._frame.quads])] > 0).sum()),
+            boundary_moved=int((moved[np.unique(self._frame.node_ids[self._frame.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=self._frame.diagonal * self._frame.unit,
             iterations=max(len(self.history) - 1, 0),
@@ -161,7 +161,7 @@ class Regularization:
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
-            size_ratios=size_ratios(after.volume[self._frame.order], self._stages.wanted),
+            size_ratios=size_ratios(after.volume[self._frame.cell_ids], self._stages.wanted),
         )
         better = self.mesh.replaced(
             points=points,
@@ -171,7 +171,7 @@ class Regularization:
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
             },
         )
-        return Result(better.restored(), points, report, tuple(self.history))
+        return Result(better.to_source_type(), points, report, tuple(self.history))
 
     def _acceptable(self, record: Record) -> bool:
         """Whether this is no worse than the input; to come to another surface, or to other sizes, may cost quality."""
@@ -185,11 +185,11 @@ class Regularization:
         frame, band, bound = self._frame, self._stages.boundary.band, self.options.hausdorff
         points, reason = self._points, self._stages.reason
         notes: list[str] = []
-        if points is not frame.start and self.options.conserve_volume:
+        if points is not frame.points and self.options.conserve_volume:
             points, notes = of_same_volume(points, frame, self._stages.problem)
             if not (self._stages.keeps_valid(points) and self._acceptable(self._record(Step("volume", points)))):
-                points, notes = frame.start, []
-        if points is frame.start and len(self.history) > 1:
+                points, notes = frame.points, []
+        if points is frame.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
         moved = distance(points, frame, band, self.options.boundary)
         if band is not None and moved > bound:
@@ -206,10 +206,10 @@ class Regularization:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
             notes += chosen_target(self._frame)
-        held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
-        bound, cell = attainable_scaled_jacobian(self._frame.start, self._frame.cells, held)
+        held = np.asarray(~self._stages.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
+        bound, cell = attainable_scaled_jacobian(self._frame.points, self._frame.cells, held)
         if bound < _WORTH_TELLING:
-            which = self._frame.order[cell]
+            which = self._frame.cell_ids[cell]
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
         return tuple(notes)
 

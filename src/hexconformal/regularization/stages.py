@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from ..common import first_ids
 from ..elements import all_valid, corner_scaled_jacobian, is_valid
-from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights, inverse_targets, normalized_target, wanted_volumes
+from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights, inverse_targets, normalized_target, target_volumes
 from ..geometry import DistanceBarrier
 from ..mesh import NormalizedMesh
 from ..quality import inside_out
-from ..solver import WHOLE_ROUNDING, projected_newton
+from ..solver import MESH_ROUNDING, projected_newton
 from .boundary import Boundary, boundary_of
 from .improve_folded import improve_folded
 from .minimize import Minimization
@@ -74,7 +74,7 @@ class Stages:
         self._valid = np.flatnonzero(is_valid(frame.mesh.points, frame.mesh.cells))
 
     def __iter__(self) -> Iterator[Step]:
-        kept = self._frame.start
+        kept = self._frame.points
         yield Step("input", kept)
         left = most = self._options.max_iterations
         for step in islice(self._steps(), most):
@@ -91,13 +91,13 @@ class Stages:
         return all_valid(self._frame.to_user(points), self._frame.mesh.cells, self._valid)
 
     def _steps(self) -> Iterator[Step]:
-        points = self._frame.start
+        points = self._frame.points
         plain = self._frame.valid.all() and self.boundary.band is None and not self._options.lifts
         plain = plain and not self._options.resizes
         if self._options.energy == "quaternionic" or plain:
             yield from self._minimize(points)
             return
-        shaping, points = self._shaping(), self._frame.start
+        shaping, points = self._shaping(), self._frame.points
         bad = np.zeros(len(self._frame.cells), dtype=bool)
         if not self._frame.valid.all():
             shaping, points, bad = yield from self._untangle(shaping)
@@ -138,7 +138,7 @@ class Stages:
 
     def _untangle(self, shaping: CornerEnergy) -> Generator[Step, None, tuple[CornerEnergy, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
-        points = self._frame.start
+        points = self._frame.points
         others = ("keep", "soft") if self.boundary.band is not None and self._options.features == "auto" else ()
         for phase, points, _ in untangle(shaping, points, *((_PATIENCE,) if others else ())):
             yield Step(phase, points)
@@ -152,7 +152,7 @@ class Stages:
                 break
             # What stands in the way may be a feature that is none, or a crease that was not taken for one.
             other = boundary_of(self._frame, replace(self._options, features=features))
-            for phase, trial, _ in untangle(self._shaping(other), self._frame.start, _PATIENCE):
+            for phase, trial, _ in untangle(self._shaping(other), self._frame.points, _PATIENCE):
                 yield Step(phase, trial)
             if folded(shaping, trial).sum() < bad.sum():
                 points, bad = trial, folded(shaping, trial)
@@ -162,7 +162,7 @@ class Stages:
         yield Step("unfold inside", points)
         lost = self._frame.valid & ~is_valid(points, shaping.cells)
         if lost.any() and not bad.any():
-            points = bring_back(points, self._frame.start, shaping.cells, self._near)
+            points = bring_back(points, self._frame.points, shaping.cells, self._near)
             bad = folded(shaping, points)
         return shaping, points, bad
 
@@ -171,7 +171,7 @@ class Stages:
     ) -> Generator[Step, None, tuple[CornerEnergy, Field, Mask]]:
         """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
         wide = self._shaping(replace(self.boundary, band=replace(band, bound=room * self._frame.diagonal)))
-        afar = self._frame.start
+        afar = self._frame.points
         for step in untangle(wide, afar, _PATIENCE):
             afar = step[1]
             yield Step("untangle with more room", points)
@@ -183,7 +183,7 @@ class Stages:
         for way_back in self._return(problem, afar):
             afar = way_back.points
             yield replace(way_back, points=points)
-        needed = closer.excess(afar)
+        needed = closer.relative_distance(afar)
         if needed <= _WITHIN:
             return problem, afar, folded(problem, afar)
         self.boundary = before
@@ -197,7 +197,7 @@ class Stages:
             if band is None or self._near(points):
                 return
             band.steepness *= 4.0
-            for points, _ in islice(projected_newton(shaping, points, Weights(size=VOLUME_WEIGHT)), _RETURN_STEPS):
+            for points, _ in islice(projected_newton(shaping, points, Weights(volume=VOLUME_WEIGHT)), _RETURN_STEPS):
                 yield Step("return to the surface", points)
 
     def energy(self, points: Field) -> float:
@@ -207,34 +207,34 @@ class Stages:
 
     @cached_property
     def _from_input(self) -> Minimization:
-        return Minimization(self._frame, self.boundary.constraint, self._options, self._frame.start)
+        return Minimization(self._frame, self.boundary.admissible, self._options, self._frame.points)
 
     def _minimize(self, points: Field) -> Iterator[Step]:
         minimization = self._from_input
-        if points is not self._frame.start:
-            minimization = Minimization(self._frame, self.boundary.constraint, self._options, points)
+        if points is not self._frame.points:
+            minimization = Minimization(self._frame, self.boundary.admissible, self._options, points)
         yield from minimization
         self.reason, self.converged = minimization.reason, minimization.converged
 
     def _shape(self, shaping: CornerEnergy, points: Field) -> Iterator[tuple[Field, float]]:
         """The whole distortion: a few steps before the lift, or until it is minimal, with other sizes too."""
         if self._options.lifts and not self._options.resizes:
-            return islice(projected_newton(shaping, points, Weights(size=VOLUME_WEIGHT)), _FIRST_STEPS)
-        return projected_newton(shaping, points, Weights(size=_ALONE), _FINE)
+            return islice(projected_newton(shaping, points, Weights(volume=VOLUME_WEIGHT)), _FIRST_STEPS)
+        return projected_newton(shaping, points, Weights(volume=_ALONE), _FINE)
 
     def _shaping(self, boundary: Boundary | None = None) -> CornerEnergy:
         frame, boundary = self._frame, self.boundary if boundary is None else boundary
         inverses = inverse_targets(
-            normalized_target(self._options.target, frame), frame.start, frame.cells, "corners", frame.order
+            normalized_target(self._options.target, frame), frame.points, frame.cells, "corners", frame.cell_ids
         )
         return CornerEnergy(
             frame.cells,
             np.empty((0, 1, 3, 3)) if inverses is None else inverses,
-            boundary.constraint.projections(len(frame.start)),
+            boundary.admissible.all_projectors(len(frame.points)),
             boundary.band,
             self.wanted / frame.unit**3,
             _FIRM if self._options.resizes else 1.0,
-            WHOLE_ROUNDING if self._options.lifts and not self._options.resizes else 0.0,
+            MESH_ROUNDING if self._options.lifts and not self._options.resizes else 0.0,
         )
 
     def _without(self, shaping: CornerEnergy, points: Field, bad: Mask) -> tuple[CornerEnergy, Field, Mask]:
@@ -246,12 +246,12 @@ class Stages:
         quads = self._frame.quads
         found = inside_out(points, quads, np.flatnonzero(np.isin(quads, shaping.cells[cells]).any(axis=1)))
         if len(found):
-            nodes = np.unique(self._frame.nodes[quads[found]])
+            nodes = np.unique(self._frame.node_ids[quads[found]])
             self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
         if np.isfinite(self._hausdorff_needed):
             away = f"up to {self._hausdorff_needed:.2g} diagonals away"
             self.notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
-        points = bring_back(points, self._frame.start, shaping.cells, self._near)
+        points = bring_back(points, self._frame.points, shaping.cells, self._near)
         others = folded(shaping, points) & ~bad
         if others.any():
             ids = first_ids(self._ids(others))
@@ -262,21 +262,22 @@ class Stages:
         projectors = shaping.projectors.copy()
         projectors[shaping.cells[bad]] = 0.0
         inverses = shaping.inverses[~bad] if len(shaping.inverses) > 1 else shaping.inverses
-        sizes = shaping.sizes[~bad] if len(shaping.sizes) else shaping.sizes
+        volumes = shaping.target_volumes[~bad] if len(shaping.target_volumes) else shaping.target_volumes
         cells = np.ascontiguousarray(shaping.cells[~bad])
-        return replace(shaping, cells=cells, inverses=inverses, projectors=projectors, sizes=sizes), points, bad
+        rest = replace(shaping, cells=cells, inverses=inverses, projectors=projectors, target_volumes=volumes)
+        return rest, points, bad
 
     def _ids(self, cells: Mask) -> Ints:
         """Their ids in the mesh."""
-        return np.sort(self._frame.order[cells])
+        return np.sort(self._frame.cell_ids[cells])
 
     def _wanted_volumes(self) -> Field:
         valid = np.empty_like(self._frame.valid)
-        valid[self._frame.order] = self._frame.valid
-        wanted = wanted_volumes(self._options.sizes, self._frame.mesh, valid)
-        return wanted[self._frame.order] if len(wanted) else wanted
+        valid[self._frame.cell_ids] = self._frame.valid
+        wanted = target_volumes(self._options.sizes, self._frame.mesh, valid)
+        return wanted[self._frame.cell_ids] if len(wanted) else wanted
 
     def _near(self, points: Field) -> bool:
         """Whether the boundary is within its bound."""
         band = self.boundary.band
-        return band is None or band.reference is not None or band.excess(points) <= _WITHIN
+        return band is None or band.reference is not None or band.relative_distance(points) <= _WITHIN

@@ -15,7 +15,7 @@ from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
 from ..energy import CornerEnergy, Distortion
-from ..mesh import islands, rings
+from ..mesh import connected_regions, node_rings
 
 __all__ = ["unfold_inside"]
 
@@ -41,12 +41,13 @@ def unfold_inside(problem: CornerEnergy, points: Field) -> Field:
         cores = _folded_inside(problem, points)
         if not cores.any():
             break
-        for core in islands(problem.cells, rings(problem.cells, len(points), cores, width)):
+        for core in connected_regions(problem.cells, node_rings(problem.cells, len(points), cores, width)):
             patch, nodes = problem.restricted(core & movable, points)
             if patch.free.any():
                 trial = points.copy()
                 trial[nodes] = _unfold(patch, points[nodes], first_eps)
-                points = trial if problem.excess(trial) <= max(1.0, problem.excess(points)) else points
+                reached = problem.relative_distance(trial)
+                points = trial if reached <= max(1.0, problem.relative_distance(points)) else points
     return points
 
 

@@ -8,12 +8,14 @@ change that costs least energy per volume is H^-1 N, with H the Hessian of the e
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import is_valid
 from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
-from ..geometry import area_normals, enclosed_volume, simpson_normals
+from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
 
 __all__ = ["restored"]
 
@@ -48,9 +50,9 @@ def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -
         if abs(gap) <= _EXACT * abs(volume):
             return points
         worst = max(float(problem.measures(points).angle.max(initial=0.0)), 1e-3)
-        emphasis = Weights(angle=1.0, stiffness=_STIFF / worst, size=VOLUME_WEIGHT)
+        emphasis = Weights(angle=1.0, stiffness=_STIFF / worst, volume=VOLUME_WEIGHT)
         matrix = problem.value_gradient_hessian(points, emphasis)[2]
-        normals = area_normals(points, quads)
+        normals = nodal_area_vectors(points, quads)
         way, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
         if not np.einsum("ij,ij->", way, normals) > 0.0:
             return points
@@ -66,10 +68,11 @@ def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -
 
 def _swollen(points: Field, way: Field, quads: Ints, gap: float) -> Field:
     """The points so far along the way that the volume grows by the gap: one equation, solved by iterating on N~."""
+    area_vectors = partial(nodal_area_vectors, quads=quads)
     length = 0.0
     for _ in range(30):
         moved = points + length * way
-        growth = float(np.einsum("ij,ij->", simpson_normals(points, moved, quads), way))
+        growth = float(np.einsum("ij,ij->", simpson_mean(area_vectors, points, moved), way))
         if growth == 0.0:
             break
         longer = gap / growth

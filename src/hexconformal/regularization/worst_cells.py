@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian
 from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
-from ..mesh import rings
+from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobian
 from ..solver import projected_newton
 
@@ -37,12 +37,12 @@ _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 def _stiff(problem: CornerEnergy, points: Field) -> Weights:
     worst = max(float(problem.measures(points).angle.max()), 1e-3)
-    return Weights(_SHAPE, 1.0, _STIFF / worst, size=VOLUME_WEIGHT)
+    return Weights(_SHAPE, 1.0, _STIFF / worst, volume=VOLUME_WEIGHT)
 
 
 def raise_worst(problem: CornerEnergy, points: Field) -> Iterator[Step]:
     """Lift a whole valid mesh, then its worst patches, until the worst cell stalls."""
-    emphasis = Weights(_SHAPE, 1.0, size=VOLUME_WEIGHT)
+    emphasis = Weights(_SHAPE, 1.0, volume=VOLUME_WEIGHT)
     for points, energy in islice(projected_newton(problem, points, emphasis, decrease=3e-3), _ANGLE_STEPS):
         yield "angles", points, energy
     for points, energy in islice(projected_newton(problem, points, _stiff(problem, points)), _STIFF_STEPS):
@@ -58,7 +58,7 @@ def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Step]:
         worst = float(quality.min())
         if worst >= enough:
             return
-        core = rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
+        core = node_rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
         patch, nodes = problem.restricted(core, points)
         if not patch.free.any():
             return
