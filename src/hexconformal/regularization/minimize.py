@@ -101,7 +101,7 @@ class Minimization:
         frame, options, scales = self._frame, self._options, None
         if options.weight == "volume":
             volumes = np.abs(cell_volumes(frame.points, frame.cells))
-            scales = volumes / volumes.mean()
+            scales = volumes / volumes.mean() if volumes.any() else None
         inverses = inverse_targets(
             normalized_target(options.target, frame), frame.points, frame.cells, options.rule, frame.cell_ids
         )
