@@ -32,7 +32,7 @@ def measured(n: int, energy: str, jitter: float) -> dict[str, Any]:
     import hexconformal as hc
     from hexconformal.generate import jittered, twisted_cube
 
-    options = {"boundary": "fixed", "energy": energy, "lift": False, "tolerance": 1e-6}
+    options = {"boundary": "fixed", "energy": energy, "emphasis": "mean", "gradient_tolerance": 1e-6}
     hc.regularize(jittered(*twisted_cube(6), jitter), **options)
     mesh = jittered(*twisted_cube(n), jitter)
     first = []

@@ -156,7 +156,7 @@ def test_what_the_band_has_no_room_for_is_approached():
 
 @pytest.mark.parametrize("options", [{"boundary": "free"}, {"surface": "part.stl"}])
 def test_what_contradicts_it_is_refused(options):
-    with pytest.raises(hc.OptionError, match="conserve_volume goes with boundary='slide'"):
+    with pytest.raises(hc.OptionError, match="conserve_volume must go with boundary='slide'"):
         hc.Options(conserve_volume=True, **options)
 
 

@@ -55,11 +55,11 @@ def require_choice(name: str, value: Any, allowed: Sequence[str]) -> None:
 
     >>> require_choice("operator", "plastic", ("harmonic", "elastic"))
     Traceback (most recent call last):
-    hexconformal.OptionError: operator is 'harmonic' or 'elastic', not 'plastic'
+    hexconformal.OptionError: operator must be 'harmonic' or 'elastic', not 'plastic'
     """
     if not isinstance(value, str) or value not in allowed:
         names = ", ".join(repr(c) for c in allowed[:-1]) + f" or {allowed[-1]!r}"
-        raise OptionError(f"{name} is {names}, not {value!r}")
+        raise OptionError(f"{name} must be {names}, not {value!r}")
 
 
 def is_number(value: Any) -> bool:
@@ -74,12 +74,12 @@ def is_number(value: Any) -> bool:
 def require_number(name: str, value: Any) -> None:
     """Refuse what is no number.
 
-    >>> require_number("tolerance", None)
+    >>> require_number("eps", None)
     Traceback (most recent call last):
-    hexconformal.OptionError: tolerance is a number, not None
+    hexconformal.OptionError: eps must be a number, not None
     """
     if not is_number(value):
-        raise OptionError(f"{name} is a number, not {shortened(value)}")
+        raise OptionError(f"{name} must be a number, not {shortened(value)}")
 
 
 def require_numbers(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
@@ -97,9 +97,9 @@ def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> N
         if value is None and name in optional:
             continue
         if not isinstance(value, Integral) or isinstance(value, bool):
-            raise OptionError(f"{name} is a whole number, not {shortened(value)}")
+            raise OptionError(f"{name} must be a whole number, not {shortened(value)}")
         if value < 0:
-            raise OptionError(f"{name} is not negative, not {value!r}")
+            raise OptionError(f"{name} must not be negative, not {value!r}")
 
 
 def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
@@ -107,7 +107,7 @@ def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> No
     for name in (*names, *optional):
         value = getattr(options, name)
         if not isinstance(value, (bool, np.bool_)) and (value is not None or name not in optional):
-            raise OptionError(f"{name} is True or False, not {shortened(value)}")
+            raise OptionError(f"{name} must be True or False, not {shortened(value)}")
 
 
 def array_of_numbers(name: str, values: Any, expected: str = "an array of numbers") -> NDArray[np.float64]:
@@ -115,14 +115,14 @@ def array_of_numbers(name: str, values: Any, expected: str = "an array of number
 
     >>> array_of_numbers("outputs", ["1", "2"])
     Traceback (most recent call last):
-    hexconformal.OptionError: outputs is an array of numbers, not ['1', '2']
+    hexconformal.OptionError: outputs must be an array of numbers, not ['1', '2']
     """
     try:
         array = np.asarray(values)
     except ValueError:  # rows of different lengths
         array = np.empty(0, dtype=object)
     if array.dtype.kind not in "iuf":
-        raise OptionError(f"{name} is {expected}, not {shortened(values)}")
+        raise OptionError(f"{name} must be {expected}, not {shortened(values)}")
     return array.astype(np.float64)
 
 
@@ -175,10 +175,10 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     if array.dtype.kind not in "iu" or array.ndim != 1:
         raise OptionError(f"{name} must be booleans per point or a list of point ids, not {array.dtype} {array.shape}")
     if len(array) == count > 2 and np.isin(array, (0, 1)).all():
-        raise OptionError(f"{name} looks like a mask of zeros and ones: pass booleans")
+        raise OptionError(f"{name} must be booleans or ids, not zeros and ones: pass them as booleans")
     bad = array[(array < 0) | (array >= count)]
     if len(bad):
-        raise OptionError(f"{name} has ids outside 0..{count - 1}: {first_ids(bad)}")
+        raise OptionError(f"{name} must be ids in 0..{count - 1}, not {first_ids(bad)}")
     mask = np.zeros(count, dtype=bool)
     mask[array] = True
     return mask

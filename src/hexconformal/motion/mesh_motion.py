@@ -38,6 +38,7 @@ _ITERATIONS = 500
 _EXACT, _PREDICTION = 1e-9, 1e-3  # tolerances of a linear operator, and of a first guess
 
 OPERATORS = ("conformal", *EXTENSIONS)
+TARGETS = ("input", "current")
 
 
 @dataclass(frozen=True)
@@ -109,14 +110,14 @@ class MeshMotion:
     fixed
         Nodes that stay: ids, booleans (n,) or per component (n, 3), or the name of a point array. Other nodes of
         the boundary slide on its flat faces and along its straight edges, and stay where it is curved.
-    reference
-        What the cells shall look like: "initial", as they came, so that nothing adds up over a run and the way back
-        leads to the initial mesh; or "current", as at the last step.
+    target
+        Perfect shape of the cells: "input", their own as they came, so that nothing adds up over a run and the way back
+        leads to the initial mesh; or "current", their own at the last step.
     operator
-        "conformal" minimizes the quaternionic conformal distortion against the reference; "harmonic" and
+        "conformal" minimizes the quaternionic conformal distortion from the target; "harmonic" and
         "elastic" extend the displacement by a linear problem, as is usual, and may end early.
-    tolerance
-        An iteration that lowers the energy by less than this, relatively, is the last.
+    energy_tolerance
+        Stop where a further iteration would lower the energy by less than this, relatively.
 
     Attributes
     ----------
@@ -148,24 +149,25 @@ class MeshMotion:
         mesh: Any,
         moving: Any,
         fixed: Any = None,
-        reference: str = "initial",
+        target: str = "input",
         operator: str = "conformal",
-        tolerance: float = 1e-6,
+        energy_tolerance: float = 1e-6,
     ) -> None:
-        require_choice("reference", reference, ("initial", "current"))
+        require_choice("target", target, TARGETS)
         require_choice("operator", operator, OPERATORS)
-        require_number("tolerance", tolerance)
-        if not 0.0 < tolerance < 1.0:
-            raise OptionError(f"tolerance lies in (0, 1), not {tolerance!r}")
+        require_number("energy_tolerance", energy_tolerance)
+        if not 0.0 < energy_tolerance < 1.0:
+            raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
         self.mesh = as_hex_mesh(mesh)
         self.notes = tuple(finding.message for finding in require_sound(self.mesh))
         self._frame = frame = NormalizedMesh(self.mesh)
         if not frame.valid.all():
             raise MeshError(
-                f"a mesh that moves is valid at the start: {first_ids(np.flatnonzero(~frame.valid))} are not"
+                f"a mesh that moves must be valid at the start: {first_ids(np.flatnonzero(~frame.valid))} are not; "
+                "untangle it first (regularize)"
             )
         self.moving = _ids(moving, len(frame.start))
-        self._reference, self._operator, self._tolerance = reference, operator, tolerance
+        self._target, self._operator, self._energy_tolerance = target, operator, energy_tolerance
         driven = np.zeros((len(frame.start), 1), dtype=bool)
         driven[self.moving] = True
         self.held = fixed_components(self.mesh, fixed) | driven
@@ -180,8 +182,8 @@ class MeshMotion:
 
     @property
     def options(self) -> str:
-        """Operator, reference and tolerance, in words."""
-        return f"{self._operator}, {self._reference}, {self._tolerance:g}"
+        """Operator, target and tolerance, in words."""
+        return f"{self._operator}, {self._target}, {self._energy_tolerance:g}"
 
     @property
     def points(self) -> Field:
@@ -211,12 +213,12 @@ class MeshMotion:
         began = time.perf_counter()
         goal = array_of_numbers("displacement", displacement)
         if goal.shape != self._driven.shape or not np.isfinite(goal).all():
-            raise OptionError(f"the displacement is a finite array {self._driven.shape}, not {goal.shape}")
+            raise OptionError(f"displacement must be a finite array {self._driven.shape}, not {goal.shape}")
         if dt is not None and not (is_number(dt) and 0 < dt < np.inf):
-            raise OptionError(f"dt is positive and finite, not {dt!r}")
+            raise OptionError(f"dt must be positive and finite, not {dt!r}")
         before, origin = self.points, self._driven
         goal = goal / self._frame.unit
-        if self._reference == "current":
+        if self._target == "current":
             self._energy = self._distortion(self._points)
         reached, share, substeps, iterations = 0.0, 1.0, 0, 0
         blocked = np.empty(0, dtype=np.int64)
@@ -224,7 +226,7 @@ class MeshMotion:
             share = min(share, 1.0 - reached)
             last = reached + share >= 1.0
             part = goal if last else origin + (reached + share) * (goal - origin)
-            found = self._moved(part, self._tolerance if last else _LOOSE)
+            found = self._moved(part, self._energy_tolerance if last else _LOOSE)
             if isinstance(found, tuple):
                 self._points, taken = found
                 self._driven, reached = part, 1.0 if last else reached + share
@@ -256,7 +258,7 @@ class MeshMotion:
 
         Parameters
         ----------
-        standing
+        state
             What :meth:`state` gave.
 
         Raises
@@ -266,7 +268,7 @@ class MeshMotion:
         """
         points, driven = (np.asarray(state[name], dtype=np.float64) for name in ("points", "driven"))
         if points.shape != self._points.shape or driven.shape != self._driven.shape:
-            raise OptionError("this belongs to another mesh, or to other moving nodes")
+            raise OptionError("state must be that of the same mesh and moving nodes")
         self._points, self._driven = points.copy(), driven.copy()
 
     def _distortion(self, points: Field) -> Distortion:
@@ -277,7 +279,7 @@ class MeshMotion:
     def _moved(self, driven: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.int64]:
         """The mesh with its boundary there and the iterations that took; or the cells that stand in the way."""
         frame = self._frame
-        if self._reference == "initial" and not driven.any():
+        if self._target == "input" and not driven.any():
             return frame.start, 0
         if self._operator == "harmonic":
             guess = self._guess(frame.start, driven)
@@ -318,11 +320,11 @@ def _ids(moving: Any, count: int) -> NDArray[np.int64]:
     """The moving nodes in the order given."""
     mask = as_mask(moving, count, "moving")
     if mask.ndim != 1:
-        raise OptionError("moving holds whole nodes: ids, or one boolean per point")
+        raise OptionError("moving must be whole nodes: ids, or one boolean per point")
     given = np.asarray([] if moving is None else moving)
     ids = np.flatnonzero(mask) if given.dtype == bool else given.astype(np.int64).ravel()
     if len(np.unique(ids)) < len(ids):
-        raise OptionError("moving names a node twice")
+        raise OptionError("moving must name every node once")
     if len(ids) == 0:
-        raise OptionError("nothing moves: moving is empty")
+        raise OptionError("moving must name a node or more: nothing moves")
     return ids

@@ -1,4 +1,4 @@
-"""Minimize the distortion of a valid mesh, or the plain energy of any: L-BFGS, Newton, or the note's method."""
+"""Minimize the distortion of a valid mesh, or the quaternionic energy of any: L-BFGS, Newton, or the note's method."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Minimization:
                 yield Step(phase, at.points, at.energy, at.norm / first, at.step)
                 if self._small(at, first):
                     return
-                if self._options.lifts and slow == 2:
+                if self._options.raises_worst and slow == 2:
                     self.reason = "the energy stalls"
                     return
                 if phase != phases[-1] and (taken == _HANDOVER or at.norm <= _TIGHT * first):
@@ -84,7 +84,7 @@ class Minimization:
 
     def _small(self, at: Iterate, first: float) -> bool:
         """Whether the gradient is small enough."""
-        norm, tolerance = at.norm, self._options.tolerance
+        norm, tolerance = at.norm, self._options.gradient_tolerance
         if norm <= tolerance * first:
             self.reason = f"gradient fell below {tolerance:g} of its start"
         elif norm <= _FLOOR * np.sqrt(len(at.points)):
@@ -100,10 +100,10 @@ class Minimization:
             volumes = np.abs(cell_volumes(frame.start, frame.cells))
             scales = volumes / volumes.mean()
         inverses = inverse_targets(
-            normalized_target(options.target, frame), frame.start, frame.cells, options.rule, frame.order
+            normalized_target(options.target, frame), frame.start, frame.cells, options.quadrature_rule, frame.order
         )
         eps = None if options.energy == "quaternionic" else 0.0
-        return Distortion(frame.cells, len(frame.start), scales, inverses, eps, options.rule)
+        return Distortion(frame.cells, len(frame.start), scales, inverses, eps, options.quadrature_rule)
 
     def _stiffness(self) -> Field | None:
         """How stiff each cell is: the Hessian of E / det^(2/3) goes with det^(-2/3)."""

@@ -115,8 +115,8 @@ class Regularization:
         self._boundary = boundary_of(self._frame, self.options)
         if self.options.energy == "quaternionic" and len(self._boundary.constraint.nodes) < 2:
             raise OptionError(
-                "with a free boundary the plain energy shrinks the mesh to a point: fix two nodes or more, or use "
-                "energy='barrier'"
+                "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
+                "use energy='barrier'"
             )
         self._stages = Stages(self._frame, self._boundary, self.options)
         self._points = self._frame.start
@@ -176,9 +176,9 @@ class Regularization:
     def _acceptable(self, record: Record) -> bool:
         """Whether this is no worse than the input; to come to another surface, or to other sizes, may cost quality."""
         first = self.history[0]
-        if self.options.surface is not None or self.options.resizes:
+        if self.options.surface is not None or self.options.wants_sizes:
             return record.inverted <= first.inverted
-        return not self.options.lifts or no_worse(record, first)
+        return not self.options.raises_worst or no_worse(record, first)
 
     def _outcome(self) -> _Outcome:
         """What the run comes to; the input where no better mesh keeps what is promised."""
@@ -233,8 +233,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     """Make the cells of a hexahedral mesh regular by minimizing their quaternionic conformal distortion.
 
     The distortion of the planes (e1, e2), (e1, e3), (e2, e3) of every cell is summed and minimized over the node
-    positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the plain one
-    is asked for. A cell that is valid stays valid in every iteration.
+    positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the
+    quaternionic energy itself is asked for. A cell that is valid stays valid in every iteration.
 
     Parameters
     ----------
@@ -252,8 +252,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
 
         What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or wanted volumes), `weight`
         ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
-        `method` ("auto", "lbfgs", "newton", "majorize"), `lift` (raise the worst cells), `tolerance`,
-        `max_iterations`.
+        `method` ("auto", "lbfgs", "newton", "majorize"), `emphasis` ("auto", "worst", "mean": raise the worst cells,
+        or not), `gradient_tolerance`, `max_iterations`.
 
     Returns
     -------
@@ -283,8 +283,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     >>> bool(report.hausdorff <= 0.001), bool(abs(report.volume_change) < 1e-10)
     (True, True)
     >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
-    ['boundary', 'conserve_volume', 'energy', 'features', 'fixed', 'hausdorff', 'lift', 'max_iterations', 'method',
-     'quadrature', 'sizes', 'surface', 'target', 'tolerance', 'weight']
+    ['boundary', 'conserve_volume', 'emphasis', 'energy', 'features', 'fixed', 'gradient_tolerance', 'hausdorff',
+     'max_iterations', 'method', 'quadrature', 'sizes', 'surface', 'target', 'weight']
     """
     run = Regularization(mesh, options_from(Options, options))
     for record in run:

@@ -83,8 +83,8 @@ class Stages:
 
     def _steps(self) -> Iterator[Step]:
         points = self._frame.start
-        plain = self._frame.valid.all() and self.boundary.band is None and not self._options.lifts
-        plain = plain and not self._options.resizes
+        plain = self._frame.valid.all() and self.boundary.band is None and not self._options.raises_worst
+        plain = plain and not self._options.wants_sizes
         if self._options.energy == "quaternionic" or plain:
             yield from self._minimize(points)
             return
@@ -96,9 +96,9 @@ class Stages:
             whole, (shaping, points, bad) = shaping, self._without(shaping, points, bad)
             yield Step("hold what stays inverted", points)
         self.problem = shaping
-        if bad.any() or self.boundary.band is not None or self._options.resizes:
-            if self._options.of_minimization:
-                self.notes.append(f"without effect on this mesh: {', '.join(self._options.of_minimization)}")
+        if bad.any() or self.boundary.band is not None or self._options.wants_sizes:
+            if self._options.given_for_minimization:
+                self.notes.append(f"without effect on this mesh: {', '.join(self._options.given_for_minimization)}")
             for points, _ in self._shape(shaping, points):
                 yield Step("shape", points)
             self.reason, self.converged = "the energy stalls", True
@@ -107,7 +107,7 @@ class Stages:
                 points = step.points
                 yield step
         good = corner_scaled_jacobian(points, shaping.cells)
-        if self._options.lifts and shaping.free.any() and len(good) and good.min() < _GOOD:
+        if self._options.raises_worst and shaping.free.any() and len(good) and good.min() < _GOOD:
             self.reason, self.converged = "interrupted", False
             for phase, points, _ in (raise_worst if len(good) <= _WHOLE else raise_worst_patches)(shaping, points):
                 yield Step(phase, points)
@@ -119,7 +119,7 @@ class Stages:
         if unfolded is not points:
             points = unfolded
             yield Step("unfold inside", points)
-            for phase, points, _ in raise_worst_patches(shaping, points) if self._options.lifts else ():
+            for phase, points, _ in raise_worst_patches(shaping, points) if self._options.raises_worst else ():
                 yield Step(phase, points)
             for step in self._return(shaping, points):
                 points = step.points
@@ -205,7 +205,7 @@ class Stages:
 
     def _shape(self, shaping: CornerEnergy, points: Field) -> Iterator[tuple[Field, float]]:
         """The whole distortion: a few steps before the lift, or until it is minimal, with other sizes too."""
-        if self._options.lifts and not self._options.resizes:
+        if self._options.raises_worst and not self._options.wants_sizes:
             return islice(projected_newton(shaping, points, Weights(size=VOLUME_WEIGHT)), _FIRST_STEPS)
         return projected_newton(shaping, points, Weights(size=_ALONE), _FINE)
 
@@ -220,8 +220,8 @@ class Stages:
             boundary.constraint.projections(len(frame.start)),
             boundary.band,
             self.wanted / frame.unit**3,
-            _FIRM if self._options.resizes else 1.0,
-            WHOLE_ROUNDING if self._options.lifts and not self._options.resizes else 0.0,
+            _FIRM if self._options.wants_sizes else 1.0,
+            WHOLE_ROUNDING if self._options.raises_worst and not self._options.wants_sizes else 0.0,
         )
 
     def _without(self, shaping: CornerEnergy, points: Field, bad: Mask) -> tuple[CornerEnergy, Field, Mask]:

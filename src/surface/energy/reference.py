@@ -50,7 +50,7 @@ def reference_shapes(reference: Any, points: Floats, cells: Cells) -> tuple[Floa
     if isinstance(reference, str):
         if reference not in REFERENCES:
             names = ", ".join(repr(name) for name in REFERENCES)
-            raise OptionError(f"reference is {names} or an array, not {reference!r}")
+            raise OptionError(f"target must be {names} or an array, not {reference!r}")
         if reference == "equilateral":
             angles = np.full(cells.triangles.shape, np.pi / 3)
             return triangle_from_angles(angles), squares
@@ -58,16 +58,16 @@ def reference_shapes(reference: Any, points: Floats, cells: Cells) -> tuple[Floa
             return triangle_from_angles(flat_angles(cells, len(points))), squares
         reference = points
     if isinstance(reference, tuple) and len(reference) == 2:
-        triangles, quads = (array_of_numbers("reference", part) for part in reference)
+        triangles, quads = (array_of_numbers("target", part) for part in reference)
         if triangles.shape != (len(cells.triangles), 3, 2) or quads.shape != (len(cells.quads), 4, 2):
             raise OptionError(
-                f"reference shapes must be ({len(cells.triangles)}, 3, 2) and ({len(cells.quads)}, 4, 2), "
+                f"target shapes must be ({len(cells.triangles)}, 3, 2) and ({len(cells.quads)}, 4, 2), "
                 f"not {triangles.shape} and {quads.shape}"
             )
     else:
-        given = array_of_numbers("reference", getattr(reference, "points", reference))
+        given = array_of_numbers("target", getattr(reference, "points", reference))
         if given.shape != points.shape:
-            raise OptionError(f"a reference mesh must have points {points.shape}, not {given.shape}")
+            raise OptionError(f"a target mesh must have points {points.shape}, not {given.shape}")
         triangles = triangle_from_angles(cell_angles(given, cells.triangles))
         quads = _unfolded(given, cells.quads)
     _require_area(triangles, "triangles")

@@ -45,10 +45,10 @@ class Flow:
         kept = _listed(conserve)
         unknown = [name for name in kept if not isinstance(name, str) or name not in CONSERVED]
         if unknown:
-            raise OptionError(f"conserve is 'area', 'volume' or both, not {unknown[0]!r}")
+            raise OptionError(f"conserve must be 'area', 'volume' or both, not {unknown[0]!r}")
         parts = _listed(terms)
         if not parts or not all(isinstance(term, Term) for term in parts):
-            raise OptionError("a flow needs at least one term, such as Tension() or Bending()")
+            raise OptionError("terms must be one or more, such as Tension() or Bending()")
         self.mesh, self.terms, self.conserve, self.fixed = mesh, parts, kept, fixed
 
     def __repr__(self) -> str:

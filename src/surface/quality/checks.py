@@ -56,7 +56,7 @@ def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
     """
     mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
     if mask.ndim != 1:
-        raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
+        raise OptionError("fixed must be whole nodes on a surface: one boolean per point")
     return mask
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import first_ids, is_number, options_from
+from hexconformal.common import first_ids, options_from
 
 from ..constraint import detect_features
 from ..energy import Barrier, Distortion, Quaternionic, reference_shapes
@@ -88,12 +88,10 @@ class Remeshing:
 
     def _surface(self) -> RemeshingProblem:
         options, cells, x = self.options, self.mesh.cells, self._start
-        angle, edges = options.features, None
-        if angle is not None and not is_number(angle):
-            angle, edges = None, options.features
+        angle = options.feature_angle if options.feature_edges is None else None
         fixed = held_nodes(self.mesh, options.fixed)
-        features = detect_features(x, cells, angle, edges, fixed | self._held, options.boundary)
-        shapes = reference_shapes(options.reference, x, cells)
+        features = detect_features(x, cells, angle, options.feature_edges, fixed | self._held, options.boundary)
+        shapes = reference_shapes(options.target, x, cells)
         energy: Distortion
         if options.energy == "barrier":
             energy = Barrier(cells, shapes, len(x), *_COUNTED[options.emphasis])
@@ -188,7 +186,7 @@ class Remeshing:
         self._reason, self._converged = "interrupted", False
         outcome, over, first = Outcome(), 0, not self.history
         before = self.history[self._best] if self._best else None
-        for number, at in enumerate(descend(self._core, self.options.tolerance, outcome, self._waiting)):
+        for number, at in enumerate(descend(self._core, self.options.energy_tolerance, outcome, self._waiting)):
             if self.history and number == 0:
                 continue  # the input again
             angles = smallest_angles(at.points, self.mesh.cells)
@@ -202,8 +200,9 @@ class Remeshing:
                 self._points, self._best, self._stayed = at.points, now.iteration, np.flatnonzero(self._held)
             self._spoiled = turned | worth.thinner(angles)
             yield now
-            if now.iteration >= self.options.iterations:
-                self._reason, self._limited = f"reached iterations = {self.options.iterations}", True
+            if now.iteration >= self.options.max_iterations:
+                most = self.options.max_iterations
+                self._reason, self._limited = f"reached max_iterations = {most}", True
                 return
             over += self._core.shape.strict and now.turned > self.history[0].turned
             if over == patience:
@@ -293,8 +292,8 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
     callback
         Called with the record of every iteration.
     **options
-        Fields of :class:`surface.Options`: reference, energy, emphasis, iterations, tolerance, eps, normal, project,
-        hausdorff, features, boundary, fixed.
+        Fields of :class:`surface.Options`: target, energy, emphasis, max_iterations, energy_tolerance, eps, normal,
+        project, hausdorff, feature_angle, feature_edges, boundary, fixed.
 
     Returns
     -------

@@ -75,7 +75,7 @@ def _run(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple
         If the folder cannot be made or written to.
     """
     if size < 2:
-        raise OptionError(f"the demo needs two cells along an edge or more, not {size}")
+        raise OptionError(f"size must be two cells along an edge or more, not {size}")
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,7 @@ def _run(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple
     outputs.check()
     source = folder / "sheared_cube.vtu"
     write(source, HexMesh(*sheared_cube(size)))
-    finished = run_work(Volume(read(source), Options(tolerance=_TOLERANCE)), outputs, progress)
+    finished = run_work(Volume(read(source), Options(gradient_tolerance=_TOLERANCE)), outputs, progress)
     write_text(folder / "report.txt", f"{finished.result.report}\n")
     distance = np.abs(finished.result.points - box((size, size, size))[0]).max()
     lines = [
@@ -107,7 +107,7 @@ def _run(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple
         "  quality.png, history.csv            histograms, a row per iteration",
         "  report.txt, report.json             what became better",
         "The same by hand:",
-        f"  hexconformal regularize {source} regular.vtu --tolerance {_TOLERANCE:g}",
+        f"  hexconformal regularize {source} regular.vtu --gradient-tolerance {_TOLERANCE:g}",
     ]
     return finished, lines
 

@@ -70,7 +70,7 @@ in the folder: run.pvd (frames for ParaView), history.csv, history.png, last.vtu
 
 def _flow(arguments: Namespace) -> int:
     if arguments.every < 1:
-        raise OptionError(f"every is 1 or more, not {arguments.every}")
+        raise OptionError(f"every must be 1 or more, not {arguments.every}")
     stepping = Stepping(
         t_end=arguments.t_end,
         steps=arguments.steps,
@@ -112,7 +112,7 @@ def _made(arguments: Namespace) -> Flow:
         return PWillmore(path, arguments.p, conserve)
     if arguments.flow == "helfrich":
         return Helfrich(path, arguments.kc, arguments.c0, arguments.gamma, conserve)
-    raise OptionError(f"flow is {', '.join(_FLOWS[:-1])} or {_FLOWS[-1]}, not {arguments.flow!r}")
+    raise OptionError(f"flow must be {', '.join(_FLOWS[:-1])} or {_FLOWS[-1]}, not {arguments.flow!r}")
 
 
 def _words(text: str) -> list[str]:
@@ -123,4 +123,4 @@ def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError as problem:
-        raise OptionError(f"outputs are times, not {text!r}") from problem
+        raise OptionError(f"outputs must be times, not {text!r}") from problem

@@ -42,7 +42,7 @@ in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.
         "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
     )
     parser.add_argument(
-        "--reference", default="initial", metavar="initial|current", help="what cells shall look like (default initial)"
+        "--target", default="input", metavar="input|current", help="perfect shape of the cells (default %(default)s)"
     )
     parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
     parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
@@ -54,7 +54,7 @@ in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.
 def _move(arguments: Namespace) -> int:
     """Move a mesh with its boundary."""
     if arguments.every < 1:
-        raise OptionError(f"every is 1 or more, not {arguments.every}")
+        raise OptionError(f"every must be 1 or more, not {arguments.every}")
     boundary = read_boundary(arguments.boundary)
     place = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
     place.prepare(arguments.resume, arguments.overwrite)
@@ -67,7 +67,7 @@ def _move(arguments: Namespace) -> int:
 
         progress.say(f"reading {arguments.input}")
         mesh = mesh_of(arguments)
-        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
+        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator)
         run = MotionRun(motion, boundary)
         stopped = place.follow(run, arguments.resume, arguments.every, tell)
     if not arguments.quiet:

@@ -54,7 +54,7 @@ class Outputs:
     def check(self, source: str | None = None, overwrite: bool = False) -> None:
         """Raise a WriteError or OptionError unless all of them can be written, `source` being the input."""
         if self.every < 1:
-            raise OptionError(f"every is 1 or more, not {self.every}")
+            raise OptionError(f"every must be 1 or more, not {self.every}")
         check_places(self.named(), source, overwrite)
         check_writable(self.mesh, self.extensions)
         if self.frames is not None:
