@@ -68,7 +68,7 @@ def test_a_cell_that_cannot_be_unfolded_is_named_and_the_rest_is_finished():
     # What is left has the sizes of its own cells.
     sized = rest.sizes > 0.0
     assert sized.any()
-    volumes = hc.quality((points[run._frame.nodes], rest.cells)).volume / run._frame.unit**3
+    volumes = hc.quality((points[run._normalized.nodes], rest.cells)).volume / run._normalized.unit**3
     assert rest.sizes[sized] == pytest.approx(volumes[sized], rel=1e-12)
 
 

@@ -339,7 +339,7 @@ def test_a_run_that_was_left_goes_on_where_it_was():
 def test_energies_of_all_phases_are_one_measure():
     points, cells = rough(CURVED["cylinder"])
     result = hc.regularize((points, cells), target="cube")
-    assert {record.phase for record in result.history} >= {"input", "shape", "angles", "stiffen", "worst cells"}
+    assert {record.phase for record in result.history} >= {"input", "distortion", "angles", "stiffen", "worst cells"}
     measure = Distortion(cells, len(points), eps=0.0, quadrature="corners")
     for x, energy in ((points, result.report.energy_before), (result.points, result.report.energy_after)):
         assert energy == pytest.approx(measure.cell_energies(x).sum(), rel=1e-10)

@@ -71,7 +71,7 @@ class _Filter(VTKPythonAlgorithmBase):  # type: ignore[misc]
             target.ShallowCopy(self.worked(source) if source.GetNumberOfCells() else source)
         except Exception as problem:
             target.Initialize()
-            vtkOutputWindow.GetInstance().DisplayErrorText(f"{self.label}: {_told(problem)}\n")
+            vtkOutputWindow.GetInstance().DisplayErrorText(f"{self.label}: {_in_words(problem)}\n")
         # Not 0, for which VTK adds a page of its own, and runs the filter again at every rendering.
         return 1
 
@@ -237,8 +237,8 @@ def _with_report(dataset: Any, report: Any) -> Any:
     return dataset
 
 
-def _told(problem: Exception) -> str:
-    """What went wrong, in words for people who see neither code nor traceback."""
+def _in_words(problem: Exception) -> str:
+    """The problem in words for people who see neither code nor traceback."""
     if isinstance(problem, ImportError):
         python = ".".join(map(str, sys.version_info[:2]))
         return (

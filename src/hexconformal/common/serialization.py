@@ -13,7 +13,7 @@ __all__ = ["Serializable", "json_safe"]
 
 
 class Serializable:
-    """What dataclasses derive from that are written as JSON.
+    """Base of dataclasses that are written as JSON.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What every kind of options checks: names that are known, choices, numbers, yes or no, nodes."""
+"""Validation of options: known names, choices, numbers, booleans, masks of nodes."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ __all__ = [
     "require_numbers",
 ]
 
-Made = TypeVar("Made")
+OptionsType = TypeVar("OptionsType")
 
 
-def options_from(kind: type[Made], given: Mapping[str, Any]) -> Made:
+def options_from(kind: type[OptionsType], given: Mapping[str, Any]) -> OptionsType:
     """Options of a dataclass from keywords; an unknown one is refused with the names that there are.
 
     >>> from hexconformal import Options
@@ -63,7 +63,7 @@ def require_choice(name: str, value: Any, allowed: Sequence[str]) -> None:
 
 
 def is_number(value: Any) -> bool:
-    """Whether it is a real number, of Python or numpy; True and False are none.
+    """True for a real number, of Python or numpy; True and False are none.
 
     >>> is_number(np.float32(0.5)), is_number(True), is_number("1"), is_number(1j)
     (True, False, False, False)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, odd_points
+from ..common import MeshError, unusable_points
 from ..mesh import HexMesh
 from .formats.vtk_file_checks import require_cells
 from .selection import Selection, SourceFile, fill_cells, select, straightened
@@ -137,7 +137,7 @@ def triangles(dataset: Any) -> Any:
     if len(faces) == 0:
         raise MeshError("there are no faces")
     points = np.array(joined.points, dtype=np.float64)
-    bad, text = odd_points(points)
+    bad, text = unusable_points(points)
     if len(bad):
         raise MeshError(text)
     return pv.PolyData.from_regular_faces(points, faces)

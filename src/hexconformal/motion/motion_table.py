@@ -1,4 +1,4 @@
-"""The table that says where the boundary of a motion goes."""
+"""Reader of the table of boundary displacements of a motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["BoundaryMotion", "read_boundary"]
 
 @dataclass(frozen=True)
 class BoundaryMotion:
-    """Where nodes (k,) of the boundary go: at times (t,) above 0, displacements (t, k, 3) from the initial place."""
+    """Motion of boundary nodes (k,): at times (t,) above 0, displacements (t, k, 3) from the initial place."""
 
     nodes: NDArray[np.int64]
     times: NDArray[np.float64]

@@ -11,18 +11,18 @@ from ..elements import all_valid, cell_volumes, edge_lengths, is_valid
 from ..energy import Distortion, inverse_targets, normalized_target
 from ..mesh import NormalizedMesh
 from ..solver import MINIMIZERS, Constraint, Iterate, LaplacePreconditioner, Problem, start
+from .iteration import Iteration
 from .options import Options
-from .step import Step
 
 __all__ = ["Minimization"]
 
 Field = NDArray[np.float64]
 
 _HANDOVER = 60  # iterations of L-BFGS after which Newton takes over
-_TIGHT = 1e-6  # relative gradient below which Newton is the better choice
-_FLOOR = 1e-13  # gradient per node that is rounding, edges being 1
+_NEWTON_GRADIENT = 1e-6  # relative gradient below which Newton is the better choice
+_ROUNDING = 1e-13  # gradient per node that is rounding, edges being 1
 _STALL = 3e-3  # relative decrease of the energy; two iterations below it are a stall
-_THIN = 0.05  # smallest volume, relative to the cube of the edges, that the metric believes in
+_LEAST_VOLUME = 0.05  # smallest volume, relative to the cube of the edges, that the stiffness takes as it is
 
 
 class Minimization:
@@ -30,7 +30,7 @@ class Minimization:
 
     Parameters
     ----------
-    frame
+    normalized
         The mesh.
     constraint
         Where nodes may go.
@@ -44,26 +44,27 @@ class Minimization:
     reason
         Why it stopped, in words.
     converged
-        Whether the tolerance was reached.
+        True where the tolerance was reached.
     """
 
-    def __init__(self, frame: NormalizedMesh, constraint: Constraint, options: Options, points: Field) -> None:
+    def __init__(self, normalized: NormalizedMesh, constraint: Constraint, options: Options, points: Field) -> None:
         self.reason, self.converged = "interrupted", False
-        self._frame, self._constraint, self._options = frame, constraint, options
+        self._normalized, self._constraint, self._options = normalized, constraint, options
         self._start = points
-        self._valid = is_valid(points, frame.cells)
+        self._valid = is_valid(points, normalized.cells)
         self._energy = self._distortion()
 
     def energy(self, points: Field) -> float:
         """The energy at some points; infinite where a corner is folded and the energy is a barrier."""
         return float(self._energy.cell_energies(points).sum())
 
-    def __iter__(self) -> Iterator[Step]:
-        metric = LaplacePreconditioner(self._energy.laplacian(self._stiffness()), self._constraint, self._frame.used)
-        problem = Problem(self._energy, self._constraint.project, metric, self._acceptable)
+    def __iter__(self) -> Iterator[Iteration]:
+        laplacian, used = self._energy.laplacian(self._stiffness()), self._normalized.used
+        preconditioner = LaplacePreconditioner(laplacian, self._constraint, used)
+        problem = Problem(self._energy, self._constraint.project, preconditioner, self._acceptable)
         at = start(problem, self._start)
         first, slow = at.norm, 0
-        if self._small(at, first):
+        if self._is_stationary(at, first):
             return
         phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
         for phase in phases:
@@ -72,22 +73,22 @@ class Minimization:
                     break
                 slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0
                 at = following
-                yield Step(phase, at.points, at.energy, at.norm / first, at.step)
-                if self._small(at, first):
+                yield Iteration(phase, at.points, at.energy, at.norm / first, at.step)
+                if self._is_stationary(at, first):
                     return
                 if self._options.raises_worst and slow == 2:
                     self.reason = "the energy stalls"
                     return
-                if phase != phases[-1] and (taken == _HANDOVER or at.norm <= _TIGHT * first):
+                if phase != phases[-1] and (taken == _HANDOVER or at.norm <= _NEWTON_GRADIENT * first):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
 
-    def _small(self, at: Iterate, first: float) -> bool:
-        """Whether the gradient is small enough."""
+    def _is_stationary(self, at: Iterate, first: float) -> bool:
+        """True where the gradient is small enough."""
         norm, tolerance = at.norm, self._options.gradient_tolerance
         if norm <= tolerance * first:
             self.reason = f"gradient fell below {tolerance:g} of its start"
-        elif norm <= _FLOOR * np.sqrt(len(at.points)):
+        elif norm <= _ROUNDING * np.sqrt(len(at.points)):
             self.reason = "gradient is at the level of rounding"
         else:
             return False
@@ -95,24 +96,23 @@ class Minimization:
         return True
 
     def _distortion(self) -> Distortion:
-        frame, options, scales = self._frame, self._options, None
+        normalized, options, scales = self._normalized, self._options, None
         if options.weight == "volume":
-            volumes = np.abs(cell_volumes(frame.start, frame.cells))
+            volumes = np.abs(cell_volumes(normalized.start, normalized.cells))
             scales = volumes / volumes.mean()
-        inverses = inverse_targets(
-            normalized_target(options.target, frame), frame.start, frame.cells, options.quadrature_rule, frame.order
-        )
+        target, rule = normalized_target(options.target, normalized), options.quadrature_rule
+        inverses = inverse_targets(target, normalized.start, normalized.cells, rule, normalized.order)
         eps = None if options.energy == "quaternionic" else 0.0
-        return Distortion(frame.cells, len(frame.start), scales, inverses, eps, options.quadrature_rule)
+        return Distortion(normalized.cells, len(normalized.start), scales, inverses, eps, rule)
 
     def _stiffness(self) -> Field | None:
-        """How stiff each cell is: the Hessian of E / det^(2/3) goes with det^(-2/3)."""
+        """Stiffness of each cell: the Hessian of E / det^(2/3) goes with det^(-2/3)."""
         if self._options.energy == "quaternionic":
             return None
-        cells = self._frame.cells
+        cells = self._normalized.cells
         size = (edge_lengths(self._start, cells) ** 2).mean(axis=1) ** 1.5
-        return np.maximum(cell_volumes(self._start, cells), _THIN * size) ** (-2.0 / 3.0)
+        return np.maximum(cell_volumes(self._start, cells), _LEAST_VOLUME * size) ** (-2.0 / 3.0)
 
     def _acceptable(self, points: Field) -> bool:
-        """Valid cells stay valid."""
-        return all_valid(points, self._frame.cells, None if self._valid.all() else np.flatnonzero(self._valid))
+        """True where the valid cells are valid still."""
+        return all_valid(points, self._normalized.cells, None if self._valid.all() else np.flatnonzero(self._valid))

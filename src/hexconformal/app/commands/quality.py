@@ -8,7 +8,7 @@ from typing import Any
 
 import surface
 
-from ...common import MeshError, OptionError, ReadError, check_writable, odd_points, write_text
+from ...common import MeshError, OptionError, ReadError, check_writable, unusable_points, write_text
 from ...io import READ_EXTENSIONS
 from ..progress import Progress
 from .arguments import STDOUT, add_input, add_overwrite, command, mesh_of, tell_lost
@@ -53,7 +53,7 @@ def _quality(arguments: Namespace) -> int:
     with Progress() as progress:
         progress.say(f"measuring {arguments.input}")
         kind, mesh = any_mesh(arguments)
-        odd, text = odd_points(mesh.points)
+        odd, text = unusable_points(mesh.points)
         if len(odd):
             raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:
