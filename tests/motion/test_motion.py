@@ -175,7 +175,7 @@ def test_a_boundary_that_makes_cells_impossible_is_refused():
     [
         ({"moving": []}, "nothing moves"),
         ({"moving": [0, 0]}, "every node once"),
-        ({"moving": [99]}, r"ids in 0\.\.26, not 1 .ids 99."),
+        ({"moving": [99]}, r"ids in 0\.\.26; outside: 1 .ids 99."),
         ({"moving": [0], "target": "none"}, "'input' or 'current'"),
         ({"moving": [0], "operator": "magic"}, "not 'magic'"),
         ({"moving": [0], "energy_tolerance": 2}, "tolerance"),

@@ -141,11 +141,11 @@ def test_what_the_band_has_no_room_for_is_approached():
     points, cells = generate.ball(4, 2)
     quads = boundary_quads(cells)[0]
     bound = 0.01
-    band = DistanceBarrier(SurfaceLocator(points, quads), bound)
-    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), band)
+    barrier = DistanceBarrier(SurfaceLocator(points, quads), bound)
+    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), barrier)
     before = enclosed_volume(points, quads)
     swollen = restore_volume(problem, points, quads, 1.2 * before)
-    assert band.excess(swollen) <= 1.0
+    assert barrier.excess(swollen) <= 1.0
     assert hc.quality((swollen, cells)).valid.all()
     # All of the surface has gone outwards by half the bound at least.
     assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi

@@ -178,7 +178,7 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
         raise OptionError(f"{name} must be booleans or ids, not zeros and ones: pass them as booleans")
     bad = array[(array < 0) | (array >= count)]
     if len(bad):
-        raise OptionError(f"{name} must be ids in 0..{count - 1}, not {first_ids(bad)}")
+        raise OptionError(f"{name} must be ids in 0..{count - 1}; outside: {first_ids(bad)}")
     mask = np.zeros(count, dtype=bool)
     mask[array] = True
     return mask

@@ -65,10 +65,8 @@ def _improved(patch: CornerEnergy, points: Field) -> Field:
             missing = np.maximum(floor - jacobians[~folded], 0.0)
             lost = np.maximum(corners - jacobians[~folded], 0.0)
             slopes = np.empty_like(jacobians)
-            slopes[folded], slopes[~folded] = (
-                -shares / shares.sum(),
-                -2.0 * (_FLOOR_WEIGHT * missing + _LOSS_WEIGHT * lost),
-            )
+            slopes[folded] = -shares / shares.sum()
+            slopes[~folded] = -2.0 * (_FLOOR_WEIGHT * missing + _LOSS_WEIGHT * lost)
             forces = np.zeros_like(points)
             pulls = slopes[..., None, None] * derivatives
             np.add.at(forces, patch.cells[:, CORNER_NEIGHBOURS], pulls)

@@ -61,7 +61,7 @@ class Result:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """Points in the user's frame, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
+    """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
 
     points: Field
     reason: str
@@ -124,7 +124,7 @@ class Regularization:
 
     @property
     def points(self) -> Field:
-        """The best points so far, in the user's frame; what did not move is bit-identical to the input."""
+        """The best points so far, in the user's unit and order; what did not move is bit-identical to the input."""
         return self._normalized.to_user(self._points)
 
     def __iter__(self) -> Iterator[Record]:
