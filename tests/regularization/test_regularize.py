@@ -402,7 +402,7 @@ def test_a_limit_on_iterations_is_a_result_with_a_reason():
         ({"hausdorff": float("nan")}, r"in \[0, 1\), not nan"),
         ({"hausdorff": 1.0}, r"in \[0, 1\), not 1.0"),
         ({"features": "hard"}, "features must be 'auto', 'keep' or 'soft'"),
-        ({"max_iterations": -1}, "max_iterations must not be negative"),
+        ({"max_iterations": -1}, "max_iterations must be 0 or more"),
         ({"method": "majorize"}, "must go with energy='quaternionic'"),
         ({"boundary": "free", "energy": "quaternionic"}, "shrinks the mesh to a point"),
         ({"emphasis": "worst", "energy": "quaternionic"}, "blind to orientation"),

@@ -99,7 +99,7 @@ def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> N
         if not isinstance(value, Integral) or isinstance(value, bool):
             raise OptionError(f"{name} must be a whole number, not {shortened(value)}")
         if value < 0:
-            raise OptionError(f"{name} must not be negative, not {value!r}")
+            raise OptionError(f"{name} must be 0 or more, not {value!r}")
 
 
 def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> None:

@@ -398,7 +398,7 @@ def test_curvature_stays_finite_where_triangles_are_obtuse():
         (lambda m: evolve(Willmore(m), speed=3), "unknown option 'speed'"),
         (lambda m: Stepping(steps=1, outputs=(0.2, 0.1)), "times that grow"),
         (lambda m: Stepping(steps=1, remesh_below=120), "remesh_below"),
-        (lambda m: Stepping(steps=-1), "steps must not be negative, not -1"),
+        (lambda m: Stepping(steps=-1), "steps must be 0 or more, not -1"),
         (lambda m: Stepping(steps=1, growth=0.9), r"growth must be at least 1, not 0\.9"),
         (lambda m: Stepping(steps=1, stall=1.0), r"stall must lie in \[0, 1\), not 1\.0"),
         (lambda m: Stepping(steps=1, remesh=-2), "remesh must be a boolean, or every how many steps, not -2"),

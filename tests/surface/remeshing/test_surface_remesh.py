@@ -374,7 +374,7 @@ def test_numbers_are_no_text():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"max_iterations": -1}, "max_iterations must not be negative, not -1"),
+        ({"max_iterations": -1}, "max_iterations must be 0 or more, not -1"),
         ({"energy_tolerance": 1.0}, r"energy_tolerance must lie in \[0, 1\), not 1\.0"),
         ({"feature_angle": 180}, "feature_angle must lie in .0, 180. degrees, not 180"),
         ({"feature_angle": "sharp"}, "feature_angle must be a number, not 'sharp'"),

@@ -46,7 +46,7 @@ def add_quality(added: Any) -> None:
 def _quality(arguments: Namespace) -> int:
     """Measure a mesh, or a surface where there are no hexahedra."""
     if arguments.worst < 0:
-        raise OptionError(f"worst must not be negative, not {arguments.worst}")
+        raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
     check_places([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
     check_pictures(arguments.plot, arguments.picture)
