@@ -24,11 +24,11 @@ from machine import described
 from matplotlib.figure import Figure
 
 import surface
-from surface.constraint.features import detect_features
-from surface.constraint.saddle_point import displacement
+from surface.constraint.features import find_features
+from surface.constraint.saddle_point import constraint_normals, displacement
 from surface.energy.distortion_energy import Quaternionic
-from surface.energy.reference import reference_shapes
-from surface.mesh.geometry import enclosed_volume, mean_edge_length, nodal_areas, transport_vectors, unit_vectors
+from surface.energy.target import target_shapes
+from surface.mesh.geometry import enclosed_volume, mean_edge_length, nodal_areas, unit_vectors
 
 ROOT = Path(__file__).resolve().parents[1]
 EPS = 10.0 ** np.arange(-10, 3)
@@ -145,9 +145,9 @@ def measured(subject: Subject, eps: float) -> dict[str, float]:
 def full_step(mesh: surface.SurfaceMesh, eps: float, h: float) -> dict[str, float]:
     """Root mean square over the surface of one step along the middle normal, and of the whole step, in h."""
     points, cells = mesh.points / h, mesh.cells
-    energy = Quaternionic(cells, reference_shapes("equilateral", points, cells), len(points))
-    v, _ = displacement(energy, points, cells, detect_features(points, cells, None), eps, NORMAL)
-    normals = unit_vectors(transport_vectors(points, points + v, cells, NORMAL))
+    energy = Quaternionic(cells, target_shapes("equilateral", points, cells), len(points))
+    v, _ = displacement(energy, points, cells, find_features(points, cells, None), eps, NORMAL)
+    normals = unit_vectors(constraint_normals(points, points + v, cells, NORMAL))
     masses = nodal_areas(points, cells) / nodal_areas(points, cells).sum()
     along = (v * normals).sum(axis=1)
     return {

@@ -22,7 +22,7 @@ from scipy.spatial import ConvexHull
 
 import surface
 from surface.flow import Evolution, Flow, MeanCurvature, Stepping, Willmore
-from surface.mesh.geometry import Cells, Floats, area_vectors, nodal_vectors, unit_vectors
+from surface.mesh.geometry import Cells, Floats, area_vectors, nodal_area_vectors, unit_vectors
 
 FLOWS: dict[str, type[Flow]] = {"willmore": Willmore, "mean-curvature": MeanCurvature}
 HEADER = (
@@ -63,7 +63,7 @@ MADE = {"potato": potato, "sheared torus": sheared_torus}
 
 def upside_down(points: Floats, cells: Cells) -> int:
     """Number of cells whose normal points against the sum of those at its nodes."""
-    normals = unit_vectors(nodal_vectors(points, cells))
+    normals = unit_vectors(nodal_area_vectors(points, cells))
     around = np.concatenate([normals[table].sum(axis=1) for table in (cells.triangles, cells.quads)])
     return int(((area_vectors(points, cells) * around).sum(axis=1) <= 0).sum())
 

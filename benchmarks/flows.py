@@ -21,7 +21,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from surface.flow import MeanCurvature, evolve
-from surface.mesh.geometry import Cells, Floats, cell_areas, enclosed_volume, nodal_areas, nodal_vectors
+from surface.mesh.geometry import Cells, Floats, cell_areas, enclosed_volume, nodal_area_vectors, nodal_areas
 from surface.quality.assessment import smallest_angles
 
 HEADER = "| surface | flow | method | min angle on the way | min / mean angle at the end | area | volume | CPU s |"
@@ -62,7 +62,7 @@ def tangential(points: Floats, triangles: np.ndarray, tau: float, steps: int, vo
     mean = 0.0
     for _ in range(steps):
         masses = nodal_areas(points, cells)
-        w = nodal_vectors(points, cells)  # masses times normals
+        w = nodal_area_vectors(points, cells)  # masses times normals
         x = points[triangles]
         edges = [x[:, (i + 2) % 3] - x[:, (i + 1) % 3] for i in range(3)]
         area = np.linalg.norm(np.cross(edges[0], edges[1]), axis=1) / 2

@@ -41,7 +41,7 @@ from peers import PEERS, available
 
 import hexconformal as hc
 from hexconformal.geometry import hausdorff
-from hexconformal.io.read_write import READ_EXTENSIONS
+from hexconformal.io import READ_EXTENSIONS
 from hexconformal.mesh.topology import boundary_quads
 
 LEAST = 0.005  # share of the diagonal that a matched surface may move in any case

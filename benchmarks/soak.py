@@ -27,7 +27,7 @@ import surface
 from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, jittered, twisted_cube
 from hexconformal.geometry.closest_point import SurfaceLocator
-from hexconformal.io.pyvista_mesh import plain_pyvista
+from hexconformal.io.pyvista_mesh import grid_from_arrays
 from hexconformal.mesh.topology import boundary_quads
 from surface.mesh.geometry import Cells, area_vectors
 from surface.quality.assessment import smallest_angles
@@ -111,7 +111,7 @@ def judge_hexahedra(case: Case, rng: np.random.Generator) -> list[str]:
     mesh = mesh.replaced(
         point_data={"kept": rng.random(len(case.points))}, cell_data={"kept": rng.integers(9, size=len(case.cells))}
     )
-    grid = plain_pyvista(mesh)
+    grid = grid_from_arrays(mesh)
     sent = grid.copy(deep=True)
     result = _left(hc.Regularization(grid, hc.Options(**case.options)), case.leave)
     again = _left(hc.Regularization(grid, hc.Options(**case.options)), case.leave)

@@ -1,10 +1,24 @@
-"""Small hexahedral meshes that tests work on."""
+"""Small hexahedral meshes, and a cell, that tests work on."""
 
 import meshio
 import numpy as np
 import pyvista as pv
 
 from hexconformal.elements import CORNERS
+
+# All corners, Gauss points and the 27 lattice points are positive, yet det J is negative inside.
+INVALID_INSIDE = np.array(
+    [
+        [0.453, 0.234, -0.698],
+        [1.711, 0.42, 0.308],
+        [0.585, 1.63, 0.519],
+        [-0.611, 1.154, 0.528],
+        [-0.452, 0.014, 1.021],
+        [0.565, 0.229, 1.464],
+        [0.71, 1.419, 0.628],
+        [0.459, 1.749, 1.71],
+    ]
+)
 
 
 def block(k):

@@ -103,7 +103,7 @@ def test_the_filters_run_in_pvpython(libraries, tmp_path):
     assert set(told["points"]) == {"moved_by"}
     assert "1080 cells, 5 iterations" in told["report"][0]
     assert told["left after an error"] == 0
-    assert "Regularize Hexahedra: target is 'auto', 'cube', 'input' or 'a:b:c', not 'nonsense'" in ran.stderr
+    assert "Regularize Hexahedra: target must be 'auto', 'cube', 'input' or 'a:b:c', not 'nonsense'" in ran.stderr
     assert "Traceback" not in ran.stderr
     assert set(told["surface"]) == {"min_angle", "min_angle_change", "Normals"}
     assert told["block"] == pytest.approx([measured.volume.min(), measured.volume.max()])

@@ -14,7 +14,7 @@ from surface_shapes import grid, icosphere, mixed_sphere, quad_cube, quad_sphere
 
 import surface
 from hexconformal.app.cli import parser
-from hexconformal.app.commands.surface_kind import SURFACES
+from hexconformal.app.commands.kinds import SURFACES
 from hexconformal.generate import box
 from surface.quality.assessment import MEASURES
 
@@ -226,7 +226,7 @@ def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, mo
             raise WriteError("cannot write better.ply: no space left on device")
         return surface.write(path, mesh)
 
-    monkeypatch.setattr("hexconformal.app.commands.remesh._Remesh.kind", replace(SURFACES, write=full))
+    monkeypatch.setattr("hexconformal.app.commands.remesh.RemeshJob.kind", replace(SURFACES, write=full))
     monkeypatch.setattr("tempfile.tempdir", str(here))
     assert run("remesh ball.ply better.ply --max-iterations 1") == 1
     said = error_line(capsys)

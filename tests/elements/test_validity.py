@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from hex_meshes import INVALID_INSIDE
 from scipy.optimize import minimize
 
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
@@ -10,19 +11,6 @@ from hexconformal.elements.validity import all_valid, bernstein_coefficients, is
 from hexconformal.generate import box
 
 ONE = np.arange(8)[None]
-# All corners, Gauss points and the 27 lattice points are positive, yet det J is negative inside.
-HIDDEN = np.array(
-    [
-        [0.453, 0.234, -0.698],
-        [1.711, 0.42, 0.308],
-        [0.585, 1.63, 0.519],
-        [-0.611, 1.154, 0.528],
-        [-0.452, 0.014, 1.021],
-        [0.565, 0.229, 1.464],
-        [0.71, 1.419, 0.628],
-        [0.459, 1.749, 1.71],
-    ]
-)
 
 
 def lattice(k):
@@ -60,17 +48,17 @@ def test_compiled_bounds_agree_with_the_readable_ones():
 
 
 def test_a_cell_negative_only_between_all_usual_points_is_invalid():
-    x = HIDDEN[None]
-    assert corner_scaled_jacobian(HIDDEN, ONE)[0] == pytest.approx(0.4075, abs=1e-4)
+    x = INVALID_INSIDE[None]
+    assert corner_scaled_jacobian(INVALID_INSIDE, ONE)[0] == pytest.approx(0.4075, abs=1e-4)
     assert det(x, gauss_rule()[0]).min() > 0
     assert det(x, lattice(3)).min() == pytest.approx(0.073, abs=1e-3)
     assert det(x, lattice(41)).min() == pytest.approx(-0.042, abs=1e-3)
     assert bernstein_coefficients(x).min() == pytest.approx(-0.7770163390, abs=1e-10)
-    lower, upper = minimum_jacobian(HIDDEN, ONE)
+    lower, upper = minimum_jacobian(INVALID_INSIDE, ONE)
     assert lower[0] <= det(x, lattice(41)).min()
     assert upper[0] < 0
-    assert not is_valid(HIDDEN, ONE)[0]
-    assert not all_valid(HIDDEN, ONE)
+    assert not is_valid(INVALID_INSIDE, ONE)[0]
+    assert not all_valid(INVALID_INSIDE, ONE)
 
 
 @pytest.mark.parametrize(("count", "k"), [(2000, 9), (8, 41)])
@@ -99,7 +87,7 @@ def test_rates_of_cells_that_usual_tests_accept_wrongly():
 
 def test_the_verdict_changes_where_the_minimum_passes_zero():
     def blend(t):
-        return (1 - t) * CORNERS + t * HIDDEN
+        return (1 - t) * CORNERS + t * INVALID_INSIDE
 
     low, high = 0.0, 1.0
     for _ in range(50):  # ends on the last cell that is proved valid

@@ -9,18 +9,18 @@ from hexconformal.elements.cell_measures import corner_scaled_jacobian
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS, CORNERS
 from hexconformal.elements.lengths_volumes import cell_volumes
 from hexconformal.elements.validity import is_valid
-from hexconformal.energy.block_matrix import BlockMatrix, cell_places
+from hexconformal.energy.block_matrix import BlockMatrix, block_places
 from hexconformal.energy.corner_energy import CornerEnergy, Weights
 from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.kernel.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
-from hexconformal.mesh.topology import boundary_quads, rings
+from hexconformal.mesh.topology import boundary_quads, node_rings
 from hexconformal.regularization.untangle import _unfold_patches, folded_cells, harmonic, pull_back, untangle
 from hexconformal.regularization.untangle_interior import untangle_interior
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches
 from hexconformal.solver.projected_newton import newton_step, projected_newton
 
 CUBES = np.empty((0, 1, 3, 3))
-EMPHASES = [Weights(), Weights(eps=0.1), Weights(0.05, 1.0), Weights(0.05, 1.0, 0.05)]
+WEIGHTS = [Weights(), Weights(eps=0.1), Weights(0.05, 1.0), Weights(0.05, 1.0, 0.05)]
 
 
 def jittered_box(n=4, amount=0.25, seed=1):
@@ -52,26 +52,26 @@ TARGETS = {
 
 
 @pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("emphasis", EMPHASES)
-def test_gradient_agrees_with_differences_to_second_order(emphasis, target):
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_gradient_agrees_with_differences_to_second_order(weights, target):
     points, cells = jittered_box()
     problem = CornerEnergy(cells, TARGETS[target], everywhere(points))
-    _, gradient, _ = problem.value_gradient_hessian(points, emphasis)
+    _, gradient, _ = problem.value_gradient_hessian(points, weights)
     direction = np.random.default_rng(0).normal(size=points.shape)
     slope = np.einsum("ij,ij->", gradient, direction)
     errors = []
     for step in (4e-4, 2e-4):
-        ahead, behind = (problem.value(points + s * step * direction, emphasis) for s in (1, -1))
+        ahead, behind = (problem.value(points + s * step * direction, weights) for s in (1, -1))
         errors.append(abs((ahead - behind) / (2 * step) - slope))
     assert errors[1] < 1e-4 * abs(slope) + 1e-6
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
 
 
 @pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("emphasis", EMPHASES)
-def test_hessian_is_symmetric_positive_semidefinite(emphasis, target):
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_hessian_is_symmetric_positive_semidefinite(weights, target):
     points, cells = jittered_box(3, 0.35)
-    _, _, matrix = CornerEnergy(cells, TARGETS[target], everywhere(points)).value_gradient_hessian(points, emphasis)
+    _, _, matrix = CornerEnergy(cells, TARGETS[target], everywhere(points)).value_gradient_hessian(points, weights)
     full = dense(matrix)
     assert np.abs(full - full.T).max() < 1e-12 * np.abs(full).max()
     values = np.linalg.eigvalsh(full)
@@ -105,10 +105,10 @@ def convex_second(f, d, constant):
 
 
 @pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("emphasis", [emphasis for emphasis in EMPHASES if emphasis.eps == 0.0])
-def test_hessian_is_the_convex_part_corner_by_corner(emphasis, target):
+@pytest.mark.parametrize("weights", [weights for weights in WEIGHTS if weights.eps == 0.0])
+def test_hessian_is_the_convex_part_corner_by_corner(weights, target):
     points, cells = jittered_box(1, 0.3)
-    _, _, matrix = CornerEnergy(cells, TARGETS[target], everywhere(points)).value_gradient_hessian(points, emphasis)
+    _, _, matrix = CornerEnergy(cells, TARGETS[target], everywhere(points)).value_gradient_hessian(points, weights)
     direction = np.random.default_rng(2).normal(size=points.shape)
     inverse = TARGETS[target][0, 0] if len(TARGETS[target]) else np.eye(3)
     expected = 0.0
@@ -120,14 +120,14 @@ def test_hessian_is_the_convex_part_corner_by_corner(emphasis, target):
         node, ends = cells[0, q], cells[0, along]
         f = inverse.T @ (signs[:, None] * (points[ends] - points[node]))
         d = inverse.T @ (signs[:, None] * (direction[ends] - direction[node]))
-        expected += emphasis.shape * convex_second(f, d, 0.0)[0]
+        expected += weights.distortion * convex_second(f, d, 0.0)[0]
         lengths = np.linalg.norm(f, axis=1, keepdims=True)
         u = f / lengths
         turn = (d - (d * u).sum(axis=1, keepdims=True) * u) / lengths
         second, first, value = convex_second(u, turn, 8.0)
-        room = 1.0 - emphasis.stiffness * value
-        slope = emphasis.angle / room**2
-        expected += slope * second + 2.0 * emphasis.stiffness * slope / room * first**2
+        room = 1.0 - weights.stiffness * value
+        slope = weights.angle / room**2
+        expected += slope * second + 2.0 * weights.stiffness * slope / room * first**2
     assert direction.ravel() @ dense(matrix) @ direction.ravel() == pytest.approx(expected, rel=1e-12)
 
 
@@ -147,7 +147,7 @@ def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
     assert max(ratios) < 3.0
 
 
-def test_the_shape_part_is_the_barrier_energy_at_the_corners():
+def test_the_distortion_part_is_the_barrier_energy_at_the_corners():
     points, cells = jittered_box()
     value = CornerEnergy(cells, CUBES, everywhere(points)).value(points, Weights())
     same = Distortion(cells, len(points), eps=0.0, quadrature="corners").value_gradient(points)[0]
@@ -202,7 +202,7 @@ def test_newton_converges_to_the_perfect_mesh():
 def test_a_patch_sees_the_energy_of_its_own_cells_and_moves_its_own_nodes_only():
     points, cells = jittered_box(6)
     problem = CornerEnergy(cells, CUBES, everywhere(points))
-    core = rings(cells, len(points), np.arange(len(cells)) == 100, 0)
+    core = node_rings(cells, len(points), np.arange(len(cells)) == 100, 0)
     patch, nodes = problem.restricted(core, points)
     around = core[cells].any(axis=1)
     whole = CornerEnergy(cells[around], CUBES, everywhere(points)).value(points, Weights())
@@ -210,30 +210,30 @@ def test_a_patch_sees_the_energy_of_its_own_cells_and_moves_its_own_nodes_only()
     assert np.array_equal(nodes[patch.free], np.flatnonzero(core))
 
 
-def test_a_step_with_a_grain_forgets_rounding_in_its_input_and_stays_admissible():
+def test_a_rounded_step_forgets_rounding_in_its_input_and_stays_admissible():
     points, cells = generate.jittered(*generate.box((3, 3, 3)), 0.3, seed=3)
     noise = 1e-13 * np.random.default_rng(0).normal(size=points.shape)
     slanted = np.array([0.6, 0.0, 0.8])
     projectors = np.tile(np.eye(3), (len(points), 1, 1))
     projectors[::5] -= np.outer(slanted, slanted)
-    emphasis, moved = Weights(), {}
-    for grain in (0.0, 2.0**-10):
-        problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), projectors, rounding=grain)
-        moved[grain] = [
-            newton_step(problem, x, emphasis, 1e-5, lambda _: True)[0] - x for x in (points, points + noise)
+    weights, moved = Weights(), {}
+    for rounding in (0.0, 2.0**-10):
+        problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), projectors, rounding=rounding)
+        moved[rounding] = [
+            newton_step(problem, x, weights, 1e-5, lambda _: True)[0] - x for x in (points, points + noise)
         ]
-        assert np.abs(moved[grain][0][::5] @ slanted).max() < 1e-15
-    differences = {grain: np.abs(one - other)[1::5].max() for grain, (one, other) in moved.items()}
+        assert np.abs(moved[rounding][0][::5] @ slanted).max() < 1e-15
+    differences = {rounding: np.abs(one - other)[1::5].max() for rounding, (one, other) in moved.items()}
     assert differences[2.0**-10] < 1e-15 < 1e-13 < differences[0.0]
-    # Half the grain of an edge of a third is what it costs.
+    # Half the rounding, of an edge of a third is what it costs.
     assert np.abs(moved[0.0][0] - moved[2.0**-10][0]).max() < 2.0**-11 / 3
 
 
-SIZES = Weights(0.0, size=1.0)
+SIZES = Weights(0.0, volume=1.0)
 
 
 def sized(points, cells, sizes):
-    return CornerEnergy(cells, CUBES, everywhere(points), sizes=sizes)
+    return CornerEnergy(cells, CUBES, everywhere(points), target_volumes=sizes)
 
 
 def test_cells_pay_for_volume_as_the_formula_says_and_not_without_a_size():
@@ -285,7 +285,7 @@ def test_a_patch_has_the_sizes_of_its_cells():
     points, cells = jittered_box(6)
     wanted = np.random.default_rng(3).uniform(0.2, 3.0, len(cells))
     problem = sized(points, cells, wanted)
-    core = rings(cells, len(points), np.arange(len(cells)) == 100, 0)
+    core = node_rings(cells, len(points), np.arange(len(cells)) == 100, 0)
     patch, nodes = problem.restricted(core, points)
     around = core[cells].any(axis=1)
     expected = sized(points, cells[around], wanted[around]).value(points, SIZES)
@@ -314,7 +314,7 @@ def test_matrices_leave_out_what_is_held():
     matrix = BlockMatrix.of_cells(cells, free)
     assert matrix.indptr[-1] == len(matrix.indices) == 8 + 12 + 12  # nodes, edges, diagonals of faces of one cell
     assert (np.diff(matrix.indptr)[~free] == 0).all()
-    assert (cell_places(cells, free, matrix) >= 0).sum() == 8 * 8 + 12 * 4 + 12 * 2
+    assert (block_places(cells, free, matrix) >= 0).sum() == 8 * 8 + 12 * 4 + 12 * 2
 
 
 def test_untangling_unfolds_every_cell():
@@ -371,7 +371,7 @@ class Wall:
     def __init__(self, node, place):
         self.node, self.place = node, place
 
-    def excess(self, points):
+    def relative_distance(self, points):
         return 2.0 * np.linalg.norm(points[self.node] - self.place)
 
     def restricted(self, nodes, moving, points):

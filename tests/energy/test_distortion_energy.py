@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hexconformal.common.errors import OptionError
-from hexconformal.elements.hexahedron import RULES, shape_gradients
+from hexconformal.elements.hexahedron import QUADRATURE_RULES, shape_gradients
 from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.generate import box
 from hexconformal.kernel import threads
@@ -47,7 +47,7 @@ def orders(value, derivative, steps=(2e-3, 1e-3)):
 def test_energies_against_numpy(mesh, rng, kind, eps, quadrature):
     points, cells = mesh
     scales, inverses = rng.uniform(0.5, 2, len(cells)), targets(kind, len(cells), rng)
-    xi, weights = RULES[quadrature]()
+    xi, weights = QUADRATURE_RULES[quadrature]()
     j = np.einsum("qai,mak->mqki", shape_gradients(xi), points[cells])
     if inverses is not None:
         j = j @ inverses

@@ -1,4 +1,4 @@
-"""Generated meshes: sound connectivity, the promised shape, every cell valid."""
+"""Generated meshes are manifolds of the promised shape with valid cells."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def test_every_mesh_is_valid_and_hangs_together(name):
     assert len(np.unique(points.round(12), axis=0)) == len(points)
     table = face_table(cells)
     assert table.uses.max() == 2
-    assert (table.turn[table.uses == 2] == 1).all()
+    assert (table.orientation[table.uses == 2] == 1).all()
     # A ball: Euler characteristic of its closed surface.
     quads, _ = boundary_quads(cells)
     assert len(np.unique(quads)) - len(quads) == 2

@@ -110,10 +110,12 @@ def test_walk_finds_the_closest_point_nearby():
     surface = SurfaceLocator(points, quads)
     of = np.arange(len(quads))
     places = points[quads].mean(axis=1) * 1.02
-    np.testing.assert_allclose(surface.walked(places, of).distances, surface.closest(places).distances, atol=1e-15)
+    np.testing.assert_allclose(
+        surface.closest_by_walk(places, of).distances, surface.closest(places).distances, atol=1e-15
+    )
     # From far away, on a convex surface, too: only on the same side, going downhill all the way.
     far = np.where(points[quads].mean(axis=1)[:, 2] > points[:, 2].max() - 1e-9)[0]
-    there = surface.walked(places[far], np.full(len(far), far[0]))
+    there = surface.closest_by_walk(places[far], np.full(len(far), far[0]))
     np.testing.assert_allclose(there.distances, surface.closest(places[far]).distances, atol=1e-15)
 
 
@@ -124,7 +126,7 @@ def test_walk_does_not_jump_through_a_thin_wall():
     top = np.flatnonzero((center[:, 2] == 0.01) & (np.abs(center[:, :2] - 0.5) < 0.2).all(axis=1))
     places = center[top] - [0, 0, 0.008]
     np.testing.assert_allclose(surface.closest(places).distances, 0.002, rtol=1e-9)
-    np.testing.assert_allclose(surface.walked(places, top).distances, 0.008, rtol=1e-9)
+    np.testing.assert_allclose(surface.closest_by_walk(places, top).distances, 0.008, rtol=1e-9)
 
 
 @pytest.mark.parametrize("height", [0.0, 0.3])
@@ -134,7 +136,7 @@ def test_rounding_does_not_choose_between_faces_that_meet_in_the_closest_point(h
     # Above the ridge, or on it: both faces are equally close.
     places = np.column_stack([np.full(200, -height), rng.uniform(0, 1, 200), np.full(200, height)])
     for face in (0, 1):
-        there = roof.walked(places + 1e-15 * rng.normal(size=places.shape), np.full(200, face))
+        there = roof.closest_by_walk(places + 1e-15 * rng.normal(size=places.shape), np.full(200, face))
         assert (there.faces == face).all()
         np.testing.assert_allclose(there.distances, height * np.sqrt(2), atol=1e-14)
 
@@ -143,10 +145,10 @@ def test_moved_surface_answers_for_its_new_place():
     points, quads = skin(box((3, 3, 3)))
     surface = SurfaceLocator(points, quads)
     before = surface.neighbours
-    moved = surface.moved(points + [5.0, 0, 0])
+    moved = surface.with_points(points + [5.0, 0, 0])
     assert moved.neighbours is before
     np.testing.assert_allclose(moved.closest([[4.0, 0.5, 0.5]]).distances, 1.0)
-    np.testing.assert_allclose(moved.walked([[4.0, 0.5, 0.5]], np.array([0])).distances, 1.0)
+    np.testing.assert_allclose(moved.closest_by_walk([[4.0, 0.5, 0.5]], np.array([0])).distances, 1.0)
 
 
 def test_triangles_without_area_are_segments_and_points():
@@ -182,7 +184,7 @@ def test_triangles_that_repeat_their_points_are_joined():
     assert (len(soup.points), len(soup.faces)) == (len(joined.points), len(joined.faces)) == (842, 1680)
     # Only with neighbours can a walk leave the triangle it starts from.
     away = [[0.0, 0.0, 5.0]]
-    assert soup.walked(away, np.array([len(soup.faces) // 2])).distances[0] == pytest.approx(4.5, abs=1e-6)
+    assert soup.closest_by_walk(away, np.array([len(soup.faces) // 2])).distances[0] == pytest.approx(4.5, abs=1e-6)
 
 
 @pytest.mark.parametrize("source", ["MultiBlock", "PolyData", "number"])
@@ -218,9 +220,9 @@ def test_polyline_stays_on_the_curve_asked_for():
         assert (there.faces // 64 == curve).all()
         np.testing.assert_allclose(there.positions[:, 2], curve)
     for none in (2, -1):
-        with pytest.raises(OptionError, match="no such curves: 100"):
+        with pytest.raises(OptionError, match="these are not: 100"):
             both.closest(places, np.full(100, none))
-    with pytest.raises(OptionError, match="no such curves: 1"):
+    with pytest.raises(OptionError, match="these are not: 1"):
         CurveLocator(points, edges, np.where(np.arange(64) < 32, 0, 2)).closest([[0.0, 0, 0]], [1])
 
 
@@ -229,8 +231,8 @@ def test_polyline_walk_goes_along_its_curve_and_stops_at_the_end():
     edges = np.array([[2, 1], [0, 1], [2, 3], [4, 3]])
     line = CurveLocator(points, edges, np.array([0, 0, 1, 1]))
     place = np.array([[3.7, 1.0, 0.0]])
-    np.testing.assert_allclose(line.walked(place, np.array([1])).positions, [[2, 0, 0]])
-    there = line.walked(place, np.array([2]))
+    np.testing.assert_allclose(line.closest_by_walk(place, np.array([1])).positions, [[2, 0, 0]])
+    there = line.closest_by_walk(place, np.array([2]))
     np.testing.assert_allclose(there.positions, [[3.7, 0, 0]])
     np.testing.assert_allclose(there.weights, [[0.7, 0.3]])
 
@@ -243,7 +245,7 @@ def test_polyline_walk_does_not_jump_across_a_narrow_strip():
     loop = CurveLocator(points, edges, np.zeros(42, int))
     place = np.array([[0.525, 0.008, 0.0]])
     np.testing.assert_allclose(loop.closest(place, [0]).distances, 0.002)
-    np.testing.assert_allclose(loop.walked(place, np.array([10])).distances, 0.008)
+    np.testing.assert_allclose(loop.closest_by_walk(place, np.array([10])).distances, 0.008)
 
 
 def test_same_answer_for_every_unit_and_far_away():

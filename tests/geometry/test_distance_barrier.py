@@ -1,4 +1,4 @@
-"""The band around a surface: derivatives, limits, and what nodes on curves and corners feel."""
+"""The distance barrier around a surface: derivatives, walls, and its force on nodes of curves and corners."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from hexconformal.geometry.distance_barrier import DistanceBarrier
 from hexconformal.geometry.features import find_features
 from hexconformal.mesh.topology import boundary_quads
 from hexconformal.regularization.boundary import flat_normals
-from hexconformal.solver.admissible import free_directions
+from hexconformal.solver.admissible import count_free_directions
 
 
 @pytest.fixture
@@ -21,21 +21,21 @@ def cylinder():
     return points, cells, boundary_quads(cells)[0]
 
 
-def band_of(points, quads, bound=0.05):
+def barrier_of(points, quads, bound=0.05):
     return DistanceBarrier(SurfaceLocator(points, quads), bound, find_features(points, quads))
 
 
 def test_nothing_is_felt_on_the_surface_itself(cylinder):
     points, cells, quads = cylinder
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    assert band_of(points, quads).add(points, forces, matrix) < 1e-20
+    assert barrier_of(points, quads).assemble(points, forces, matrix) < 1e-20
     assert np.abs(forces).max() < 1e-10
 
 
-def felt(band, points, cells):
-    """Value, forces, and the matrix in full, of a band."""
+def assembled(barrier, points, cells):
+    """Value, forces, and the matrix in full, of a barrier."""
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    value = band.add(points, forces, matrix)
+    value = barrier.assemble(points, forces, matrix)
     n = len(points)
     lower = sparse.bsr_array((matrix.data, matrix.indices, matrix.indptr), shape=(3 * n, 3 * n)).toarray()
     return value, forces, lower + lower.T - np.kron(np.eye(n), np.ones((3, 3))) * lower
@@ -54,27 +54,27 @@ def test_curvature_is_the_second_derivative_outwards(cylinder):
     for share in (0.3, 0.9):  # the soft part, and the steep one as well
         moved = points.copy()
         moved[node] += share * 0.05 * outward
-        band = band_of(points, quads)
-        _, _, full = felt(band, moved, cells)
+        barrier = barrier_of(points, quads)
+        _, _, full = assembled(barrier, moved, cells)
         way = np.zeros_like(points)
         way[node] = outward
         step = 1e-5
-        ahead, here, behind = (band.value(moved + s * step * way) for s in (1, 0, -1))
+        ahead, here, behind = (barrier.value(moved + s * step * way) for s in (1, 0, -1))
         second = (ahead - 2 * here + behind) / step**2
         assert way.ravel() @ full @ way.ravel() == pytest.approx(second, rel=1e-2)
 
 
-def test_beyond_the_end_of_a_curve_the_way_back_along_it_is_felt():
+def test_beyond_the_end_of_a_curve_the_way_back_along_it_is_assembled():
     # A node of an edge of a box, pulled out beyond the corner in which the edge ends.
     points, cells = generate.box((3, 3, 3))
     node = np.flatnonzero((np.abs(points - [2 / 3, 0, 0]) < 1e-9).all(axis=1))
     moved = points.copy()
     moved[node, 0] = 1.003
-    band = band_of(points, boundary_quads(cells)[0])
-    _, forces, full = felt(band, moved, cells)
+    barrier = barrier_of(points, boundary_quads(cells)[0])
+    _, forces, full = assembled(barrier, moved, cells)
     way = np.zeros_like(points)
     way[node, 0] = 1.0
-    ahead, here, behind = (band.value(moved + s * 1e-5 * way) for s in (1, 0, -1))
+    ahead, here, behind = (barrier.value(moved + s * 1e-5 * way) for s in (1, 0, -1))
     assert forces[node, 0] == pytest.approx((ahead - behind) / 2e-5, rel=1e-4)
     assert way.ravel() @ full @ way.ravel() == pytest.approx((ahead - 2 * here + behind) / 1e-10, rel=1e-2)
 
@@ -86,14 +86,14 @@ def test_a_hole_is_felt_from_the_original_surface_alone():
     moved = points.copy()
     corner = (points[:, :2] == 1.0).all(axis=1)
     moved[corner, :2] = 0.93
-    band = DistanceBarrier(SurfaceLocator(points, quads), 0.1)
+    barrier = DistanceBarrier(SurfaceLocator(points, quads), 0.1)
     apart = hausdorff(moved, points, quads)
     ahead = SurfaceLocator(points, quads).closest(moved[np.unique(quads)]).distances.max()
     assert ahead < 0.01 * apart
     assert 0.8 < apart / 0.1 < 0.99
-    assert band.excess(moved) == pytest.approx(apart / 0.1, rel=1e-6)
-    value, forces, full = felt(band, moved, cells)
-    assert value == pytest.approx(band.value(moved), rel=1e-12)
+    assert barrier.relative_distance(moved) == pytest.approx(apart / 0.1, rel=1e-6)
+    value, forces, full = assembled(barrier, moved, cells)
+    assert value == pytest.approx(barrier.value(moved), rel=1e-12)
     assert value > 0.1
     assert (forces[corner][:, :2] < 0).all()
     assert np.abs(full[np.repeat(corner, 3)]).max() > 0
@@ -103,34 +103,34 @@ def test_gradient_agrees_with_differences(cylinder):
     points, cells, quads = cylinder
     rng = np.random.default_rng(0)
     moved = points + 0.004 * rng.normal(size=points.shape)
-    band = band_of(points, quads)
+    barrier = barrier_of(points, quads)
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    value = band.add(moved, forces, matrix)
+    value = barrier.assemble(moved, forces, matrix)
     direction = rng.normal(size=points.shape)
     slope = np.einsum("ij,ij->", forces, direction)
     step = 1e-7
-    ahead, behind = band.value(moved + step * direction), band.value(moved - step * direction)
-    assert value == pytest.approx(band.value(moved), rel=1e-12)
+    ahead, behind = barrier.value(moved + step * direction), barrier.value(moved - step * direction)
+    assert value == pytest.approx(barrier.value(moved), rel=1e-12)
     assert (ahead - behind) / (2 * step) == pytest.approx(slope, rel=1e-4)
 
 
 def test_the_limit_is_a_wall(cylinder):
     points, cells, quads = cylinder
-    band = band_of(points, quads, bound=0.05)
+    barrier = barrier_of(points, quads, bound=0.05)
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    band.add(points, forces, matrix)
+    barrier.assemble(points, forces, matrix)
     grown, radius = points.copy(), np.hypot(*points[:, :2].T)
     node = np.flatnonzero(np.isclose(radius, radius.max()) & np.isclose(points[:, 2], 1.0))[0]
     outward = np.append(points[node, :2] / np.linalg.norm(points[node, :2]), 0.0)
     grown[node] += 0.04 * outward
-    assert np.isfinite(band.value(grown))
+    assert np.isfinite(barrier.value(grown))
     grown[node] += 0.02 * outward
-    assert band.value(grown) == np.inf
+    assert barrier.value(grown) == np.inf
 
 
 def test_the_penalty_rises_without_bound_before_the_wall(cylinder):
     points, _, quads = cylinder
-    band = band_of(points, quads, bound=0.05)
+    barrier = barrier_of(points, quads, bound=0.05)
     radius = np.hypot(*points[:, :2].T)
     node = np.flatnonzero(np.isclose(radius, radius.max()) & np.isclose(points[:, 2], 1.0))[0]
     outward = np.append(points[node, :2] / np.linalg.norm(points[node, :2]), 0.0)
@@ -138,31 +138,33 @@ def test_the_penalty_rises_without_bound_before_the_wall(cylinder):
     for share in (0.9, 0.97, 0.979, 0.9799):
         grown = points.copy()
         grown[node] += share * 0.05 * outward
-        values.append(band.value(grown))
+        values.append(barrier.value(grown))
     assert values[1] > 2 * values[0]
     assert values[2] > 5 * values[1]
     assert values[3] > 5 * values[2]
     assert np.isfinite(values[3])
 
 
-def test_excess_is_the_hausdorff_distance_in_bounds(cylinder):
+def test_the_relative_distance_is_the_hausdorff_distance_in_bounds(cylinder):
     points, _, quads = cylinder
     moved = points + 0.01 * np.random.default_rng(1).normal(size=points.shape)
-    assert band_of(points, quads, 0.05).excess(moved) == pytest.approx(hausdorff(moved, points, quads) / 0.05, rel=1e-6)
+    assert barrier_of(points, quads, 0.05).relative_distance(moved) == pytest.approx(
+        hausdorff(moved, points, quads) / 0.05, rel=1e-6
+    )
 
 
 def test_far_samples_are_skipped_without_changing_the_value(cylinder):
     points, cells, quads = cylinder
     rng = np.random.default_rng(2)
-    lazy = band_of(points, quads)
+    lazy = barrier_of(points, quads)
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
     moved = points
     for _ in range(5):
         moved = moved + 0.003 * rng.normal(size=points.shape)
-        lazy.add(moved, forces, matrix)
-    fresh = band_of(points, quads)
-    fresh._ahead_distance[:] = fresh._back_distance[:] = np.inf  # nothing may be skipped
-    fresh._limit = lazy._limit
+        lazy.assemble(moved, forces, matrix)
+    fresh = barrier_of(points, quads)
+    fresh._forward_distances[:] = fresh._backward_distances[:] = np.inf  # nothing may be skipped
+    fresh._wall = lazy._wall
     assert lazy.value(moved) == pytest.approx(fresh.value(moved), rel=1e-9)
 
 
@@ -177,17 +179,17 @@ def test_far_samples_are_noticed_when_they_come_near(cylinder):
         DistanceBarrier(SurfaceLocator(points, quads), 0.05),
         DistanceBarrier(SurfaceLocator(points, quads), 0.05),
     )
-    felt(lazy, points + 0.5 * 0.05 * outwards, cells)
-    fresh._ahead_distance[:] = fresh._back_distance[:] = np.inf
+    assembled(lazy, points + 0.5 * 0.05 * outwards, cells)
+    fresh._forward_distances[:] = fresh._backward_distances[:] = np.inf
     there = points + 0.9 * 0.05 * outwards
     value = fresh.value(there)
     assert lazy.value(there) == pytest.approx(value, rel=1e-9)
     # What has come near without moving on its own account is known to be near.
-    felt(lazy, there, cells)
+    assembled(lazy, there, cells)
     assert lazy.value(there) == pytest.approx(value, rel=1e-9)
 
 
-def test_curves_and_corners_have_a_band_of_a_fifth(cylinder):
+def test_curves_and_corners_have_a_barrier_at_a_fifth_of_the_bound(cylinder):
     points, cells, quads = cylinder
     features = find_features(points, quads)
     rims = np.setdiff1d(features.edges, features.corners)
@@ -201,7 +203,7 @@ def test_curves_and_corners_have_a_band_of_a_fifth(cylinder):
         assert np.isfinite(ends[1].value(moved))
     moved = points.copy()
     moved[node] += 0.15 * 0.05 * inward
-    values, forces = zip(*[felt(band, moved, cells)[:2] for band in ends], strict=True)
+    values, forces = zip(*[assembled(barrier, moved, cells)[:2] for barrier in ends], strict=True)
     assert values[0] > values[1]
     assert forces[0][node] @ inward > forces[1][node] @ inward
     # A corner may go nowhere, not even along the edges that meet there.
@@ -218,20 +220,20 @@ def test_curves_and_corners_have_a_band_of_a_fifth(cylinder):
 def test_from_outside_the_wall_comes_in_with_the_worst(cylinder):
     points, cells, quads = cylinder
     node, outward = mantle_node(points)
-    band = band_of(points, quads)
+    barrier = barrier_of(points, quads)
     limits = []
     for share in (5.0, 3.0, 1.2, 0.97):
         moved = points.copy()
         moved[node] += share * 0.05 * outward
-        value, forces, _ = felt(band, moved, cells)
+        value, forces, _ = assembled(barrier, moved, cells)
         assert np.isfinite(value)
         assert forces[node] @ outward > 0
-        limits.append(band._limit)
+        limits.append(barrier._wall)
     assert limits == sorted(limits, reverse=True)
     assert limits[0] > 5.0
     assert limits[-1] == 0.98
     moved[node] += 0.02 * 0.05 * outward
-    assert band.value(moved) == np.inf
+    assert barrier.value(moved) == np.inf
 
 
 def test_a_patch_leaves_out_what_its_nodes_cannot_change(cylinder):
@@ -239,8 +241,8 @@ def test_a_patch_leaves_out_what_its_nodes_cannot_change(cylinder):
     moved = points + 0.004 * np.random.default_rng(3).normal(size=points.shape)
     moving = np.zeros(len(points), dtype=bool)
     moving[quads[5]] = True
-    patch = band_of(points, quads).restricted(np.arange(len(points)), moving, moved)
-    rows = list(patch._measured(moved, refresh=False))
+    patch = barrier_of(points, quads).restricted(np.arange(len(points)), moving, moved)
+    rows = list(patch._near_samples(moved, remember=False))
     assert all(len(kind.nodes) for kind in rows[:1])
     touched = moving[quads].any(axis=1)
     near = np.unique(quads[touched])
@@ -249,25 +251,27 @@ def test_a_patch_leaves_out_what_its_nodes_cannot_change(cylinder):
     # Where nothing moves nothing is felt, however far everything is: here faces, edges and corners of a box.
     points, cells = generate.box((3, 3, 3))
     quads = boundary_quads(cells)[0]
-    still = band_of(points, quads).restricted(np.arange(len(points)), np.zeros(len(points), dtype=bool), 1.2 * points)
+    still = barrier_of(points, quads).restricted(
+        np.arange(len(points)), np.zeros(len(points), dtype=bool), 1.2 * points
+    )
     assert still.value(1.2 * points) == 0.0
 
 
 def test_a_patch_feels_what_its_nodes_feel(cylinder):
     points, cells, quads = cylinder
     moved = points + 0.004 * np.random.default_rng(3).normal(size=points.shape)
-    band = band_of(points, quads)
+    barrier = barrier_of(points, quads)
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    band.add(moved, forces, matrix)
+    barrier.assemble(moved, forces, matrix)
     moving = np.zeros(len(points), dtype=bool)
     moving[quads[5]] = True
     around = np.flatnonzero(moving[cells].any(axis=1))
     nodes = np.unique(cells[around])
     local = np.full(len(points), -1)
     local[nodes] = np.arange(len(nodes))
-    patch = band.restricted(nodes, moving, moved)
+    patch = barrier.restricted(nodes, moving, moved)
     small, felt = BlockMatrix.of_cells(local[cells[around]], np.ones(len(nodes), dtype=bool)), np.zeros((len(nodes), 3))
-    patch.add(moved[nodes], felt, small)
+    patch.assemble(moved[nodes], felt, small)
     assert np.abs(felt[local[moving.nonzero()[0]]] - forces[moving]).max() < 1e-9 * np.abs(forces).max()
 
 
@@ -276,9 +280,9 @@ def test_a_finer_surface_draws_the_boundary_to_it():
     quads = boundary_quads(cells)[0]
     fine, fine_cells = generate.ball(9, 3)
     fine_quads = boundary_quads(fine_cells)[0]
-    band = DistanceBarrier(SurfaceLocator(points, quads), 0.05, reference=SurfaceLocator(1.02 * fine, fine_quads))
+    barrier = DistanceBarrier(SurfaceLocator(points, quads), 0.05, reference=SurfaceLocator(1.02 * fine, fine_quads))
     matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    band.add(points, forces, matrix)
+    barrier.assemble(points, forces, matrix)
     outward = np.einsum("ij,ij->i", -forces, points)
     surface = np.unique(quads)
     assert (outward[surface] > 0).all()
@@ -287,7 +291,7 @@ def test_a_finer_surface_draws_the_boundary_to_it():
 def test_flat_patches_leave_their_planes_open(cylinder):
     points, _, quads = cylinder
     features = find_features(points, quads)
-    free = free_directions(flat_normals(points, quads, features.patches, 1e-6))
+    free = count_free_directions(flat_normals(points, quads, features.patches, 1e-6))
     end = np.isclose(np.abs(points[:, 2] - points[:, 2].mean()), np.ptp(points[:, 2]) / 2)
     surface = np.zeros(len(points), dtype=bool)
     surface[quads] = True

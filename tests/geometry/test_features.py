@@ -8,7 +8,8 @@ import pyvista as pv
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import OptionError
 from hexconformal.generate import ball, box, cylinder
-from hexconformal.geometry.features import find_features, surface_tags
+from hexconformal.geometry.features import find_features
+from hexconformal.geometry.surface_tags import surface_tags
 from hexconformal.mesh.topology import boundary_quads
 
 
@@ -230,8 +231,8 @@ def test_same_features_in_every_unit_and_order():
     [
         ({"mode": "hard"}, "'auto', 'keep' or 'soft'"),
         ({"angle": 0.0}, "between 0 and 180"),
-        ({"tolerance": -1.0}, "cannot move"),
-        ({"tolerance": float("nan")}, "cannot move"),
+        ({"tolerance": -1.0}, "must be 0 or more"),
+        ({"tolerance": float("nan")}, "must be 0 or more"),
         ({"tags": [1, 2]}, "one per boundary quad"),
     ],
 )

@@ -13,7 +13,7 @@ import hexconformal as hc
 import surface
 from hexconformal.generate import box
 from hexconformal.io import read_write as io
-from hexconformal.io.formats import vtk_file_checks as sound_files
+from hexconformal.io.format_tools import vtk_file_checks
 
 SCRIPT = ROOT / "benchmarks" / "fuzz.py"
 
@@ -96,17 +96,17 @@ def test_a_legacy_file_that_vtk_crashes_on_is_refused(grid, tmp_path):
 def test_a_reader_that_dies_or_hangs_is_told_from_one_that_complains(tmp_path, monkeypatch):
     path = tmp_path / "a.vtk"
     path.write_text("x")
-    sound_files.require_survival(path)  # not a sound file, but no danger
-    monkeypatch.setattr(sound_files, "_TRIAL", "import os; os.abort()")
+    vtk_file_checks.check_reader_survives(path)  # not a sound file, but no danger
+    monkeypatch.setattr(vtk_file_checks, "_READING", "import os; os.abort()")
     with pytest.raises(hc.ReadError, match="crashes"):
-        sound_files.require_survival(path)
-    monkeypatch.setattr(sound_files, "_TRIAL", "import time; time.sleep(60)")
-    monkeypatch.setattr(sound_files, "_PATIENCE", (0.2, 0.0))
+        vtk_file_checks.check_reader_survives(path)
+    monkeypatch.setattr(vtk_file_checks, "_READING", "import time; time.sleep(60)")
+    monkeypatch.setattr(vtk_file_checks, "_TIME_LIMIT", (0.2, 0.0))
     with pytest.raises(hc.ReadError, match="end"):
-        sound_files.require_survival(path)
+        vtk_file_checks.check_reader_survives(path)
     # Within another program nothing is started.
-    monkeypatch.setattr(sound_files.sys, "executable", "/usr/bin/freecad")
-    sound_files.require_survival(path)
+    monkeypatch.setattr(vtk_file_checks.sys, "executable", "/usr/bin/freecad")
+    vtk_file_checks.check_reader_survives(path)
 
 
 @pytest.mark.parametrize("extension", [".vtk", ".vtu"])

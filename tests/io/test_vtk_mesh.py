@@ -1,4 +1,4 @@
-"""Serializable VTK datasets go in and come out with all they carried; pyvista and meshio are not needed on the way."""
+"""Plain VTK datasets go in and come out with all they carried; pyvista and meshio are not needed on the way."""
 
 import subprocess
 import sys
@@ -85,9 +85,9 @@ def test_what_a_grid_carries_comes_back_untouched():
 def test_an_array_that_is_there_already_keeps_its_values_on_other_cells():
     points, cells = generate.box((2, 1, 1))
     source = grid(points, [*cells, [0, 1]], [12, 12, 3])
-    once = from_vtk(source).replaced(cell_data={"a": np.array([1.0, 2.0])}).restored()
+    once = from_vtk(source).replaced(cell_data={"a": np.array([1.0, 2.0])}).to_source_type()
     pv.wrap(once).cell_data["a"][2] = 5.0
-    twice = from_vtk(once).replaced(cell_data={"a": np.array([3.0, 4.0])}).restored()
+    twice = from_vtk(once).replaced(cell_data={"a": np.array([3.0, 4.0])}).to_source_type()
     np.testing.assert_array_equal(array(twice.GetCellData(), "a"), [3.0, 4.0, 5.0])
     np.testing.assert_array_equal(array(once.GetCellData(), "a"), [1.0, 2.0, 5.0])
 
@@ -118,7 +118,7 @@ def test_cells_of_higher_order_are_taken_by_their_corners_on_request():
     mesh = from_vtk(plain(nodes), linearise=True)
     assert mesh.cells.tolist() == [list(range(8))]
     moved = mesh.points + [0.5, 0.0, 0.0] * (np.arange(20) == 1)[:, None]
-    out = positions(mesh.replaced(points=moved).restored())
+    out = positions(mesh.replaced(points=moved).to_source_type())
     np.testing.assert_allclose(out[1], mesh.points[1] + [0.5, 0.0, 0.0])
     np.testing.assert_allclose(out[8], moved[[0, 1]].mean(axis=0))
 

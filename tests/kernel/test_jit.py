@@ -1,6 +1,7 @@
 """Compiled loops do what they say: the same runs with the loops left to the interpreter come to the same points."""
 
 import os
+import shutil
 import subprocess
 import sys
 from contextlib import ExitStack, contextmanager
@@ -8,9 +9,10 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from hex_meshes import INVALID_INSIDE
 from numba.core.dispatcher import Dispatcher
+from paths import ROOT
 from surface_shapes import icosphere, quad_cube, shaken
-from test_validity import HIDDEN
 
 import hexconformal as hc
 import surface
@@ -120,7 +122,7 @@ RUNS = {
     "quality": lambda: np.concatenate([v.ravel() for v in hc.Quality.arrays(hc.quality(TANGLED)).values()]),
     "bounds": lambda: np.concatenate(
         # The first two take bisections.
-        [bound for x in (HIDDEN, 0.95 * HIDDEN + 0.05 * CORNERS) for bound in minimum_jacobian(x, ONE)]
+        [bound for x in (INVALID_INSIDE, 0.95 * INVALID_INSIDE + 0.05 * CORNERS) for bound in minimum_jacobian(x, ONE)]
         + [*minimum_jacobian(*TANGLED)]
     ),
 }
@@ -159,3 +161,45 @@ def test_the_run_that_compiles_and_one_that_loads_give_the_same_bits(tmp_path):
     )
     assert list(tmp_path.rglob("block_matrix._conjugate_gradients*.nbc"))
     assert first == second
+
+
+HELPERS = """
+from hexconformal.kernel import strict_loop
+FACTOR = 10.0
+@strict_loop
+def shifted(x):
+    return x + 1.0
+"""
+LOOP = """
+from helpers import FACTOR, shifted
+from hexconformal.kernel import dot, loop
+@loop
+def run(x):
+    return FACTOR * shifted(dot((x, x, x), (1.0, 1.0, 1.0)))
+print(run(2.0), sum(run.stats.cache_hits.values()))
+"""
+
+
+def test_a_loop_is_compiled_anew_when_what_it_takes_from_other_files_changes(tmp_path):
+    shutil.copytree(ROOT / "src/hexconformal", tmp_path / "hexconformal", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "helpers.py").write_text(HELPERS)
+    (tmp_path / "loops.py").write_text(LOOP)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    environment |= {"PYTHONDONTWRITEBYTECODE": "1"}  # a change within one second would not be seen in bytecode
+
+    def result_and_hits(file="", old="", new=""):
+        if file:
+            source = (tmp_path / file).read_text()
+            assert old in source
+            (tmp_path / file).write_text(source.replace(old, new))
+        command = [sys.executable, str(tmp_path / "loops.py")]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
+
+    assert result_and_hits() == ["70.0", "0"]
+    assert result_and_hits() == ["70.0", "1"]
+    # An algebra function of the package, a loop that is called, a constant; and one change taken back.
+    assert result_and_hits("hexconformal/kernel/quaternion.py", "+ a[2] * b[2]", "- a[2] * b[2]") == ["30.0", "0"]
+    assert result_and_hits("helpers.py", "x + 1.0", "x + 2.0") == ["40.0", "0"]
+    assert result_and_hits("helpers.py", "FACTOR = 10.0", "FACTOR = 100.0") == ["400.0", "0"]
+    assert result_and_hits("hexconformal/energy/target.py", "_BRICK = 0.8", "_BRICK = 0.9") == ["400.0", "1"]
+    assert result_and_hits("hexconformal/kernel/quaternion.py", "- a[2] * b[2]\n", "+ a[2] * b[2]\n") == ["800.0", "0"]

@@ -9,7 +9,7 @@ import numpy as np
 import hexconformal as hc
 import surface
 from hexconformal import generate
-from hexconformal.io.formats.silence import quiet
+from hexconformal.io.format_tools.captured_output import captured_output
 from hexconformal.mesh import boundary_quads
 
 
@@ -38,12 +38,12 @@ def test_files_read_at_once_leave_the_streams_alone():
 
     def second():
         inside.wait(5)
-        with quiet():
+        with captured_output():
             left.wait(0.5)  # ends after the first, unless it has to wait for it
 
     other = threading.Thread(target=second)
     other.start()
-    with quiet():
+    with captured_output():
         inside.set()
         left.wait(0.2)
     left.set()

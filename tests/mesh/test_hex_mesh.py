@@ -29,7 +29,7 @@ def test_meshio_comes_back_whole_with_new_points_and_arrays():
         points=mesh.points + 1,
         point_data={"new": np.arange(28)},
         cell_data={"q": np.arange(8.0), "n": np.arange(8), "p": -np.arange(8.0)},
-    ).restored()
+    ).to_source_type()
     assert snapshot(source) == before
     assert isinstance(result, meshio.Mesh)
     np.testing.assert_array_equal(result.points, source.points + 1)
@@ -57,7 +57,7 @@ def test_pyvista_comes_back_whole():
     np.testing.assert_array_equal(mesh.cells, block(2)[1])
     np.testing.assert_array_equal(mesh.cell_data["id"], np.arange(0, 16, 2))
     moved = mesh.points + 1e-9
-    result = mesh.replaced(points=moved, cell_data={"q": np.arange(8.0)}).restored()
+    result = mesh.replaced(points=moved, cell_data={"q": np.arange(8.0)}).to_source_type()
     assert grid == before
     assert type(result) is pv.UnstructuredGrid
     assert result.points.dtype == np.float64, "rounding to float32 could invert a thin cell"
@@ -83,7 +83,7 @@ def test_structured_grids_stay_structured(make):
     assert np.linalg.det(mesh.points[mesh.cells[:, [1, 3, 4]]] - mesh.points[mesh.cells[:, :1]]).min() > 0
     centers = mesh.points[mesh.cells].mean(axis=1)
     np.testing.assert_allclose(centers, grid.cell_centers().points)
-    result = mesh.replaced(points=mesh.points * 2).restored()
+    result = mesh.replaced(points=mesh.points * 2).to_source_type()
     assert type(result) is pv.StructuredGrid
     assert result.dimensions == (3, 4, 5)
     np.testing.assert_allclose(result.cell_centers().points, 2 * centers)
@@ -97,7 +97,7 @@ def test_voxels_become_hexahedra():
     grid.field_data["units"] = ["mm"]
     mesh = as_hex_mesh(grid)
     assert "8 voxels" in mesh.notes[0]
-    result = mesh.restored()
+    result = mesh.to_source_type()
     assert set(result.celltypes) == {12}
     np.testing.assert_allclose(result.compute_cell_sizes()["Volume"], 1)
     np.testing.assert_array_equal(result.cell_data["id"], np.arange(8))
@@ -122,7 +122,7 @@ def test_other_solids_are_refused_or_held():
         as_hex_mesh(with_tetra())
     mesh = as_hex_mesh(with_tetra(), other_cells="keep")
     assert np.flatnonzero(mesh.held).tolist() == [5, 6, 7, 8]
-    assert [c.type for c in mesh.restored().cells] == ["hexahedron", "tetra"]
+    assert [c.type for c in mesh.to_source_type().cells] == ["hexahedron", "tetra"]
     grid = pv.from_meshio(with_tetra())
     with pytest.raises(MeshError, match="1 tetra"):
         as_hex_mesh(grid)
@@ -148,7 +148,7 @@ def test_higher_order_hexahedra_are_linearised_on_request(name, vtk):
         np.testing.assert_array_equal(mesh.cells, [range(8)])
         moved = mesh.points.copy()
         moved[:8] = 3 * places[:8] + 1
-        np.testing.assert_allclose(mesh.replaced(points=moved).restored().points, 3 * places + 1, atol=1e-14)
+        np.testing.assert_allclose(mesh.replaced(points=moved).to_source_type().points, 3 * places + 1, atol=1e-14)
 
 
 @pytest.mark.parametrize("how", ["float32", "readonly", "fortran", "strided", "lists"])
@@ -172,7 +172,7 @@ def test_any_layout_is_accepted_and_never_changed(how):
     np.testing.assert_array_equal(mesh.points, points)
     np.testing.assert_array_equal(mesh.cells, cells)
     assert how == "readonly" or not np.shares_memory(mesh.points, p)
-    result = mesh.restored()
+    result = mesh.to_source_type()
     result[0][:] = 0
     assert repr((p, c)) == before
     assert mesh.points.max() == 2
@@ -214,7 +214,7 @@ def test_bad_arguments_are_refused():
 def test_arrays_do_not_import_the_mesh_libraries():
     code = (
         "import sys; from hexconformal import as_hex_mesh; "
-        "as_hex_mesh(([[0, 0, 0]] * 8, [range(8)])).restored(); "
+        "as_hex_mesh(([[0, 0, 0]] * 8, [range(8)])).to_source_type(); "
         "print([name for name in ('meshio', 'pyvista', 'vtkmodules') if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"

@@ -224,7 +224,7 @@ def test_face_table_pairs_neighbours():
     table = face_table(cells)
     assert len(table.quads) == 3 * 3 * 3 * 4
     assert (table.uses == 2).sum() == 54
-    for quad, (one, other), turn in zip(table.quads, table.cells, table.turn, strict=True):
+    for quad, (one, other), turn in zip(table.quads, table.cells, table.orientation, strict=True):
         assert set(quad) <= set(cells[one])
         if other < 0:
             assert turn == 0

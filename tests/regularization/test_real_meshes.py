@@ -66,10 +66,10 @@ def test_a_cell_that_cannot_be_unfolded_is_named_and_the_rest_is_finished():
     after = hc.quality((result.points, cells)).scaled_jacobian[others]
     assert after.mean() > hc.quality((points, cells)).scaled_jacobian[others].mean()
     # What is left has the sizes of its own cells.
-    sized = rest.sizes > 0.0
+    sized = rest.target_volumes > 0.0
     assert sized.any()
-    volumes = hc.quality((points[run._normalized.nodes], rest.cells)).volume / run._normalized.unit**3
-    assert rest.sizes[sized] == pytest.approx(volumes[sized], rel=1e-12)
+    volumes = hc.quality((points[run._normalized.node_ids], rest.cells)).volume / run._normalized.unit**3
+    assert rest.target_volumes[sized] == pytest.approx(volumes[sized], rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", [2, 4, 8])

@@ -391,7 +391,7 @@ def test_a_limit_on_iterations_is_a_result_with_a_reason():
     ("options", "words"),
     [
         ({"boundary": "glide"}, "boundary must be 'slide', 'fixed' or 'free'"),
-        ({"target": "sphere"}, "target is 'auto', 'cube', 'input' or 'a:b:c'"),
+        ({"target": "sphere"}, "target must be 'auto', 'cube', 'input' or 'a:b:c'"),
         ({"target": "1:-1:2"}, "three positive edge lengths"),
         ({"target": ["a", "b", "c"]}, "target must be a name, edge lengths or points"),
         ({"target": np.zeros((3, 3))}, "three edge lengths or reference points"),
@@ -636,7 +636,7 @@ def test_the_distortion_alone_does_not_feel_sizes():
         (np.ones(3), "one volume for each of the 8 cells"),
         (np.arange(8.0), "finite and positive; those of cells 1 \\(ids 0"),
         (np.full(8, np.nan), "finite and positive"),
-        ({"a": 1}, "'input', 'free', the name"),
+        ({"a": 1}, "'input', 'free', a cell array"),
     ],
 )
 def test_sizes_that_make_no_sense_are_refused(sizes, words):

@@ -1,4 +1,4 @@
-"""Enclosed volumes: exact formulas, and runs that conserve them."""
+"""Runs that conserve the enclosed volume."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.energy.corner_energy import CornerEnergy
-from hexconformal.geometry import area_normals, enclosed_volume, simpson_normals
+from hexconformal.geometry import enclosed_volume
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.distance_barrier import DistanceBarrier
 from hexconformal.mesh.topology import boundary_quads
@@ -23,40 +23,6 @@ def cylinder():
     mantle = np.isclose(np.hypot(*points[:, :2].T), 1.0) & (height > height.min()) & (height < height.max())
     points[mantle] += 0.02 * np.random.default_rng(2).normal(size=(mantle.sum(), 3))
     return points, cells
-
-
-def test_the_surface_encloses_the_volume_of_the_cells_inside_tangled_or_not():
-    points, cells = ball(0.9, valid=False)
-    assert (hc.quality((points, cells)).scaled_jacobian < 0).sum() > 10
-    assert enclosed_volume(points, boundary_quads(cells)[0]) == pytest.approx(
-        hc.quality((points, cells)).volume.sum(), rel=1e-13
-    )
-
-
-def test_no_digits_are_lost_far_away():
-    points, cells = ball()
-    quads = boundary_quads(cells)[0]
-    there = points + 2.0**20
-    assert enclosed_volume(there, quads) == pytest.approx(enclosed_volume(there - 2.0**20, quads), rel=1e-14)
-
-
-def test_along_a_straight_way_the_simpson_normal_gives_the_change_of_volume_exactly():
-    points, cells = ball()
-    quads = boundary_quads(cells)[0]
-    way = 0.2 * np.random.default_rng(0).normal(size=points.shape)
-    change = enclosed_volume(points + way, quads) - enclosed_volume(points, quads)
-    simpson = np.einsum("ij,ij->", simpson_normals(points, points + way, quads), way)
-    assert abs(change) > 1e-2
-    assert simpson == pytest.approx(change, rel=1e-12)
-    # The half-way normal is exact to third order, the old one to second.
-    orders = []
-    for normals in (lambda v: area_normals(points + 0.5 * v, quads), lambda v: area_normals(points, quads)):
-        errors = [
-            np.einsum("ij,ij->", normals(v), v) - np.einsum("ij,ij->", simpson_normals(points, points + v, quads), v)
-            for v in (way, way / 2)
-        ]
-        orders.append(np.log2(errors[0] / errors[1]))
-    assert orders == pytest.approx([3.0, 2.0], abs=0.3)
 
 
 @pytest.mark.parametrize("make", [ball, cylinder])
@@ -145,7 +111,7 @@ def test_what_the_band_has_no_room_for_is_approached():
     problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), barrier)
     before = enclosed_volume(points, quads)
     swollen = restore_volume(problem, points, quads, 1.2 * before)
-    assert barrier.excess(swollen) <= 1.0
+    assert barrier.relative_distance(swollen) <= 1.0
     assert hc.quality((swollen, cells)).valid.all()
     # All of the surface has gone outwards by half the bound at least.
     assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi

@@ -9,11 +9,11 @@ import hexconformal as hc
 from hexconformal import generate
 from hexconformal.io.read_write import as_hex_mesh
 from hexconformal.mesh.topology import boundary_quads
-from hexconformal.solver.admissible import Constraint, boundary_constraint, fixed_components
+from hexconformal.solver.admissible import AdmissibleDirections, boundary_directions, fixed_components
 
 
 def ranks(points, cells, *arguments):
-    constraint = boundary_constraint(points, boundary_quads(cells)[0], *arguments)
+    constraint = boundary_directions(points, boundary_quads(cells)[0], *arguments)
     rank = np.full(len(points), 3)
     rank[constraint.nodes] = np.rint(np.trace(constraint.projectors, axis1=1, axis2=2)).astype(int)
     return rank
@@ -38,7 +38,7 @@ def test_a_cylinder_slides_along_its_axis_and_in_its_flat_ends_only():
     assert (rank[mantle & end] == 0).all()
     assert (rank[end & ~mantle] == 2).all()
     # To the last bit: an end stays flat, and the mantle's nodes keep their place across the axis.
-    projectors = boundary_constraint(points, boundary_quads(cells)[0]).projections(len(points))
+    projectors = boundary_directions(points, boundary_quads(cells)[0]).all_projectors(len(points))
     assert (projectors[end & ~mantle] == np.diag([1.0, 1.0, 0.0])).all()
     assert (projectors[mantle & ~end] == np.diag([0.0, 0.0, 1.0])).all()
 
@@ -49,7 +49,7 @@ def test_edges_in_a_coordinate_plane_stay_in_it_to_the_last_bit(axis):
     end = np.isin(points[:, axis], (0.0, 1.0))
     turned = points @ Rotation.from_rotvec(0.4 * np.eye(3)[axis]).as_matrix().T
     turned[:, axis] = points[:, axis]
-    projectors = boundary_constraint(turned, boundary_quads(cells)[0]).projections(len(points))
+    projectors = boundary_directions(turned, boundary_quads(cells)[0]).all_projectors(len(points))
     assert not projectors[end][:, axis].any()
     assert (np.trace(projectors[end], axis1=1, axis2=2).round() == 1).sum() == 16
 
@@ -73,12 +73,12 @@ def test_quads_without_a_side_are_refused():
     points, cells = generate.box((2, 2, 2))
     points[1] = points[0]
     with pytest.raises(hc.MeshError, match="boundary quads with an edge of no length at nodes"):
-        boundary_constraint(points, boundary_quads(cells)[0])
+        boundary_directions(points, boundary_quads(cells)[0])
 
 
 def test_projection_is_orthogonal_and_idempotent():
     points, cells = generate.sheared_cube(4)
-    constraint = boundary_constraint(points, boundary_quads(cells)[0])
+    constraint = boundary_directions(points, boundary_quads(cells)[0])
     field = np.random.default_rng(0).normal(size=points.shape)
     once = constraint.project(field)
     assert np.abs(constraint.project(once) - once).max() < 1e-15
@@ -89,8 +89,8 @@ def test_components_that_are_left_out_are_those_that_are_most_forbidden():
     points, cells = generate.box((3, 3, 3))
     on = (np.isclose(points, 0) | np.isclose(points, 1)).sum(axis=1)
     points = points @ Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix().T
-    constraint = boundary_constraint(points, boundary_quads(cells)[0])
-    held, projectors = constraint.held(len(points)), constraint.projections(len(points))
+    constraint = boundary_directions(points, boundary_quads(cells)[0])
+    held, projectors = constraint.held_components(len(points)), constraint.all_projectors(len(points))
     assert np.array_equal(held.sum(axis=1), on)
     # A unit vector has a component of 1/3 at least, squared: so far from singular is what is left of a plane or line.
     for node in np.flatnonzero((on == 1) | (on == 2)):
@@ -101,7 +101,7 @@ def test_components_that_are_left_out_are_those_that_are_most_forbidden():
 def test_what_is_held_besides_is_not_added_to_the_sums_that_were_given():
     sums, fixed = np.zeros((2, 3, 3)), np.zeros((2, 3), dtype=bool)
     fixed[1, 2] = True
-    constraint = Constraint.from_sums(sums, fixed)
+    constraint = AdmissibleDirections.from_normal_sums(sums, fixed)
     assert np.array_equal(constraint.nodes, [1])
     assert np.array_equal(constraint.projectors, [np.diag([1.0, 1.0, 0.0])])
     assert not sums.any()
@@ -121,5 +121,5 @@ def test_nodes_of_cells_that_are_carried_along_are_held_besides_those_that_are_a
 
 
 def test_unknown_modes_are_refused():
-    with pytest.raises(hc.OptionError, match="boundary is"):
-        boundary_constraint(np.zeros((4, 3)), np.array([[0, 1, 2, 3]]), "sticky")
+    with pytest.raises(hc.OptionError, match="boundary must be"):
+        boundary_directions(np.zeros((4, 3)), np.array([[0, 1, 2, 3]]), "sticky")

@@ -4,7 +4,7 @@ Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, unusable_points
-from .files import check_writable, folder_beside, reading, saving, write_text
+from .files import check_writable, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
 from .serialization import Serializable, json_safe
 from .validation import (
@@ -31,7 +31,6 @@ __all__ = [
     "as_mask",
     "check_writable",
     "first_ids",
-    "folder_beside",
     "interruptible",
     "is_number",
     "json_safe",
@@ -43,7 +42,8 @@ __all__ = [
     "require_flags",
     "require_number",
     "require_numbers",
-    "saving",
+    "save_atomically",
+    "temporary_folder_beside",
     "uninterrupted",
     "unusable_points",
     "write_text",

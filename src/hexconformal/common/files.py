@@ -12,11 +12,11 @@ from typing import Any
 from .errors import MeshError, OptionError, ReadError, WriteError
 from .interruption import uninterrupted
 
-__all__ = ["check_writable", "folder_beside", "reading", "saving", "write_text"]
+__all__ = ["check_writable", "reading", "save_atomically", "temporary_folder_beside", "write_text"]
 
-_WITH_COMPANION = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
-_SURFACES = (".obj", ".off", ".ply", ".stl", ".vtp")
-_MISSING = "{} files need an optional package: pip install 'hexconformal[formats]' ({})"
+_COMPANION_EXTENSIONS = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
+_SURFACE_EXTENSIONS = (".obj", ".off", ".ply", ".stl", ".vtp")
+_MISSING_PACKAGE = "{} files need an optional package: pip install 'hexconformal[formats]' ({})"
 
 
 @contextmanager
@@ -28,7 +28,7 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
     if not path.exists():
         raise ReadError(f"{path} does not exist")
     if extension not in extensions:
-        raise ReadError(f"{path}: {_unknown(extension, extensions)}")
+        raise ReadError(f"{path}: {_unknown_extension(extension, extensions)}")
     try:
         if path.stat().st_size == 0:
             raise ReadError("the file is empty")
@@ -40,7 +40,7 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
     except MeshError as problem:
         raise MeshError(f"{path}: {problem}") from problem
     except ImportError as problem:
-        raise ReadError(f"cannot read {path}: {_MISSING.format(extension, problem)}") from problem
+        raise ReadError(f"cannot read {path}: {_MISSING_PACKAGE.format(extension, problem)}") from problem
     except OptionError:
         raise
     except (OSError, MemoryError) as problem:
@@ -69,29 +69,29 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | N
     """
     path = Path(path)
     if extensions is not None and path.suffix.lower() not in extensions:
-        raise WriteError(f"cannot write {path}: {_unknown(path.suffix.lower(), extensions)}")
-    folder = _place(path).parent
+        raise WriteError(f"cannot write {path}: {_unknown_extension(path.suffix.lower(), extensions)}")
+    folder = _real_path(path).parent
     if not folder.is_dir():
         raise WriteError(f"cannot write {path}: the folder {folder} does not exist")
     if path.is_dir():
         raise WriteError(f"cannot write {path}: it is a folder")
     if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise WriteError(f"cannot write {path}: permission denied")
-    companion = _place(path).with_suffix(".h5")
-    if path.suffix.lower() in _WITH_COMPANION and companion.exists() and not path.exists():
+    companion = _real_path(path).with_suffix(".h5")
+    if path.suffix.lower() in _COMPANION_EXTENSIONS and companion.exists() and not path.exists():
         raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
 
 
-def _unknown(extension: str, known: tuple[str, ...]) -> str:
+def _unknown_extension(extension: str, known: tuple[str, ...]) -> str:
     hint = " (of surfaces: for these there are surface.remesh, and the command remesh)"
-    is_surface = extension in _SURFACES and ".vtu" in known
+    is_surface = extension in _SURFACE_EXTENSIONS and ".vtu" in known
     return f"unknown extension {extension or '(none)'}{hint if is_surface else ''}; known are {' '.join(known)}"
 
 
-def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
+def save_atomically(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
     """Let `writer` make the file in a folder beside its place, then move it (and its companions) there at once."""
-    place = _place(path)
-    with _as_write_error(path), folder_beside(place) as folder:
+    place = _real_path(path)
+    with _as_write_error(path), temporary_folder_beside(place) as folder:
         target = folder / place.name
         lost = writer(target) or []
         if not target.is_file() or target.stat().st_size == 0:
@@ -104,7 +104,7 @@ def saving(path: Path, writer: Callable[[Path], list[str] | None]) -> list[str]:
 
 
 @contextmanager
-def folder_beside(place: Path) -> Iterator[Path]:
+def temporary_folder_beside(place: Path) -> Iterator[Path]:
     """A hidden folder beside a file, gone afterwards, whenever an interruption comes."""
     with uninterrupted():
         folder = tempfile.TemporaryDirectory(prefix=".hexconformal-", dir=place.parent)
@@ -127,10 +127,10 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     def put(target: Path) -> None:
         target.write_text(text, encoding="utf-8")
 
-    saving(Path(path), put)
+    save_atomically(Path(path), put)
 
 
-def _place(path: Path) -> Path:
+def _real_path(path: Path) -> Path:
     # Where a link points to, so that the link stays one.
     return Path(os.path.realpath(path))
 
@@ -142,12 +142,12 @@ def _as_write_error(path: Path) -> Iterator[None]:
     except MeshError:
         raise
     except ImportError as problem:
-        raise WriteError(f"cannot write {path}: {_MISSING.format(path.suffix, problem)}") from problem
+        raise WriteError(f"cannot write {path}: {_MISSING_PACKAGE.format(path.suffix, problem)}") from problem
     except (Exception, SystemExit) as problem:
-        raise WriteError(f"cannot write {path}: {_reason(problem)}") from problem
+        raise WriteError(f"cannot write {path}: {_reason_in_words(problem)}") from problem
 
 
-def _reason(problem: Any) -> str:
+def _reason_in_words(problem: Any) -> str:
     if not isinstance(problem, OSError):
         return f"{type(problem).__name__}: {problem}"
     # NumPy only counts the numbers that it got rid of.

@@ -1,11 +1,21 @@
-"""The hexahedron: its nodes, edges and faces, and what is measured of single cells.
+"""The hexahedron: its nodes, edges and faces, and measures of single cells.
 
 Belongs here: tables of a type of cell, loops over cells that look at one cell at a time, validity by Bernstein
 coefficients, equation (13). Imports `kernel`.
 """
 
 from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian
-from .hexahedron import CORNER_NEIGHBOURS, CORNERS, EDGES, FACES, RULES, edge_weights, gauss_rule, shape_gradients
+from .faces import face_area_vectors
+from .hexahedron import (
+    CORNER_NEIGHBOURS,
+    CORNERS,
+    EDGES,
+    FACES,
+    QUADRATURE_RULES,
+    edge_weights,
+    gauss_rule,
+    shape_gradients,
+)
 from .lengths_volumes import cell_volumes, edge_lengths
 from .validity import all_valid, contiguous, is_valid, minimum_jacobian
 
@@ -15,7 +25,7 @@ __all__ = [
     "EDGES",
     "FACES",
     "MEASURES",
-    "RULES",
+    "QUADRATURE_RULES",
     "all_valid",
     "cell_measures",
     "cell_volumes",
@@ -23,6 +33,7 @@ __all__ = [
     "corner_scaled_jacobian",
     "edge_lengths",
     "edge_weights",
+    "face_area_vectors",
     "gauss_rule",
     "is_valid",
     "minimum_jacobian",

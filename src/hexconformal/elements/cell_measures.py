@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import parallel_ranges, strict_loop
-from .validity import DEPTH, bracket, contiguous, edge_vectors, expand
+from .validity import DEPTH, bracket_minimum, contiguous, edge_vectors, fill_coefficients
 
 __all__ = ["MEASURES", "cell_measures", "corner_scaled_jacobian"]
 
@@ -33,7 +33,7 @@ def cell_measures(points: Floats, cells: Ints) -> Floats:
     array([[1.    , 1.    , 0.7937, 0.1667, 2.    , 2.    ]])
     """
     rows = np.empty((len(MEASURES), len(cells)))
-    parallel_ranges(_measure, len(cells), *contiguous(points, cells), rows)
+    parallel_ranges(_measure_range, len(cells), *contiguous(points, cells), rows)
     return rows
 
 
@@ -69,7 +69,7 @@ def _edge_lengths(edges, lengths):  # type: ignore[no-untyped-def]
 
 
 @strict_loop
-def _scaled(det, product):  # type: ignore[no-untyped-def]
+def _scaled_jacobian(det, product):  # type: ignore[no-untyped-def]
     return max(-1.0, min(1.0, det / product)) if product > 0.0 else 0.0
 
 
@@ -89,12 +89,13 @@ def _corner_range(first, last, points, cells, smallest):  # type: ignore[no-unty
                         + (edges[i, 2] * edges[j, 0] - edges[i, 0] * edges[j, 2]) * edges[k, 1]
                         + (edges[i, 0] * edges[j, 1] - edges[i, 1] * edges[j, 0]) * edges[k, 2]
                     )
-                    worst = min(worst, _scaled(det, lengths[i] * lengths[j] * lengths[k]))
+                    worst = min(worst, _scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
         smallest[cell] = worst
 
 
 @strict_loop
-def _parallelogram(edges, i, j):  # type: ignore[no-untyped-def]
+def _face_area(edges, i, j):  # type: ignore[no-untyped-def]
+    """Area of the parallelogram that two edges span."""
     x = edges[i, 1] * edges[j, 2] - edges[i, 2] * edges[j, 1]
     y = edges[i, 2] * edges[j, 0] - edges[i, 0] * edges[j, 2]
     z = edges[i, 0] * edges[j, 1] - edges[i, 1] * edges[j, 0]
@@ -102,14 +103,14 @@ def _parallelogram(edges, i, j):  # type: ignore[no-untyped-def]
 
 
 @strict_loop
-def _measure(first, last, points, cells, columns):  # type: ignore[no-untyped-def]
+def _measure_range(first, last, points, cells, columns):  # type: ignore[no-untyped-def]
     """Fill the columns in the order of MEASURES."""
     edges, lengths, areas = np.empty((12, 3)), np.empty(12), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * DEPTH + 1, 27)), np.empty(3 * DEPTH + 1, np.int64)
     for cell in range(first, last):
         edge_vectors(points, cells, cell, edges)
         _edge_lengths(edges, lengths)
-        rounding = expand(edges, areas, stack[0])
+        rounding = fill_coefficients(edges, areas, stack[0])
 
         scaled, shape, distortion = 1.0, 1.0, 0.0
         for x in range(2):
@@ -117,9 +118,9 @@ def _measure(first, last, points, cells, columns):  # type: ignore[no-untyped-de
                 for z in range(2):
                     i, j, k = y + 2 * z, 4 + x + 2 * z, 8 + x + 2 * y
                     det = stack[0, 18 * z + 6 * y + 2 * x]
-                    scaled = min(scaled, _scaled(det, lengths[i] * lengths[j] * lengths[k]))
+                    scaled = min(scaled, _scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
                     norm = lengths[i] ** 2 + lengths[j] ** 2 + lengths[k] ** 2
-                    area = _parallelogram(edges, i, j) + _parallelogram(edges, j, k) + _parallelogram(edges, k, i)
+                    area = _face_area(edges, i, j) + _face_area(edges, j, k) + _face_area(edges, k, i)
                     ratio = 3.0 * max(det, 0.0) ** (2 / 3) / norm if norm > 0.0 else 0.0
                     shape = min(shape, ratio)
                     distortion = max(distortion, 1.0 - area / norm if norm > 0.0 else 1.0)
@@ -131,7 +132,7 @@ def _measure(first, last, points, cells, columns):  # type: ignore[no-untyped-de
         for k in range(27):
             volume += stack[0, k] / 27.0
             largest = max(largest, abs(stack[0, k]))
-        lower, _ = bracket(stack, levels, rounding, DEPTH)
+        lower, _ = bracket_minimum(stack, levels, rounding, DEPTH)
 
         columns[0, cell] = scaled
         columns[1, cell] = max(-1.0, lower / largest) if largest > 0.0 else 0.0

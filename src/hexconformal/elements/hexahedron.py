@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CORNERS", "CORNER_NEIGHBOURS", "EDGES", "FACES", "RULES", "corner_rule", "edge_weights", "gauss_rule"]
+__all__ = [
+    "CORNERS",
+    "CORNER_NEIGHBOURS",
+    "EDGES",
+    "FACES",
+    "QUADRATURE_RULES",
+    "corner_rule",
+    "edge_weights",
+    "gauss_rule",
+]
 __all__ += ["shape_gradients"]
 
 # Reference coordinates in the unit cube of the eight nodes.
@@ -13,7 +22,7 @@ CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=np.int64
 )
 
-# Neighbours of each node along e1, e2, e3, ordered so that a sound cell spans a positive volume.
+# Neighbours of each node along e1, e2, e3, ordered so that a valid cell spans a positive volume.
 CORNER_NEIGHBOURS = np.array(
     [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]], dtype=np.int64
 )
@@ -83,4 +92,4 @@ def corner_rule() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return CORNERS.astype(np.float64), np.full(8, 0.125)
 
 
-RULES = {"gauss": gauss_rule, "corners": corner_rule}  # quadrature by name
+QUADRATURE_RULES = {"gauss": gauss_rule, "corners": corner_rule}  # quadrature by name

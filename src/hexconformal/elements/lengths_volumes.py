@@ -1,4 +1,4 @@
-"""How large cells are: lengths of their edges, and their volumes."""
+"""Lengths of the edges, and volumes, of hexahedra."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is det J of a trilinear hexahedron positive everywhere? A certificate from its Bernstein coefficients.
+"""Validity of trilinear hexahedra: det J > 0 everywhere, certified by Bernstein coefficients.
 
 On the unit cube det J is a polynomial of degree two in each reference coordinate. Its 27 Bernstein
 coefficients bound it from below and above, and the eight at the corners are attained; where they do not
@@ -17,12 +17,12 @@ from ..kernel import parallel_ranges, strict_loop
 from .hexahedron import EDGES
 
 __all__ = ["DEPTH", "all_valid", "bernstein_coefficients", "contiguous", "is_valid", "minimum_jacobian"]
-__all__ += ["bracket", "edge_vectors", "expand"]
+__all__ += ["bracket_minimum", "edge_vectors", "fill_coefficients"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-DEPTH = 8  # how often a cell may be halved in each direction
+DEPTH = 8  # largest number of times that a cell is halved in each direction
 # Bisections of one cell before it counts as undecided: only a det that touches zero comes near.
 _BUDGET = 4096
 # Rounding of a coefficient, relative to the product of the lengths along e1, e2, e3.
@@ -158,7 +158,7 @@ def edge_vectors(points, cells, c, edges):  # type: ignore[no-untyped-def]
 
 
 @strict_loop
-def expand(edges, areas, coefficients):  # type: ignore[no-untyped-def]
+def fill_coefficients(edges, areas, coefficients):  # type: ignore[no-untyped-def]
     """Fill the 27 coefficients from the edges, and return how far rounding may have moved them."""
     scale = 1.0
     for axis in range(3):
@@ -219,7 +219,7 @@ def _bounds(block):  # type: ignore[no-untyped-def]
 
 
 @strict_loop
-def bracket(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
+def bracket_minimum(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
     """(lower, upper) of the polynomial whose coefficients are stack[0]; bisects while undecided."""
     first, upper = _bounds(stack[0])
     first -= rounding
@@ -256,8 +256,8 @@ def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ig
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
         edge_vectors(points, cells, c, edges)
-        rounding = expand(edges, areas, stack[0])
-        lower[c], upper[c] = bracket(stack, levels, rounding, depth)
+        rounding = fill_coefficients(edges, areas, stack[0])
+        lower[c], upper[c] = bracket_minimum(stack, levels, rounding, depth)
 
 
 @strict_loop
@@ -266,8 +266,8 @@ def _find_invalid(first, last, points, cells, depth, found):  # type: ignore[no-
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
         edge_vectors(points, cells, c, edges)
-        rounding = expand(edges, areas, stack[0])
-        lower, _ = bracket(stack, levels, rounding, depth)
+        rounding = fill_coefficients(edges, areas, stack[0])
+        lower, _ = bracket_minimum(stack, levels, rounding, depth)
         if not lower > 0.0:
             found[0] = True
         # Set by any range; all of them write the same value.

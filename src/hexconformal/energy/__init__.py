@@ -1,4 +1,4 @@
-"""What is minimized: the distortion at quadrature points (6) and at corners (11, 12), the volume term (10), targets.
+"""Energies: the distortion at quadrature points (6) and at corners (11, 12), the volume term (10), target shapes.
 
 Belongs here: energies with their derivatives, and the block matrix these are collected in. Imports `common`,
 `kernel`, `elements` and `mesh`.
@@ -7,19 +7,27 @@ Belongs here: energies with their derivatives, and the block matrix these are co
 from .block_matrix import BlockMatrix
 from .corner_energy import VOLUME_WEIGHT, CornerEnergy, Weights
 from .distortion_energy import Distortion
-from .target import STRETCHED, aspects, cell_frames, inverse_targets, normalized_target, stretched_boxes, wanted_volumes
+from .target import (
+    STRETCHED_ASPECTS,
+    aspect_ratios,
+    inverse_targets,
+    jacobian_matrices,
+    normalized_target,
+    stretched_boxes,
+    target_volumes,
+)
 
 __all__ = [
-    "STRETCHED",
+    "STRETCHED_ASPECTS",
     "VOLUME_WEIGHT",
     "BlockMatrix",
     "CornerEnergy",
     "Distortion",
     "Weights",
-    "aspects",
-    "cell_frames",
+    "aspect_ratios",
     "inverse_targets",
+    "jacobian_matrices",
     "normalized_target",
     "stretched_boxes",
-    "wanted_volumes",
+    "target_volumes",
 ]

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ..elements import FACES
 from ..kernel import algebra, loop
-from ..mesh import corner_incidences, find, node_pattern
+from ..mesh import binary_search, corner_incidences, node_pattern
 
-__all__ = ["BlockMatrix", "cell_places"]
+__all__ = ["BlockMatrix", "block_places"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -25,14 +25,14 @@ def _places(cells, free, indptr, indices, places):  # type: ignore[no-untyped-de
                 row, column = max(cells[c, a], cells[c, b]), min(cells[c, a], cells[c, b])
                 place = -1
                 if free[row] and free[column]:
-                    place = find(indices, indptr[row], indptr[row + 1], column)
+                    place = binary_search(indices, indptr[row], indptr[row + 1], column)
                     # The ends of a diagonal of the whole cell share no face.
                     place = place if indices[place] == column else -1
                 places[c, a * (a + 1) // 2 + b] = place
 
 
-def cell_places(cells: Ints, free: NDArray[np.bool_], matrix: BlockMatrix) -> Ints:
-    """Where the blocks of the pairs a >= b of every cell's nodes are stored: (m, 36) places; -1 for none."""
+def block_places(cells: Ints, free: NDArray[np.bool_], matrix: BlockMatrix) -> Ints:
+    """Places (m, 36) in the matrix of the blocks of the pairs a >= b of every cell's nodes; -1 for none."""
     places = np.empty((len(cells), 36), np.int64)
     _places(cells, free, matrix.indptr, matrix.indices, places)
     return places

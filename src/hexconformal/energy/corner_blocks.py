@@ -1,18 +1,18 @@
-"""From derivatives with respect to the frames at the corners of a cell to those with respect to its nodes."""
+"""Derivatives with respect to the nodes of a cell, from those with respect to the frames at its corners."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernel import algebra, frame, matrix_product, plus, put, scale, times, transposed
+from ..kernel import algebra, frame_at, matrix_product, plus, scale, store, times, transpose
 
 __all__ = ["BLOCKS", "COLUMN", "END", "INVERSE", "SIGN", "add_blocks", "add_forces", "pull_back", "to_nodes"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# First rows of what the scratch array (hexconformal.kernel.simd_frames) of the corners holds here: first derivatives;
+# First rows of what the work array (hexconformal.kernel.simd_frames) of the corners holds here: first derivatives;
 # second ones, of the pairs of columns 11, 12, 13, 22, 23, 33, nine rows each; those of each neighbour with the corner
 # itself, and of the corner with itself; W^-1; and the signs that turn edges into derivatives.
 COLUMN, BLOCKS, _MIXED, _OWN, INVERSE, SIGN, END = 0, 9, 63, 90, 99, 108, 111
@@ -22,7 +22,7 @@ COLUMN, BLOCKS, _MIXED, _OWN, INVERSE, SIGN, END = 0, 9, 63, 90, 99, 108, 111
 def pull_back(s: Field) -> None:
     """Derivatives with respect to J W^-1 become derivatives with respect to J."""
     for q in range(8):
-        put(matrix_product(frame(s, INVERSE, q), frame(s, COLUMN, q)), s, COLUMN, q)
+        store(matrix_product(frame_at(s, INVERSE, q), frame_at(s, COLUMN, q)), s, COLUMN, q)
     for k in range(3):
         for l in range(k + 1):
             one, two = BLOCKS + 3 * k + l, BLOCKS + 3 * l + k
@@ -33,8 +33,8 @@ def pull_back(s: Field) -> None:
                     (s[two + 9, q], s[one + 27, q], s[one + 36, q]),
                     (s[two + 18, q], s[two + 36, q], s[one + 45, q]),
                 )
-                w = frame(s, INVERSE, q)
-                m = matrix_product(matrix_product(w, m), transposed(w))
+                w = frame_at(s, INVERSE, q)
+                m = matrix_product(matrix_product(w, m), transpose(w))
                 s[one, q], s[one + 9, q], s[one + 18, q] = m[0]
                 s[two + 9, q], s[one + 27, q], s[one + 36, q] = m[1]
                 s[two + 18, q], s[two + 36, q], s[one + 45, q] = m[2]
@@ -46,22 +46,22 @@ def to_nodes(s: Field) -> None:
     """Derivatives with respect to edges, then to the nodes: moving the corner itself moves all three edges back."""
     for q in range(8):
         x, y, z = s[SIGN, q], s[SIGN + 1, q], s[SIGN + 2, q]
-        f = frame(s, COLUMN, q)
-        put((scale(x, f[0]), scale(y, f[1]), scale(z, f[2])), s, COLUMN, q)
-        b00, b11, b22 = frame(s, BLOCKS, q), frame(s, BLOCKS + 27, q), frame(s, BLOCKS + 45, q)
-        b01 = times(x * y, frame(s, BLOCKS + 9, q))
-        b02 = times(x * z, frame(s, BLOCKS + 18, q))
-        b12 = times(y * z, frame(s, BLOCKS + 36, q))
-        put(b01, s, BLOCKS + 9, q)
-        put(b02, s, BLOCKS + 18, q)
-        put(b12, s, BLOCKS + 36, q)
+        f = frame_at(s, COLUMN, q)
+        store((scale(x, f[0]), scale(y, f[1]), scale(z, f[2])), s, COLUMN, q)
+        b00, b11, b22 = frame_at(s, BLOCKS, q), frame_at(s, BLOCKS + 27, q), frame_at(s, BLOCKS + 45, q)
+        b01 = times(x * y, frame_at(s, BLOCKS + 9, q))
+        b02 = times(x * z, frame_at(s, BLOCKS + 18, q))
+        b12 = times(y * z, frame_at(s, BLOCKS + 36, q))
+        store(b01, s, BLOCKS + 9, q)
+        store(b02, s, BLOCKS + 18, q)
+        store(b12, s, BLOCKS + 36, q)
         m0 = plus(b00, plus(b01, b02))
-        m1 = plus(transposed(b01), plus(b11, b12))
-        m2 = plus(transposed(b02), plus(transposed(b12), b22))
-        put(times(-1.0, m0), s, _MIXED, q)
-        put(times(-1.0, m1), s, _MIXED + 9, q)
-        put(times(-1.0, m2), s, _MIXED + 18, q)
-        put(plus(m0, plus(m1, m2)), s, _OWN, q)
+        m1 = plus(transpose(b01), plus(b11, b12))
+        m2 = plus(transpose(b02), plus(transpose(b12), b22))
+        store(times(-1.0, m0), s, _MIXED, q)
+        store(times(-1.0, m1), s, _MIXED + 9, q)
+        store(times(-1.0, m2), s, _MIXED + 18, q)
+        store(plus(m0, plus(m1, m2)), s, _OWN, q)
 
 
 @algebra

@@ -1,6 +1,6 @@
-"""The corner energy of a mesh, or of a patch of it.
+"""The corner energy of a mesh, or of a patch of it: equations (8) and (10) to (12).
 
-For meshes where the note's energy is not enough: tangled cells, cells that are barely valid, and the worst
+It serves where the quaternionic energy (6) is not enough: tangled cells, cells that are barely valid, and the worst
 cells of an otherwise good mesh. Everything is measured at the corners, where the scaled Jacobian is.
 """
 
@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from ..elements import CORNERS
 from ..kernel import parallel_ranges
 from ..mesh import boundary_quads
-from .block_matrix import BlockMatrix, cell_places
+from .block_matrix import BlockMatrix, block_places
 from .corner_kernels import corner_densities, corner_sums
 from .volume_term import volume_sums
 
-__all__ = ["PATCH_ROUNDING", "VOLUME_WEIGHT", "CornerEnergy", "Measures", "SurfacePenalty", "Weights"]
+__all__ = ["PATCH_ROUNDING", "VOLUME_WEIGHT", "CornerEnergy", "CornerMeasures", "SurfacePenalty", "Weights"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 PATCH_ROUNDING = 2.0**-12  # of directions on a patch, in shortest edges at a node
-VOLUME_WEIGHT = 6.0  # weight of the sizes of cells beside their angles, or their whole distortion
+VOLUME_WEIGHT = 6.0  # weight of the volumes of cells beside their angles, or their whole distortion
 
 
 def _corner_table() -> Ints:
@@ -43,11 +43,13 @@ _NOTHING = np.empty((0, 3)), np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
 
 @dataclass(frozen=True)
 class Weights:
-    """What counts: sum of shape * e(f) + angle * phi(e(u)) over the corners (see corner_kernels), and of sizes.
+    """Weights of the terms: distortion * e(f) + angle * phi(e(u)) summed over the corners, and volume over the cells.
+
+    Equations (8), (12) and (10).
 
     Attributes
     ----------
-    shape
+    distortion
         Weight of the whole distortion, edge lengths and angles against the target.
     angle
         Weight of the angles alone: the distortion of the unit columns, edge lengths free.
@@ -55,32 +57,32 @@ class Weights:
         phi(e) = e / (1 - stiffness e): no corner gets worse than 1 / stiffness.
     eps
         Of the barrier chi_eps; 0 once nothing is folded.
-    size
-        Weight of what cells pay for losing or gaining volume (see size_kernel).
+    volume
+        Weight of what cells pay for losing or gaining volume, equation (10).
     """
 
-    shape: float = 1.0
+    distortion: float = 1.0
     angle: float = 0.0
     stiffness: float = 0.0
     eps: float = 0.0
-    size: float = 0.0
+    volume: float = 0.0
 
 
 @dataclass(frozen=True)
-class Measures:
+class CornerMeasures:
     """Per cell: smallest corner determinant, largest densities e(f) and e(u); infinite where folded."""
 
     determinant: Field
-    shape: Field
+    distortion: Field
     angle: Field
 
 
 class SurfacePenalty(Protocol):
-    """What keeps nodes of the boundary near the surface: a penalty, and a limit that is never crossed."""
+    """A penalty that keeps nodes of the boundary near the surface, with a limit that is never crossed."""
 
     def value(self, points: Field) -> float: ...
-    def excess(self, points: Field) -> float: ...
-    def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float: ...
+    def relative_distance(self, points: Field) -> float: ...
+    def assemble(self, points: Field, gradient: Field, matrix: BlockMatrix) -> float: ...
     def restricted(self, nodes: Ints, moving: Mask, points: Field) -> SurfacePenalty: ...
 
 
@@ -96,23 +98,23 @@ class CornerEnergy:
         Inverse target frames as in :class:`hexconformal.energy.distortion_energy.Distortion`, empty for cubes.
     projectors
         (n, 3, 3) orthogonal projections onto the admissible displacements; 0 holds a node.
-    surface
-        What keeps boundary nodes near the surface, or None.
-    sizes
+    surface_penalty
+        Keeps nodes of the boundary near the surface; or None.
+    target_volumes
         (m,) volumes that cells should have, 0 for those without; empty for none at all.
-    firmness
-        Factor of the weight of sizes.
+    volume_factor
+        Factor of the weight of volumes.
     rounding
-        Of the directions that are taken, see :mod:`hexconformal.solver.step_rounding`; 0 for none. Patches have a finer
-        one.
+        Of directions, in shortest edges at a node (see :mod:`hexconformal.solver.step_rounding`); 0 for none.
+        Patches have a finer one.
     """
 
     cells: Ints
     inverses: Field
     projectors: Field
-    surface: SurfacePenalty | None = None
-    sizes: Field = field(default_factory=lambda: np.empty(0))
-    firmness: float = 1.0
+    surface_penalty: SurfacePenalty | None = None
+    target_volumes: Field = field(default_factory=lambda: np.empty(0))
+    volume_factor: float = 1.0
     rounding: float = 0.0
 
     @cached_property
@@ -121,47 +123,50 @@ class CornerEnergy:
 
     @cached_property
     def _places(self) -> Ints:
-        return cell_places(self.cells, self.free, self._matrix)
+        return block_places(self.cells, self.free, self._matrix)
 
-    def value(self, points: Field, emphasis: Weights) -> float:
+    def value(self, points: Field, weights: Weights) -> float:
         """Energy at the points; infinite where a corner is folded, too bad, or too far from the surface."""
-        total = self._sums(points, emphasis, None)
-        if self.surface is not None and np.isfinite(total):
-            total += self.surface.value(points)
+        total = self._sums(points, weights, None)
+        if self.surface_penalty is not None and np.isfinite(total):
+            total += self.surface_penalty.value(points)
         return total
 
-    def excess(self, points: Field) -> float:
+    def relative_distance(self, points: Field) -> float:
         """Largest distance of the boundary from the surface, in units of its bound."""
-        return 0.0 if self.surface is None else self.surface.excess(points)
+        return 0.0 if self.surface_penalty is None else self.surface_penalty.relative_distance(points)
 
-    def value_gradient_hessian(self, points: Field, emphasis: Weights) -> tuple[float, Field, BlockMatrix]:
+    def value_gradient_hessian(self, points: Field, weights: Weights) -> tuple[float, Field, BlockMatrix]:
         """Energy, gradient (n, 3), and the convex part of the Hessian; the matrix is reused by the next call."""
         gradient, matrix = np.zeros_like(points), self._matrix
         matrix.data[:] = 0.0
-        total = self._sums(points, emphasis, gradient)
-        if self.surface is not None:
-            total += self.surface.add(points, gradient, matrix)
+        total = self._sums(points, weights, gradient)
+        if self.surface_penalty is not None:
+            total += self.surface_penalty.assemble(points, gradient, matrix)
         return total, gradient, matrix
 
-    def _sums(self, points: Field, emphasis: Weights, gradient: Field | None) -> float:
+    def _sums(self, points: Field, weights: Weights, gradient: Field | None) -> float:
         derivatives = gradient is not None
         where = (derivatives, *((gradient, self._matrix.data, self._places) if derivatives else _NOTHING))
-        weights = emphasis.eps, emphasis.shape, emphasis.angle, emphasis.stiffness
-        total = float(corner_sums(points, self.cells, _TABLE, self.inverses, *weights, *where))
-        if emphasis.size > 0.0 and len(self.sizes):
-            total += float(volume_sums(points, self.cells, self.sizes, emphasis.size * self.firmness, *where))
+        settings = weights.eps, weights.distortion, weights.angle, weights.stiffness
+        total = float(corner_sums(points, self.cells, _TABLE, self.inverses, *settings, *where))
+        if weights.volume > 0.0 and len(self.target_volumes):
+            weight = weights.volume * self.volume_factor
+            total += float(volume_sums(points, self.cells, self.target_volumes, weight, *where))
         return total
 
     def surface_force(self, points: Field) -> tuple[float, Field]:
-        """What keeps the boundary near the surface alone: its energy and gradient (n, 3)."""
+        """The surface penalty alone: its energy and gradient (n, 3)."""
         gradient = np.zeros_like(points)
-        return 0.0 if self.surface is None else self.surface.add(points, gradient, self._matrix), gradient
+        if self.surface_penalty is None:
+            return 0.0, gradient
+        return self.surface_penalty.assemble(points, gradient, self._matrix), gradient
 
-    def measures(self, points: Field) -> Measures:
+    def measures(self, points: Field) -> CornerMeasures:
         """Figures of every cell, as the energy sees it."""
         columns = np.empty((3, len(self.cells)))
         parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
-        return Measures(*columns)
+        return CornerMeasures(*columns)
 
     @cached_property
     def free(self) -> Mask:
@@ -186,9 +191,9 @@ class CornerEnergy:
             local[self.cells[around]],
             self.inverses[around] if len(self.inverses) > 1 else self.inverses,
             np.where(moving[nodes, None, None], self.projectors[nodes], 0.0),
-            None if self.surface is None else self.surface.restricted(nodes, moving, points),
-            self.sizes[around] if len(self.sizes) else self.sizes,
-            self.firmness,
+            None if self.surface_penalty is None else self.surface_penalty.restricted(nodes, moving, points),
+            self.target_volumes[around] if len(self.target_volumes) else self.target_volumes,
+            self.volume_factor,
             min(self.rounding, PATCH_ROUNDING),
         )
         return patch, nodes

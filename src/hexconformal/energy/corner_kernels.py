@@ -31,21 +31,21 @@ from ..kernel import (
     cross_matrix,
     determinant,
     dot,
-    frame,
+    frame_at,
     frame_density,
     frame_gradient,
     loop,
     matrix_product,
-    orthogonal,
-    outer,
+    orthogonal_projection,
+    outer_sum,
     plane_normal,
     plus,
     polar,
-    put,
-    put_inverses,
     scale,
+    store,
+    store_inverses,
     times,
-    transposed,
+    transpose,
 )
 from .corner_blocks import BLOCKS, COLUMN, END, INVERSE, SIGN, add_blocks, add_forces, pull_back, to_nodes
 
@@ -54,20 +54,20 @@ __all__ = ["corner_densities", "corner_sums"]
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_HUGE = 1e290  # a density beyond this is a folded corner
-_JACOBIAN = 8.0  # weight of the scaled Jacobian beside the distortion of the unit columns
+_FOLDED = 1e290  # a density beyond this is a folded corner
+_JACOBIAN_WEIGHT = 8.0  # weight of the scaled Jacobian beside the distortion of the unit columns
 
-# First rows of what the scratch array holds besides.
+# First rows of what the work array holds besides.
 _FRAME, _DENSITY, _MARGIN, _ROWS = END, END + 9, END + 10, END + 11
 
 
 @algebra
-def _add(f: Frame, s: Field, row: int, q: int) -> None:
-    put(plus(frame(s, row, q), f), s, row, q)
+def _add_to(f: Frame, s: Field, row: int, q: int) -> None:
+    store(plus(frame_at(s, row, q), f), s, row, q)
 
 
 @algebra
-def _load(points: Field, cells: Ints, c: int, corners: Ints, inverses: Field, s: Field) -> None:
+def _store_frames(points: Field, cells: Ints, c: int, corners: Ints, inverses: Field, s: Field) -> None:
     """The frames at the corners of a cell, W^-1 there, and the signs that turn edges into derivatives."""
     for q in range(8):
         here = cells[c, q]
@@ -76,10 +76,10 @@ def _load(points: Field, cells: Ints, c: int, corners: Ints, inverses: Field, s:
             s[SIGN + i, q] = sign
             for k in range(3):
                 s[_FRAME + 3 * i + k, q] = sign * (points[there, k] - points[here, k])
-    put_inverses(inverses, c, s, INVERSE)
+    store_inverses(inverses, c, s, INVERSE)
     if len(inverses) > 0:
         for q in range(8):
-            put(matrix_product(transposed(frame(s, INVERSE, q)), frame(s, _FRAME, q)), s, _FRAME, q)
+            store(matrix_product(transpose(frame_at(s, INVERSE, q)), frame_at(s, _FRAME, q)), s, _FRAME, q)
 
 
 @algebra
@@ -102,53 +102,53 @@ def _chain(u: Frame, r: Vector, v: Frame) -> Frame:
 
 
 @algebra
-def _values(s: Field, eps: float, shape: float, angle: float, stiffness: float) -> None:
-    """Density of each corner, and what has to be positive there."""
+def _store_densities(s: Field, eps: float, distortion: float, angle: float, stiffness: float) -> None:
+    """Density of each corner, and the margin that has to be positive there."""
     for q in range(8):
-        f = frame(s, _FRAME, q)
+        f = frame_at(s, _FRAME, q)
         d = determinant(f)
-        s[_DENSITY, q] = shape * frame_density(f) * barrier_factor(d, eps)[0]
+        s[_DENSITY, q] = distortion * frame_density(f) * barrier_factor(d, eps)[0]
         s[_MARGIN, q] = d if eps == 0.0 else 1.0
     if angle > 0.0:
         for q in range(8):
-            u, _ = _directions(frame(s, _FRAME, q))
+            u, _ = _directions(frame_at(s, _FRAME, q))
             d = determinant(u)
-            density = (frame_density(u) + _JACOBIAN) * barrier_factor(d, 0.0)[0] - _JACOBIAN
+            density = (frame_density(u) + _JACOBIAN_WEIGHT) * barrier_factor(d, 0.0)[0] - _JACOBIAN_WEIGHT
             room = 1.0 - stiffness * density
             s[_DENSITY, q] += angle * density / room
             s[_MARGIN, q] = min(s[_MARGIN, q], min(room, d))
 
 
 @algebra
-def _shape_part(s: Field, eps: float, weight: float) -> None:
+def _add_distortion(s: Field, eps: float, weight: float) -> None:
     """Density of each corner, its derivative, and the convex Hessian, of the whole distortion."""
     for q in range(8):
-        f = frame(s, _FRAME, q)
+        f = frame_at(s, _FRAME, q)
         d = determinant(f)
         density, g = frame_gradient(f)
         a = cofactor(f)
-        factor, slope, bend = barrier_factor(d, eps)
-        bend = max(bend, 2.0 * slope * slope / factor)
+        factor, slope, curvature = barrier_factor(d, eps)
+        curvature = max(curvature, 2.0 * slope * slope / factor)
         s[_DENSITY, q] = weight * density * factor
         s[_MARGIN, q] = d if eps == 0.0 else 1.0
-        put(plus(times(weight * factor, g), times(weight * density * slope, a)), s, COLUMN, q)
+        store(plus(times(weight * factor, g), times(weight * density * slope, a)), s, COLUMN, q)
         along = times(weight * slope, a)
-        across = plus(times(weight * slope, g), times(weight * density * bend, a))
+        across = plus(times(weight * slope, g), times(weight * density * curvature, a))
         k = 4.0 * weight * factor
         same = (2.0 * k, 0.0, 0.0), (0.0, 2.0 * k, 0.0), (0.0, 0.0, 2.0 * k)
-        put(plus(same, outer(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
+        store(plus(same, outer_sum(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
         turn = cross_matrix(k, plane_normal(f[0], f[1]))
-        put(plus(turn, outer(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
+        store(plus(turn, outer_sum(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
         turn = cross_matrix(k, plane_normal(f[0], f[2]))
-        put(plus(turn, outer(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
-        put(plus(same, outer(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
+        store(plus(turn, outer_sum(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
+        store(plus(same, outer_sum(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
         turn = cross_matrix(k, plane_normal(f[1], f[2]))
-        put(plus(turn, outer(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
-        put(plus(same, outer(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
+        store(plus(turn, outer_sum(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
+        store(plus(same, outer_sum(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
 
 
 @algebra
-def _unit_turn(k: float, u: Vector, v: Vector) -> Frame:
+def _unit_cross_block(k: float, u: Vector, v: Vector) -> Frame:
     """k P_u [n]x P_v, n the normal of the plane of the unit vectors u and v: -k |u x v| (n x u) (n x v)^T."""
     c = cross(u, v)
     n, _ = polar(c)
@@ -157,64 +157,79 @@ def _unit_turn(k: float, u: Vector, v: Vector) -> Frame:
 
 
 @algebra
-def _angle_part(s: Field, weight: float, stiffness: float) -> None:
-    """Adds the same of phi(e(u)), u the unit columns."""
+def _add_angles(s: Field, weight: float, stiffness: float) -> None:
+    """Add the same of phi(e(u)), u the unit columns."""
     for q in range(8):
-        f = frame(s, _FRAME, q)
+        f = frame_at(s, _FRAME, q)
         u, r = _directions(f)
         d = determinant(u)
         density, g = frame_gradient(u)
-        density += _JACOBIAN
-        factor, slope, bend = barrier_factor(d, 0.0)
-        bend = max(bend, 2.0 * slope * slope / factor)
+        density += _JACOBIAN_WEIGHT
+        factor, slope, curvature = barrier_factor(d, 0.0)
+        curvature = max(curvature, 2.0 * slope * slope / factor)
         g, a = _chain(u, r, g), _chain(u, r, cofactor(u))
-        e = density * factor - _JACOBIAN
+        e = density * factor - _JACOBIAN_WEIGHT
         room = 1.0 - stiffness * e
         s[_DENSITY, q] += weight * e / room
         s[_MARGIN, q] = min(s[_MARGIN, q], min(room, d))
         first = weight / (room * room)
         second = 2.0 * stiffness * first / room
         down = density * slope
-        _add(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
+        _add_to(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
         # first * (slope (g a^T + a g^T) + density bend a a^T) + second * (factor g + down a) (factor g + down a)^T
         both = first * slope + second * factor * down
         along = plus(times(second * factor * factor, g), times(both, a))
-        across = plus(times(both, g), times(first * density * bend + second * down * down, a))
+        across = plus(times(both, g), times(first * density * curvature + second * down * down, a))
         k = 4.0 * first * factor
-        _add(plus(orthogonal(2.0 * k * r[0] * r[0], u[0]), outer(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
-        turn = _unit_turn(k * r[0] * r[1], u[0], u[1])
-        _add(plus(turn, outer(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
-        turn = _unit_turn(k * r[0] * r[2], u[0], u[2])
-        _add(plus(turn, outer(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
-        _add(plus(orthogonal(2.0 * k * r[1] * r[1], u[1]), outer(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
-        turn = _unit_turn(k * r[1] * r[2], u[1], u[2])
-        _add(plus(turn, outer(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
-        _add(plus(orthogonal(2.0 * k * r[2] * r[2], u[2]), outer(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
+        _add_to(
+            plus(orthogonal_projection(2.0 * k * r[0] * r[0], u[0]), outer_sum(g[0], along[0], a[0], across[0])),
+            s,
+            BLOCKS,
+            q,
+        )
+        turn = _unit_cross_block(k * r[0] * r[1], u[0], u[1])
+        _add_to(plus(turn, outer_sum(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
+        turn = _unit_cross_block(k * r[0] * r[2], u[0], u[2])
+        _add_to(plus(turn, outer_sum(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
+        _add_to(
+            plus(orthogonal_projection(2.0 * k * r[1] * r[1], u[1]), outer_sum(g[1], along[1], a[1], across[1])),
+            s,
+            BLOCKS + 27,
+            q,
+        )
+        turn = _unit_cross_block(k * r[1] * r[2], u[1], u[2])
+        _add_to(plus(turn, outer_sum(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
+        _add_to(
+            plus(orthogonal_projection(2.0 * k * r[2] * r[2], u[2]), outer_sum(g[2], along[2], a[2], across[2])),
+            s,
+            BLOCKS + 45,
+            q,
+        )
 
 
 @loop
 def corner_sums(  # type: ignore[no-untyped-def]
-    points, cells, corners, inverses, eps, shape, angle, stiffness, derivatives, forces, data, places
+    points, cells, corners, inverses, eps, distortion, angle, stiffness, derivatives, forces, data, places
 ):
     """Sum of shape * e(f) + angle * phi(e(u)) over all corners, u the unit columns of f.
 
     phi(e) = e / (1 - stiffness e) rises without bound as the worst corner nears 1 / stiffness. Infinite where a
     corner is folded (eps = 0) or beyond that bound. With derivatives, adds the first to forces (n, 3) and the
     convex Hessian to the 3 x 3 blocks data at places (m, 36), those of
-    :func:`hexconformal.energy.block_matrix.cell_places`.
+    :func:`hexconformal.energy.block_matrix.block_places`.
     """
     s, local = np.empty((_ROWS, 8)), np.empty((36, 3, 3))
     total = 0.0
     for c in range(len(cells)):
-        _load(points, cells, c, corners, inverses, s)
+        _store_frames(points, cells, c, corners, inverses, s)
         if derivatives:
-            _shape_part(s, eps, shape)
+            _add_distortion(s, eps, distortion)
             if angle > 0.0:
-                _angle_part(s, angle, stiffness)
+                _add_angles(s, angle, stiffness)
         else:
-            _values(s, eps, shape, angle, stiffness)
+            _store_densities(s, eps, distortion, angle, stiffness)
         for q in range(8):
-            if not (s[_MARGIN, q] > 0.0 and s[_DENSITY, q] < _HUGE):
+            if not (s[_MARGIN, q] > 0.0 and s[_DENSITY, q] < _FOLDED):
                 return np.inf
             total += s[_DENSITY, q]
         if not derivatives:
@@ -228,21 +243,23 @@ def corner_sums(  # type: ignore[no-untyped-def]
 
 
 @loop
-def corner_densities(first, last, points, cells, corners, inverses, smallest, shape, angle):  # type: ignore[no-untyped-def]
+def corner_densities(first, last, points, cells, corners, inverses, smallest, distortion, angle):  # type: ignore[no-untyped-def]
     """Per cell: smallest corner determinant of J W^-1, largest density e(f), largest e(u); inf where folded."""
     s = np.empty((_ROWS, 8))
     for c in range(first, last):
-        _load(points, cells, c, corners, inverses, s)
+        _store_frames(points, cells, c, corners, inverses, s)
         for q in range(8):
-            f = frame(s, _FRAME, q)
+            f = frame_at(s, _FRAME, q)
             u, _ = _directions(f)
             s[_MARGIN, q] = determinant(f)
             s[_DENSITY, q] = frame_density(f) * barrier_factor(determinant(f), 0.0)[0]
-            s[COLUMN, q] = (frame_density(u) + _JACOBIAN) * barrier_factor(determinant(u), 0.0)[0] - _JACOBIAN
-        smallest[c], shape[c], angle[c] = np.inf, 0.0, 0.0
+            s[COLUMN, q] = (frame_density(u) + _JACOBIAN_WEIGHT) * barrier_factor(determinant(u), 0.0)[
+                0
+            ] - _JACOBIAN_WEIGHT
+        smallest[c], distortion[c], angle[c] = np.inf, 0.0, 0.0
         for q in range(8):
             smallest[c] = min(smallest[c], s[_MARGIN, q])
-            shape[c] = max(shape[c], s[_DENSITY, q])
+            distortion[c] = max(distortion[c], s[_DENSITY, q])
             angle[c] = max(angle[c], s[COLUMN, q])
         if not smallest[c] > 0.0:
-            shape[c] = angle[c] = np.inf
+            distortion[c] = angle[c] = np.inf

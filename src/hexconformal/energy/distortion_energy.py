@@ -1,4 +1,4 @@
-"""The distortion of a hexahedral mesh: energy, gradient and second derivatives by finite elements."""
+"""The distortion energy of a hexahedral mesh, equations (6) and (8), by finite elements with numerical quadrature."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy import sparse
 from hexconformal.energy import quadrature_kernels as kernels
 
 from ..common import OptionError
-from ..elements import RULES, edge_weights, shape_gradients
+from ..elements import QUADRATURE_RULES, edge_weights, shape_gradients
 from ..kernel import parallel_ranges
 from ..mesh import corner_incidences, node_pattern, scalar_matrix
 
@@ -39,7 +39,7 @@ class Distortion:
     inverses
         (1 or m, 1 or q, 3, 3) inverse of the target frame W.
     eps
-        None for the plain energy, which does not see orientation; else the eps >= 0 of the barrier
+        None for the quaternionic energy (6), which does not see orientation; else the eps >= 0 of the barrier
         E / chi_eps(det)^(2/3).
     quadrature
         "gauss" (2 x 2 x 2) or "corners".
@@ -60,12 +60,12 @@ class Distortion:
     quadrature: str = "gauss"
 
     def __post_init__(self) -> None:
-        if self.quadrature not in RULES:
-            raise OptionError(f"quadrature is 'gauss' or 'corners', not {self.quadrature!r}")
+        if self.quadrature not in QUADRATURE_RULES:
+            raise OptionError(f"quadrature must be 'gauss' or 'corners', not {self.quadrature!r}")
 
     @cached_property
     def _rule(self) -> tuple[Field, Field, Field, Field]:
-        points, weights = RULES[self.quadrature]()
+        points, weights = QUADRATURE_RULES[self.quadrature]()
         scales = np.ones(1) if self.scales is None else self.scales
         inverses = np.empty((0, 1, 3, 3)) if self.inverses is None else np.ascontiguousarray(self.inverses)
         return edge_weights(points), weights, scales, inverses
@@ -90,7 +90,7 @@ class Distortion:
     def cell_energies(self, points: Field) -> Field:
         """Energy (m,) of every cell at the points (n, 3)."""
         energies = np.empty(len(self.cells))
-        eps = kernels.PLAIN if self.eps is None else self.eps
+        eps = kernels.QUATERNIONIC if self.eps is None else self.eps
         parallel_ranges(
             kernels.energy_gradient,
             len(self.cells),
@@ -116,10 +116,10 @@ class Distortion:
 
     def second_product(self, points: Field, variation: Field) -> Field:
         """Exact Hessian at the points times a variation (n, 3), matrix-free."""
-        return self._second_product(points, variation, kernels.PLAIN if self.eps is None else self.eps)
+        return self._second_product(points, variation, kernels.QUATERNIONIC if self.eps is None else self.eps)
 
     def frozen_product(self, points: Field, variation: Field) -> Field:
-        """Majorizing Hessian of the plain energy, normals frozen at the points, times a variation."""
+        """Majorizing Hessian of the quaternionic energy, normals frozen at the points, times a variation."""
         return self._second_product(points, variation, kernels.FROZEN)
 
     def laplacian(self, scales: Field | None = None) -> sparse.csr_matrix:
@@ -130,7 +130,7 @@ class Distortion:
         scales
             (m,) extra factor of each cell.
         """
-        points, weights = RULES[self.quadrature]()
+        points, weights = QUADRATURE_RULES[self.quadrature]()
         inverses = np.eye(3)[None, None] if self.inverses is None else self.inverses
         matrices = np.zeros((len(inverses), 8, 8))
         for q, gradients in enumerate(shape_gradients(points)):

@@ -12,59 +12,61 @@ from ..kernel import (
     barrier_gradient,
     barrier_second,
     combine,
-    frame,
+    frame_at,
     frame_frozen_second,
     frame_gradient,
     frame_second,
     loop,
     matrix_product,
-    put,
-    put_inverses,
+    store,
+    store_inverses,
     subtract,
-    transposed,
+    transpose,
 )
 
-__all__ = ["FROZEN", "PLAIN", "energy_gradient", "gather", "second_product"]
+__all__ = ["FROZEN", "QUATERNIONIC", "energy_gradient", "gather", "second_product"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Values of eps that ask for the plain, orientation-blind energy, and for its second derivative with frozen normals.
-PLAIN, FROZEN = -1.0, -2.0
+# Values of eps that stand for the quaternionic energy (6), blind to orientation, and its second derivative with normals
+# frozen.
+QUATERNIONIC, FROZEN = -1.0, -2.0
 
-# First rows of what the scratch array holds; the tables stay, the rest changes from cell to cell.
-_FRAME, _VARIATION, _STRESS, _ENERGY, _INVERSE, _TABLE, _WEIGHTED, _WEIGHTS, _ROWS = 0, 9, 18, 27, 28, 37, 49, 61, 62
+# First rows of what the work array holds; the weights stay, the rest changes from cell to cell.
+_FRAME, _VARIATION, _STRESS, _ENERGY, _INVERSE = 0, 9, 18, 27, 28
+_EDGE_WEIGHTS, _PRODUCTS, _QUADRATURE_WEIGHTS, _ROWS = 37, 49, 61, 62
 
 
 @algebra
-def _scratch(table: Field, weights: Field) -> Field:
-    """Scratch array with its tables: edge weights, quadrature weights and their matrix_product."""
+def _work_array(table: Field, weights: Field) -> Field:
+    """Work array with its weights: those of edges (8, 12), of the quadrature (8,), and their products."""
     s = np.empty((_ROWS, 8))
     for q in range(8):
-        s[_WEIGHTS, q] = weights[q]
+        s[_QUADRATURE_WEIGHTS, q] = weights[q]
         for e in range(12):
-            s[_TABLE + e, q] = table[q, e]
-            s[_WEIGHTED + e, q] = weights[q] * table[q, e]
+            s[_EDGE_WEIGHTS + e, q] = table[q, e]
+            s[_PRODUCTS + e, q] = weights[q] * table[q, e]
     return s
 
 
 @algebra
 def _edge(field: Field, cells: Ints, c: int, a: int, b: int) -> Vector:
-    return subtract(_vector_at(field, cells[c, b]), _vector_at(field, cells[c, a]))
+    return subtract(_node_vector(field, cells[c, b]), _node_vector(field, cells[c, a]))
 
 
 @algebra
-def _vector_at(field: Field, i: int) -> Vector:
+def _node_vector(field: Field, i: int) -> Vector:
     return field[i, 0], field[i, 1], field[i, 2]
 
 
 @algebra
-def _mean(x0: Vector, x1: Vector, x2: Vector, x3: Vector, s: Field, row: int, q: int) -> Vector:
+def _mean_of_edges(x0: Vector, x1: Vector, x2: Vector, x3: Vector, s: Field, row: int, q: int) -> Vector:
     return add(combine(s[row, q], x0, s[row + 1, q], x1), combine(s[row + 2, q], x2, s[row + 3, q], x3))
 
 
 @algebra
-def _load(field: Field, cells: Ints, c: int, inverses: Field, s: Field, row: int) -> None:
+def _store_frames(field: Field, cells: Ints, c: int, inverses: Field, s: Field, row: int) -> None:
     """Columns of (d field / d xi) W^-1 at the quadrature points: means of four edges (elements.EDGES) each."""
     x0, x1 = _edge(field, cells, c, 0, 1), _edge(field, cells, c, 3, 2)
     x2, x3 = _edge(field, cells, c, 4, 5), _edge(field, cells, c, 7, 6)
@@ -73,40 +75,40 @@ def _load(field: Field, cells: Ints, c: int, inverses: Field, s: Field, row: int
     z0, z1 = _edge(field, cells, c, 0, 4), _edge(field, cells, c, 1, 5)
     z2, z3 = _edge(field, cells, c, 3, 7), _edge(field, cells, c, 2, 6)
     for q in range(8):
-        f0 = _mean(x0, x1, x2, x3, s, _TABLE, q)
-        f1 = _mean(y0, y1, y2, y3, s, _TABLE + 4, q)
-        f2 = _mean(z0, z1, z2, z3, s, _TABLE + 8, q)
-        put((f0, f1, f2), s, row, q)
+        f0 = _mean_of_edges(x0, x1, x2, x3, s, _EDGE_WEIGHTS, q)
+        f1 = _mean_of_edges(y0, y1, y2, y3, s, _EDGE_WEIGHTS + 4, q)
+        f2 = _mean_of_edges(z0, z1, z2, z3, s, _EDGE_WEIGHTS + 8, q)
+        store((f0, f1, f2), s, row, q)
     if len(inverses) > 0:
         for q in range(8):
-            put(matrix_product(transposed(frame(s, _INVERSE, q)), frame(s, row, q)), s, row, q)
+            store(matrix_product(transpose(frame_at(s, _INVERSE, q)), frame_at(s, row, q)), s, row, q)
 
 
 @algebra
-def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field, c: int) -> None:
-    """Transpose of :func:`_load`: forces of the eight corners from the stresses at the quadrature points."""
+def _store_forces(s: Field, points: int, factor: float, inverses: Field, forces: Field, c: int) -> None:
+    """Transpose of :func:`_store_frames`: forces of the eight corners from the stresses at the quadrature points."""
     if len(inverses) > 0:
         for q in range(8):
-            put(matrix_product(frame(s, _INVERSE, q), frame(s, _STRESS, q)), s, _STRESS, q)
+            store(matrix_product(frame_at(s, _INVERSE, q), frame_at(s, _STRESS, q)), s, _STRESS, q)
     for k in range(3):
         x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = z0 = z1 = z2 = z3 = 0.0
         # Eight as a number known in advance would be unrolled, not vectorised.
         for q in range(points):
             p = s[_STRESS + k, q]
-            x0 += s[_WEIGHTED, q] * p
-            x1 += s[_WEIGHTED + 1, q] * p
-            x2 += s[_WEIGHTED + 2, q] * p
-            x3 += s[_WEIGHTED + 3, q] * p
+            x0 += s[_PRODUCTS, q] * p
+            x1 += s[_PRODUCTS + 1, q] * p
+            x2 += s[_PRODUCTS + 2, q] * p
+            x3 += s[_PRODUCTS + 3, q] * p
             p = s[_STRESS + 3 + k, q]
-            y0 += s[_WEIGHTED + 4, q] * p
-            y1 += s[_WEIGHTED + 5, q] * p
-            y2 += s[_WEIGHTED + 6, q] * p
-            y3 += s[_WEIGHTED + 7, q] * p
+            y0 += s[_PRODUCTS + 4, q] * p
+            y1 += s[_PRODUCTS + 5, q] * p
+            y2 += s[_PRODUCTS + 6, q] * p
+            y3 += s[_PRODUCTS + 7, q] * p
             p = s[_STRESS + 6 + k, q]
-            z0 += s[_WEIGHTED + 8, q] * p
-            z1 += s[_WEIGHTED + 9, q] * p
-            z2 += s[_WEIGHTED + 10, q] * p
-            z3 += s[_WEIGHTED + 11, q] * p
+            z0 += s[_PRODUCTS + 8, q] * p
+            z1 += s[_PRODUCTS + 9, q] * p
+            z2 += s[_PRODUCTS + 10, q] * p
+            z3 += s[_PRODUCTS + 11, q] * p
         forces[c, 0, k] = -factor * (x0 + y0 + z0)
         forces[c, 1, k] = factor * (x0 - y1 - z1)
         forces[c, 2, k] = factor * (x1 + y1 - z3)
@@ -121,53 +123,53 @@ def _store(s: Field, points: int, factor: float, inverses: Field, forces: Field,
 def _gradients(s: Field, eps: float) -> None:
     if eps < 0.0:
         for q in range(8):
-            s[_ENERGY, q], stress = frame_gradient(frame(s, _FRAME, q))
-            put(stress, s, _STRESS, q)
+            s[_ENERGY, q], stress = frame_gradient(frame_at(s, _FRAME, q))
+            store(stress, s, _STRESS, q)
     else:
         for q in range(8):
-            s[_ENERGY, q], stress = barrier_gradient(frame(s, _FRAME, q), eps)
-            put(stress, s, _STRESS, q)
+            s[_ENERGY, q], stress = barrier_gradient(frame_at(s, _FRAME, q), eps)
+            store(stress, s, _STRESS, q)
 
 
 @algebra
 def _seconds(s: Field, eps: float) -> None:
     if eps == FROZEN:
         for q in range(8):
-            put(frame_frozen_second(frame(s, _FRAME, q), frame(s, _VARIATION, q)), s, _STRESS, q)
+            store(frame_frozen_second(frame_at(s, _FRAME, q), frame_at(s, _VARIATION, q)), s, _STRESS, q)
     elif eps < 0.0:
         for q in range(8):
-            put(frame_second(frame(s, _FRAME, q), frame(s, _VARIATION, q)), s, _STRESS, q)
+            store(frame_second(frame_at(s, _FRAME, q), frame_at(s, _VARIATION, q)), s, _STRESS, q)
     else:
         for q in range(8):
-            put(barrier_second(frame(s, _FRAME, q), frame(s, _VARIATION, q), eps), s, _STRESS, q)
+            store(barrier_second(frame_at(s, _FRAME, q), frame_at(s, _VARIATION, q), eps), s, _STRESS, q)
 
 
 @loop
 def energy_gradient(first, last, points, cells, table, weights, scales, inverses, eps, energies, forces):  # type: ignore[no-untyped-def]
     """Energy (m,) of each cell and its derivative (m, 8, 3) with respect to the cell's own nodes."""
-    s = _scratch(table, weights)
+    s = _work_array(table, weights)
     for c in range(first, last):
-        put_inverses(inverses, c, s, _INVERSE)
-        _load(points, cells, c, inverses, s, _FRAME)
+        store_inverses(inverses, c, s, _INVERSE)
+        _store_frames(points, cells, c, inverses, s, _FRAME)
         _gradients(s, eps)
         factor = scales[c] if len(scales) > 1 else scales[0]
         total = 0.0
         for q in range(8):
-            total += s[_WEIGHTS, q] * s[_ENERGY, q]
+            total += s[_QUADRATURE_WEIGHTS, q] * s[_ENERGY, q]
         energies[c] = factor * total
-        _store(s, len(weights), factor, inverses, forces, c)
+        _store_forces(s, len(weights), factor, inverses, forces, c)
 
 
 @loop
 def second_product(first, last, points, variation, cells, table, weights, scales, inverses, eps, forces):  # type: ignore[no-untyped-def]
     """Second derivative of each cell's energy, applied to a variation of the points."""
-    s = _scratch(table, weights)
+    s = _work_array(table, weights)
     for c in range(first, last):
-        put_inverses(inverses, c, s, _INVERSE)
-        _load(points, cells, c, inverses, s, _FRAME)
-        _load(variation, cells, c, inverses, s, _VARIATION)
+        store_inverses(inverses, c, s, _INVERSE)
+        _store_frames(points, cells, c, inverses, s, _FRAME)
+        _store_frames(variation, cells, c, inverses, s, _VARIATION)
         _seconds(s, eps)
-        _store(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
+        _store_forces(s, len(weights), scales[c] if len(scales) > 1 else scales[0], inverses, forces, c)
 
 
 @loop

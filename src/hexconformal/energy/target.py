@@ -1,4 +1,4 @@
-"""What a perfect cell looks like: the target frames W that the distortion is measured against, and how large it is."""
+"""Target shapes: the frames W that the distortion is measured against, and target volumes."""
 
 from __future__ import annotations
 
@@ -8,34 +8,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, array_of_numbers, first_ids
-from ..elements import RULES, cell_volumes, corner_scaled_jacobian, edge_lengths, shape_gradients
+from ..elements import QUADRATURE_RULES, cell_volumes, corner_scaled_jacobian, edge_lengths, shape_gradients
 from ..mesh import HexMesh, NormalizedMesh
 
-__all__ = ["STRETCHED", "aspects", "cell_frames", "inverse_targets", "normalized_target"]
-__all__ += ["stretched_boxes", "wanted_volumes"]
+__all__ = ["STRETCHED_ASPECTS", "aspect_ratios", "inverse_targets", "jacobian_matrices", "normalized_target"]
+__all__ += ["stretched_boxes", "target_volumes"]
 
 Field = NDArray[np.float64]
 
 _BRICK = 0.8  # scaled Jacobian from which a stretched cell is a brick
-STRETCHED = (2.0, 5.0)  # aspect ratios between which a cell passes from a cube to its own box
+STRETCHED_ASPECTS = (2.0, 5.0)  # aspect ratios between which a cell passes from a cube to its own box
 
 
-def cell_frames(points: Field, cells: NDArray[np.int64], quadrature: str = "gauss") -> Field:
-    """Frames dX / d xi (m, q, 3, 3) at the quadrature points; column i is the derivative along axis i."""
-    places, _ = RULES[quadrature]()
+def jacobian_matrices(points: Field, cells: NDArray[np.int64], quadrature: str = "gauss") -> Field:
+    """Jacobian matrices dX / d xi (m, q, 3, 3) at the quadrature points; column i is the derivative along axis i."""
+    places, _ = QUADRATURE_RULES[quadrature]()
     x = points[cells] - points[cells[:, :1]]
     return np.einsum("qai,mak->mqki", shape_gradients(places), x)
 
 
-def normalized_target(target: Any, frame: NormalizedMesh) -> Any:
-    """A target in the frame of a run: "auto" is decided, points of a reference mesh are scaled, others have no unit."""
+def normalized_target(target: Any, normalized: NormalizedMesh) -> Any:
+    """A target for a normalized mesh: "auto" is decided, points of a reference mesh are scaled, others have no unit."""
     if isinstance(target, str) and target == "auto":
-        boxes = stretched_boxes(frame.start, frame.cells)
+        boxes = stretched_boxes(normalized.points, normalized.cells)
         return "cube" if boxes is None else boxes
-    if isinstance(target, str) or np.shape(target) not in (frame.start.shape, (len(frame.cells), 3)):
+    if isinstance(target, str) or np.shape(target) not in (normalized.points.shape, (len(normalized.cells), 3)):
         return target
     values = np.asarray(target, dtype=np.float64)
-    return frame.from_user(values[frame.nodes]) if len(values) == len(frame.nodes) else values[frame.order]
+    if len(values) == len(normalized.points):
+        return normalized.from_user(values[normalized.node_ids])
+    return values[normalized.cell_ids]
 
 
 def inverse_targets(
@@ -53,7 +55,7 @@ def inverse_targets(
     quadrature
         "gauss" or "corners".
     ids
-        (m,) what to call the cells in messages, if not by their places.
+        (m,) ids by which messages name the cells; default their places.
 
     Returns
     -------
@@ -79,25 +81,26 @@ def inverse_targets(
         try:
             target = [float(part) for part in target.split(":")]
         except ValueError:
-            raise OptionError(f"target is 'auto', 'cube', 'input' or 'a:b:c', not {target!r}") from None
+            raise OptionError(f"target must be 'auto', 'cube', 'input' or 'a:b:c', not {target!r}") from None
     values = array_of_numbers("target", target, "a name, edge lengths or points")
     if values.shape == (3,):
         if not (np.isfinite(values).all() and (values > 0).all()):
-            raise OptionError(f"a box target has three positive edge lengths, not {values.tolist()}")
+            raise OptionError(f"a box target must have three positive edge lengths, not {values.tolist()}")
         return np.diag(1.0 / values)[None, None]
     if values.shape == points.shape:
         return _inverted(values, cells, quadrature, ids)
     if values.shape == (len(cells), 3):
         if not (np.isfinite(values).all() and (values > 0).all()):
-            raise OptionError("box targets have positive edge lengths")
+            raise OptionError("box targets must have positive edge lengths")
         return _boxes(values)
-    raise OptionError(f"a target is three edge lengths or reference points of shape {points.shape}, not {values.shape}")
+    expected = f"three edge lengths or reference points of shape {points.shape}"
+    raise OptionError(f"target must be {expected}, not of shape {values.shape}")
 
 
 def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[np.int64] | None) -> Field:
     if not np.isfinite(points[cells]).all():
         raise MeshError("target shapes need a valid reference mesh; this one has NaN or infinite coordinates")
-    frames = cell_frames(points, cells, quadrature)
+    frames = jacobian_matrices(points, cells, quadrature)
     bad = np.flatnonzero((np.linalg.det(frames) <= 0).any(axis=1))
     if len(bad):
         bad = bad if ids is None else np.sort(ids[bad])
@@ -105,13 +108,13 @@ def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDA
     return np.linalg.inv(frames).astype(np.float64, copy=False)
 
 
-def aspects(points: Field, cells: NDArray[np.int64]) -> Field:
-    """Aspect (m,) of every cell: its longest over its shortest mean edge, of the three directions.
+def aspect_ratios(points: Field, cells: NDArray[np.int64]) -> Field:
+    """Aspect ratio (m,) of every cell: its longest over its shortest mean edge, of the three directions.
 
     Examples
     --------
     >>> from hexconformal.generate import box
-    >>> aspects(*box((1, 1, 1), (1.0, 2.0, 3.0)))
+    >>> aspect_ratios(*box((1, 1, 1), (1.0, 2.0, 3.0)))
     array([3.])
     """
     lengths = _mean_lengths(points, cells)
@@ -123,7 +126,7 @@ def _mean_lengths(points: Field, cells: NDArray[np.int64]) -> Field:
 
 
 def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
-    """Boxes for cells that are stretched on purpose, cubes for the others; None where no cell is.
+    """Box targets for cells that are stretched on purpose, cubes for the others; None if no cell is stretched.
 
     Stretched cells that are bricks, as in boundary layers, are meant to be so; where most of them are skewed, the
     mesh is distorted instead, and no cell counts. A cell of aspect 5 or more keeps its proportions, one of aspect up
@@ -135,7 +138,7 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
     """
     lengths = _mean_lengths(points, cells)
     aspect = lengths.max(axis=1) / lengths.min(axis=1)
-    low, high = STRETCHED
+    low, high = STRETCHED_ASPECTS
     degree = np.clip(np.log(aspect / low) / np.log(high / low), 0.0, 1.0)
     if not degree.any():
         return None
@@ -153,8 +156,8 @@ def _boxes(lengths: Field) -> Field:
     return inverses
 
 
-def wanted_volumes(sizes: Any, mesh: HexMesh, valid: NDArray[np.bool_]) -> Field:
-    """Volumes that the cells of a mesh should have.
+def target_volumes(sizes: Any, mesh: HexMesh, valid: NDArray[np.bool_]) -> Field:
+    """Target volumes of the cells of a mesh.
 
     Parameters
     ----------
@@ -178,7 +181,7 @@ def wanted_volumes(sizes: Any, mesh: HexMesh, valid: NDArray[np.bool_]) -> Field
     --------
     >>> from hexconformal.generate import box
     >>> mesh = HexMesh(*box((1, 1, 2), (1.0, 2.0, 3.0)))
-    >>> wanted_volumes("input", mesh, np.array([True, False]))
+    >>> target_volumes("input", mesh, np.array([True, False]))
     array([3., 0.])
     """
     if isinstance(sizes, str):
@@ -188,15 +191,16 @@ def wanted_volumes(sizes: Any, mesh: HexMesh, valid: NDArray[np.bool_]) -> Field
             return np.where(valid, cell_volumes(mesh.points, mesh.cells), 0.0)
         if sizes not in mesh.cell_data:
             known = ", ".join(map(repr, mesh.cell_data)) or "none"
-            raise OptionError(f"sizes is 'input', 'free' or a cell array, not {sizes!r}; there are: {known}")
+            raise OptionError(f"sizes must be 'input', 'free' or a cell array, not {sizes!r}; there are: {known}")
         sizes = mesh.cell_data[sizes]
     try:
-        wanted = np.array(sizes, dtype=np.float64)
+        volumes = np.array(sizes, dtype=np.float64)
     except (TypeError, ValueError):
-        raise OptionError(f"sizes is 'input', 'free', the name of a cell array, or volumes, not {sizes!r}") from None
-    if wanted.shape != (len(mesh.cells),):
-        raise OptionError(f"sizes has one volume for each of the {len(mesh.cells)} cells, not shape {wanted.shape}")
-    bad = np.flatnonzero(~(np.isfinite(wanted) & (wanted > 0.0)))
+        raise OptionError(f"sizes must be 'input', 'free', a cell array or volumes, not {sizes!r}") from None
+    if volumes.shape != (len(mesh.cells),):
+        shape = volumes.shape
+        raise OptionError(f"sizes must be one volume for each of the {len(mesh.cells)} cells, not of shape {shape}")
+    bad = np.flatnonzero(~(np.isfinite(volumes) & (volumes > 0.0)))
     if len(bad):
-        raise OptionError(f"sizes are volumes, finite and positive; those of cells {first_ids(bad)} are not")
-    return wanted
+        raise OptionError(f"sizes must be volumes, finite and positive; those of cells {first_ids(bad)} are not")
+    return volumes

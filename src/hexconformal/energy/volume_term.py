@@ -1,4 +1,4 @@
-"""Compiled loop of what cells pay for losing or gaining volume.
+"""Compiled loop of the volume term: what cells pay for losing or gaining volume.
 
 A cell of volume V that should have the volume W pays V / W + W / V - 2: nothing at W, the same for a times too large
 and a times too small, infinitely much for none. With g = dV / V and r = V / W its first derivative is (r - 1 / r) g;
@@ -20,8 +20,8 @@ def volume_sums(points, cells, wanted, weight, derivatives, forces, data, places
     """Sum of weight (V / W + W / V - 2) over the cells whose wanted volume W (m,) is positive; infinite for V <= 0.
 
     With derivatives, adds the first to forces (n, 3) and the convex part of the second to the 3 x 3 blocks data at
-    places (m, 36) (see :func:`hexconformal.energy.block_matrix.cell_places`). There are no blocks for the two ends of a
-    diagonal of the cell, so (g_a . x_a - g_b . x_b)^2 is added for those, which takes the mixed terms away.
+    places (m, 36), see :func:`hexconformal.energy.block_matrix.block_places`. There are no blocks for the two ends of
+    a diagonal of the cell, so (g_a . x_a - g_b . x_b)^2 is added for those, which takes the mixed terms away.
     """
     x, g = np.empty((8, 3)), np.empty((8, 3))
     total = 0.0
@@ -53,7 +53,7 @@ def volume_sums(points, cells, wanted, weight, derivatives, forces, data, places
         if not derivatives:
             continue
         slope = weight * (ratio - 1.0 / ratio)
-        bend = weight * max(2.0 / ratio, ratio + 1.0 / ratio)
+        curvature = weight * max(2.0 / ratio, ratio + 1.0 / ratio)
         for a in range(8):
             for i in range(3):
                 g[a, i] /= volume
@@ -63,7 +63,7 @@ def volume_sums(points, cells, wanted, weight, derivatives, forces, data, places
                 place = places[c, a * (a + 1) // 2 + b]
                 if place < 0:
                     continue
-                share = 2.0 * bend if a == b else bend
+                share = 2.0 * curvature if a == b else curvature
                 row, column = (a, b) if cells[c, a] >= cells[c, b] else (b, a)
                 for i in range(3):
                     for k in range(3):

@@ -1,6 +1,6 @@
-"""Hexahedral meshes made from formulas, for demonstrations and tests: sound ones, and valid but bad ones.
+"""Hexahedral meshes made from formulas, for demonstrations and tests: regular ones, and valid but distorted ones.
 
-Every generator returns a plain ``(points, cells)``: (n, 3) float64 and (m, 8) int64 in VTK node order.
+Every generator returns ``(points, cells)``: (n, 3) float64 and (m, 8) int64 in VTK node order.
 
 Imports `common`, `elements` and `mesh`.
 """

@@ -1,4 +1,4 @@
-"""Grids of bricks, and what they are bent into."""
+"""Grids of bricks: straight, sheared, twisted, bent, graded."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def box(
 
 
 def sheared_cube(n: int = 15, shear: float = 0.8) -> Hexes:
-    """The unit cube with skewed grid lines inside and on its faces (the note's Figure 3).
+    """The unit cube with skewed grid lines inside and on its faces (Gruber & Aulisa, volumetric remeshing, Figure 3).
 
     Three shears follow one another, each along one axis and monotone in its coordinate; they fade out at
     the two faces across that axis. So the outer surface stays the exact cube, corners stay, edges of the
@@ -105,7 +105,7 @@ def sheared_block(n: int = 10, shear: float = 1.5) -> Hexes:
     n
         Cells along an edge.
     shear
-        By how much x grows from the bottom of y to its top.
+        Growth of x from the bottom of y to its top.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def twisted_cube(n: int = 10, degrees: float = 60.0) -> Hexes:
     n
         Cells along an edge.
     degrees
-        By how much. Beyond some angle, which depends on `n`, cells are inverted.
+        Angle between bottom and top. Beyond some angle, which depends on `n`, cells are inverted.
 
     Examples
     --------
@@ -152,7 +152,7 @@ def bent_bar(shape: Sequence[int] = (24, 6, 6), degrees: float = 90.0, length: f
     degrees
         Angle between its two ends.
     length
-        Of its centre line.
+        Length of its centre line.
 
     Raises
     ------

@@ -28,7 +28,7 @@ def jittered(
     amount
         Largest displacement, relative to the shortest edge of the node's cells.
     seed
-        Of the random numbers.
+        Seed of the random numbers.
     keep_boundary
         Leave the nodes of the boundary where they are.
     valid
@@ -51,12 +51,12 @@ def jittered(
         move[np.unique(boundary_quads(cells)[0])] = 0.0
     if valid:
         # Only cells that were valid can be kept so; after the first look, only those whose nodes changed matter.
-        sound = watched = cells[is_valid(points, cells)]
+        valid_cells = watched = cells[is_valid(points, cells)]
         for attempt in range(40):
             broken = np.zeros(len(points), dtype=np.bool_)
             broken[watched[~is_valid(points + move, watched)]] = True
             move[broken] *= 0.7 if attempt < 20 else 0.0
-            watched = sound[broken[sound].any(axis=1)]
+            watched = valid_cells[broken[valid_cells].any(axis=1)]
             if not len(watched):
                 break
     return points + move, cells

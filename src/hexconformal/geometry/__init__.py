@@ -1,26 +1,27 @@
-"""Surfaces: edges, patches, feature curves, closest points, distances, and the distance barrier (14).
+"""Surfaces: edges, patches, feature curves, closest points, distances, area vectors, the distance barrier (14).
 
-Belongs here: what is asked of a surface as a shape, by both packages. Imports `common`, `kernel`, `mesh`, `energy`
-and `io`.
+Belongs here: the geometry of surfaces that both packages need. Imports `common`, `kernel`,
+`elements`, `mesh`, `energy` and `io`.
 """
 
-from .area_normals import area_normals, enclosed_volume, simpson_normals
+from .area_vectors import enclosed_volume, nodal_area_vectors, simpson_mean
 from .closest_point import ClosestPoints, SurfaceLocator
 from .closest_point_kernels import closest_on_triangle
 from .distance_barrier import DistanceBarrier
-from .features import find_features, surface_tags
+from .features import find_features
 from .hausdorff import distance_between, hausdorff
+from .surface_tags import surface_tags
 
 __all__ = [
     "ClosestPoints",
     "DistanceBarrier",
     "SurfaceLocator",
-    "area_normals",
     "closest_on_triangle",
     "distance_between",
     "enclosed_volume",
     "find_features",
     "hausdorff",
-    "simpson_normals",
+    "nodal_area_vectors",
+    "simpson_mean",
     "surface_tags",
 ]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError, OptionError, first_ids
 from ..kernel import parallel_ranges
-from ..mesh import along_curve
+from ..mesh import morton_codes
 from .closest_point_kernels import closest_range, segment_range, walk_range
 
 __all__ = ["ClosestPoints", "CurveLocator", "SurfaceLocator"]
@@ -73,7 +73,7 @@ class SurfaceLocator:
         object.__setattr__(self, "points", np.ascontiguousarray(self.points, dtype=np.float64))
         object.__setattr__(self, "faces", np.ascontiguousarray(self.faces, dtype=np.int64))
         if self.faces.ndim != 2 or self.faces.shape[1] not in (3, 4) or len(self.faces) == 0:
-            raise MeshError(f"a surface needs faces of three or four nodes each, not {self.faces.shape}")
+            raise MeshError(f"faces of a surface must have three or four nodes each, not {self.faces.shape}")
 
     @classmethod
     def from_pyvista(cls, source: Any) -> SurfaceLocator:
@@ -93,12 +93,12 @@ class SurfaceLocator:
         except (NotImplementedError, TypeError, ValueError):
             dataset = source
         if not isinstance(dataset, pv.DataSet):
-            raise MeshError(f"a surface is one pyvista dataset, or a path, not {type(source).__name__}")
+            raise MeshError(f"a surface must be one pyvista dataset, or a path, not {type(source).__name__}")
         poly = triangles(dataset)
         return cls(np.asarray(poly.points), np.asarray(poly.faces).reshape(-1, 4)[:, 1:])
 
-    def moved(self, points: Floats) -> SurfaceLocator:
-        """The same faces with their nodes elsewhere; what is known of their neighbours is kept."""
+    def with_points(self, points: Floats) -> SurfaceLocator:
+        """The same faces with other points (n, 3); their neighbours are not looked for again."""
         other = replace(self, points=points)
         other.__dict__["neighbours"] = self.neighbours
         return other
@@ -117,15 +117,7 @@ class SurfaceLocator:
     @cached_property
     def neighbours(self) -> tuple[Ints, Ints]:
         """Faces that share a node with each face, itself among them: (f + 1,) offsets and their ids."""
-        from scipy.sparse import csr_array
-
-        count, size = self.faces.shape
-        ones = np.ones(count * size, dtype=np.int32)
-        shape = (count, len(self.points))
-        touch = csr_array((ones, (np.repeat(np.arange(count), size), self.faces.ravel())), shape=shape)
-        near = (touch @ touch.T).tocsr()
-        near.sort_indices()
-        return near.indptr.astype(np.int64), near.indices.astype(np.int64)
+        return _sharing_a_node(self.faces, len(self.points), ascending=True)
 
     @cached_property
     def boxes(self) -> Floats:
@@ -137,9 +129,9 @@ class SurfaceLocator:
         return np.stack([low, high], axis=1)
 
     def _codes(self, places: Floats) -> Ints:
-        """Where places lie along the space-filling curve (Morton's) through the box of the centres of the faces."""
+        """Places on the space-filling curve (Morton's) through the box of the centres of the faces."""
         low, size = self._extent
-        return along_curve((places - low) / size)
+        return morton_codes((places - low) / size)
 
     @cached_property
     def _extent(self) -> tuple[Floats, float]:
@@ -184,9 +176,9 @@ class SurfaceLocator:
         if near is None:
             order, codes = self._sorted
             near = order[np.minimum(np.searchsorted(codes, self._codes(places)), len(order) - 1)]
-        return self._asked(closest_range, places, np.ascontiguousarray(near), *self._tree)
+        return self._query(closest_range, places, np.ascontiguousarray(near), *self._tree)
 
-    def walked(self, places: ArrayLike, start: Ints) -> ClosestPoints:
+    def closest_by_walk(self, places: ArrayLike, start: Ints) -> ClosestPoints:
         """The closest point that is found from a face by going to neighbours as long as that helps.
 
         Local, and so never on the far side of a thin wall; not farther away than the face it starts from.
@@ -199,9 +191,9 @@ class SurfaceLocator:
             (k,) the face where each begins, usually where its last walk ended.
         """
         places = np.ascontiguousarray(places, dtype=np.float64)
-        return self._asked(walk_range, places, np.ascontiguousarray(start), self.boxes, *self.neighbours)
+        return self._query(walk_range, places, np.ascontiguousarray(start), self.boxes, *self.neighbours)
 
-    def _asked(self, kernel: Any, places: Floats, start: Ints, *tables: Any) -> ClosestPoints:
+    def _query(self, kernel: Any, places: Floats, start: Ints, *tables: Any) -> ClosestPoints:
         count, size = len(places), self.faces.shape[1]
         faces, weights = np.empty(count, dtype=np.int64), np.empty((count, size))
         positions, distances = np.empty((count, 3)), np.empty(count)
@@ -253,16 +245,10 @@ class CurveLocator:
     @cached_property
     def _neighbours(self) -> tuple[Ints, Ints]:
         # The edges of the same curve that share a node with each edge, itself among them.
-        from scipy.sparse import csr_array
-
-        count = len(self.edges)
         # A node counts once per curve, so that curves do not mix where they meet.
         keys = self.edges * (int(self.curves.max(initial=0)) + 1) + self.curves[:, None]
         names = np.unique(keys, return_inverse=True)[1].ravel()
-        rows = np.repeat(np.arange(count), 2)
-        touch = csr_array((np.ones(2 * count, dtype=np.int32), (rows, names)), shape=(count, 2 * count))
-        near = (touch @ touch.T).tocsr()
-        return near.indptr.astype(np.int64), near.indices.astype(np.int64)
+        return _sharing_a_node(names.reshape(-1, 2), 2 * len(self.edges))
 
     def closest(self, places: ArrayLike, curves: ArrayLike) -> ClosestPoints:
         """The closest point on a given curve, exactly.
@@ -283,10 +269,10 @@ class CurveLocator:
         offsets, members = self._members
         bad = wanted[~np.isin(wanted, self.curves)]
         if len(bad):
-            raise OptionError(f"there are no such curves: {first_ids(bad)}")
-        return self._asked(places, members[offsets[wanted]], offsets, members, wanted)
+            raise OptionError(f"curves must be numbers that edges have, these are not: {first_ids(bad)}")
+        return self._query(places, members[offsets[wanted]], offsets, members, wanted)
 
-    def walked(self, places: ArrayLike, start: Ints) -> ClosestPoints:
+    def closest_by_walk(self, places: ArrayLike, start: Ints) -> ClosestPoints:
         """The closest point found from an edge by going along its curve as long as that helps.
 
         Parameters
@@ -296,11 +282,24 @@ class CurveLocator:
         start
             (k,) the edge where each begins.
         """
-        return self._asked(places, np.ascontiguousarray(start), *self._neighbours, np.full(len(start), -1))
+        return self._query(places, np.ascontiguousarray(start), *self._neighbours, np.full(len(start), -1))
 
-    def _asked(self, places: ArrayLike, start: Ints, offsets: Ints, ids: Ints, rows: Ints) -> ClosestPoints:
+    def _query(self, places: ArrayLike, start: Ints, offsets: Ints, ids: Ints, rows: Ints) -> ClosestPoints:
         places = np.ascontiguousarray(places, dtype=np.float64)
         count = len(places)
         out = (np.empty((count, 3)), np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 2)))
         parallel_ranges(segment_range, count, places, start, self._segments, offsets, ids, rows, *out)
         return ClosestPoints(*out)
+
+
+def _sharing_a_node(table: Ints, count: int, ascending: bool = False) -> tuple[Ints, Ints]:
+    """Rows of a table of nodes that share one with each row, itself among them: (r + 1,) offsets and their ids."""
+    from scipy.sparse import csr_array
+
+    rows, size = table.shape
+    ones = np.ones(rows * size, dtype=np.int32)
+    touch = csr_array((ones, (np.repeat(np.arange(rows), size), table.ravel())), shape=(rows, count))
+    near = (touch @ touch.T).tocsr()
+    if ascending:
+        near.sort_indices()
+    return near.indptr.astype(np.int64), near.indices.astype(np.int64)

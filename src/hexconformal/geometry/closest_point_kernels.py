@@ -14,12 +14,12 @@ from ..kernel import algebra, combine, cross, dot, loop, subtract
 __all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "segment_range", "walk", "walk_range"]
 
 # Steps of a walk: more than any mesh is wide between two positions of a point.
-_STEPS = 1000
+_MOST_STEPS = 1000
 # Squared sine below which rounding spoils what is computed from the area of a triangle.
 _SLIVER = 1e-10
-# A walk goes on for less than this share of the squared distance, or squared sizes of a face less: where two faces meet
-# in the closest point, rounding shall not choose.
-_NEARER, _TOUCHING = 1.0 - 1e-9, 1e-20
+# A walk goes on to a face at less than this share of the squared distance, less this share of the squared size of the
+# face it is on: where two faces meet in the closest point, rounding must not choose.
+_IMPROVEMENT, _TOUCHING = 1.0 - 1e-9, 1e-20
 
 
 @algebra
@@ -71,7 +71,7 @@ def closest_on_triangle(p: Any, a: Any, b: Any, c: Any) -> Any:
 
 
 @loop
-def _closer(p, triangles, face, best, found):  # type: ignore[no-untyped-def]
+def _closer_face(p, triangles, face, best, found):  # type: ignore[no-untyped-def]
     """Squared distance of a face if it is below `best`; then triangle and weights go to `found`."""
     for t in range(triangles.shape[1]):
         x = triangles[face, t]
@@ -105,22 +105,22 @@ def _box_size(box):  # type: ignore[no-untyped-def]
 
 @loop
 def walk(p, start, triangles, boxes, offsets, ids, found):  # type: ignore[no-untyped-def]
-    """Walk of :meth:`SurfaceLocator.walked` from one place p, a tuple, for use in compiled loops.
+    """Walk of :meth:`SurfaceLocator.closest_by_walk` from one place p, a tuple, for use in compiled loops.
 
     Returns the squared distance and the face; `found` (4,) takes the triangle of that face and the weights of
     its corners.
     """
     found[0], found[1], found[2], found[3] = 0.0, 1.0, 0.0, 0.0
     face = start
-    best = _closer(p, triangles, face, np.inf, found)
-    for _ in range(_STEPS):
+    best = _closer_face(p, triangles, face, np.inf, found)
+    for _ in range(_MOST_STEPS):
         here = face
         touching = _TOUCHING * _box_size(boxes[here])
         for i in range(offsets[here], offsets[here + 1]):
             other = ids[i]
-            enough = _NEARER * best - touching
+            enough = _IMPROVEMENT * best - touching
             if other != here and _box_distance(p, boxes[other]) < enough:
-                d = _closer(p, triangles, other, enough, found)
+                d = _closer_face(p, triangles, other, enough, found)
                 if d < enough:
                     best, face = d, other
         if face == here:
@@ -129,7 +129,7 @@ def walk(p, start, triangles, boxes, offsets, ids, found):  # type: ignore[no-un
 
 
 @loop
-def _keep(k, face, best, found, triangles, positions, distances, faces, weights):  # type: ignore[no-untyped-def]
+def _store(k, face, best, found, triangles, positions, distances, faces, weights):  # type: ignore[no-untyped-def]
     t, size = int(found[0]), weights.shape[1]
     x = triangles[face, t]
     for i in range(3):
@@ -151,7 +151,7 @@ def walk_range(  # type: ignore[no-untyped-def]
     for k in range(first, last):
         p = (places[k, 0], places[k, 1], places[k, 2])
         best, face = walk(p, start[k], triangles, boxes, offsets, ids, found)
-        _keep(k, face, best, found, triangles, positions, distances, faces, weights)
+        _store(k, face, best, found, triangles, positions, distances, faces, weights)
 
 
 @loop
@@ -164,7 +164,7 @@ def closest_range(  # type: ignore[no-untyped-def]
         p = (places[k, 0], places[k, 1], places[k, 2])
         found[0], found[1], found[2], found[3] = 0.0, 1.0, 0.0, 0.0
         face = start[k]
-        best = _closer(p, triangles, face, np.inf, found)
+        best = _closer_face(p, triangles, face, np.inf, found)
         nodes[0], bounds[0] = 1, 0.0
         size = 1
         while size > 0:
@@ -174,7 +174,7 @@ def closest_range(  # type: ignore[no-untyped-def]
                 continue
             if node >= leaves:
                 other = order[node - leaves]
-                d = _closer(p, triangles, other, best, found)
+                d = _closer_face(p, triangles, other, best, found)
                 if d < best:
                     best, face = d, other
                 continue
@@ -184,7 +184,7 @@ def closest_range(  # type: ignore[no-untyped-def]
             nodes[size], bounds[size] = 2 * node + swap, two if swap else one
             nodes[size + 1], bounds[size + 1] = 2 * node + 1 - swap, one if swap else two
             size += 2
-        _keep(k, face, best, found, triangles, positions, distances, faces, weights)
+        _store(k, face, best, found, triangles, positions, distances, faces, weights)
 
 
 @loop
@@ -196,7 +196,7 @@ def segment_range(  # type: ignore[no-untyped-def]
         p = (places[k, 0], places[k, 1], places[k, 2])
         edge = start[k]
         best, share = np.inf, 0.0
-        for _ in range(_STEPS):
+        for _ in range(_MOST_STEPS):
             here = edge
             row = rows[k] if rows[k] >= 0 else here
             for i in range(offsets[row], offsets[row + 1]):

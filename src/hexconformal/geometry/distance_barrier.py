@@ -1,12 +1,12 @@
-"""Keep a moving boundary near where it was: the compatible constraint, as a penalty with a hard limit.
+"""The distance barrier: the compatible constraint of a moving boundary, as a penalty with a wall.
 
 The note's constraint makes the displacement of a surface orthogonal to its normal, relaxed by eps. Eliminating
 the multiplier leaves the penalty |<v, N>|^2 / (2 eps); measured from the closest point of the original surface
 instead of the last position, it also brings nodes back that have drifted. That is the soft part here, with
-eps = bound^2 / (2 ATTRACTION), so that no unit of length matters. The steep part begins near the bound, becomes
+eps = bound^2 / 60, so that no unit of length matters. The steep part begins near the bound, becomes
 infinite before it, and holds both directions of the Hausdorff distance, sample by sample: of the moved surface to
-the original, and of the original to the moved one. Feature curves and corners have a narrower band of their own.
-Equation (14) of docs/mathematics.md.
+the original, and of the original to the moved one. Feature curves and corners have a barrier of their own, at a fifth
+of the bound. Equation (14) of docs/mathematics.md.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
 from ..kernel import loop
-from ..mesh import find
+from ..mesh import binary_search
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
 from .hausdorff import surface_samples
@@ -31,32 +31,33 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_ATTRACTION = 30.0  # soft weight of nodes, per squared distance in bounds: without it thin bodies inflate
-_STEEP = 200.0  # weight beyond the onset
-_ONSET = 0.8  # share of the bound where the steep part begins
-_LIMIT = 0.98  # share of the bound that is never crossed from inside
-_BEYOND = 2.0  # where something is outside: room behind it, over how far beyond the onset it is
-_NARROW = 0.2  # width of the band of feature curves and corners, as a share of the bound
+# The terms of equation (14), in distances t = r / bound.
+_ATTRACTION = 30.0  # factor of t^2, at nodes: without it thin bodies inflate
+_STEEPNESS = 200.0  # k / (t1 - t0)
+_ONSET = 0.8  # t0
+_WALL = 0.98  # t1, never crossed from inside
+_ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
+_CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
 
 
 @dataclass
-class _Rows:
-    """Distances of samples that are attached to nodes: what they pull at, and how steeply."""
+class _Samples:
+    """Distances of some samples, and the parameters of their barrier."""
 
-    nodes: Ints  # (k, j)
+    nodes: Ints  # (k, j) nodes that move the sample
     weights: Field  # (k, j) share of each node in the sample
     residuals: Field  # (k, 3) from where the sample belongs to where it is
     distances: Field  # (k,)
-    width: float  # of the band
-    attraction: Field | float  # (k,) weight of the soft part
-    onset: float  # share of the width where the steep part begins
+    bound: float
+    attraction: Field | float  # (k,) factor of t^2
+    onset: float  # t0
     directions: Callable[[], Field]  # (k, 3, 3) projection onto the directions in which the distance grows
 
 
 @dataclass
 class DistanceBarrier:
-    """A penalty on the distance between a boundary and its original, in the interface of a CornerEnergy's surface.
+    """A barrier on the distance between a boundary and its original, equation (14), to add to a corner energy.
 
     Attributes
     ----------
@@ -67,16 +68,16 @@ class DistanceBarrier:
     features
         Curves and corners to keep; None where there are none, or they may be soft.
     steepness
-        Weight of the steep part; raise it where the bound is not kept.
+        k / (t1 - t0) of equation (14); raise it where the bound is not kept.
     reference
-        Surface to return to, if it is not the original one; its nodes are the samples of the way back, and the
+        Surface to return to, if it is not the original one; its nodes are the backward samples, and the
         features of the original are not kept.
     """
 
     original: SurfaceLocator
     bound: float
     features: Features | None = None
-    steepness: float = _STEEP
+    steepness: float = _STEEPNESS
     reference: SurfaceLocator | None = None
     _nodes: Ints | None = field(default=None, repr=False)
     _local: Ints = field(default_factory=lambda: np.empty(0, np.int64), repr=False)
@@ -84,21 +85,23 @@ class DistanceBarrier:
     def __post_init__(self) -> None:
         points, quads = self.original.points, self.original.faces
         self._full = points.copy()
-        self._of, self._weights = surface_samples(quads)
-        self._is_node = self._weights.max(axis=1) == 1.0
-        places = np.einsum("sj,sji->si", self._weights, points[quads[self._of]])
+        self._sample_faces, self._sample_weights = surface_samples(quads)
+        self._at_node = self._sample_weights.max(axis=1) == 1.0
+        places = np.einsum("sj,sji->si", self._sample_weights, points[quads[self._sample_faces]])
         if self.reference is None:
-            self._places, self._onto, self._back = places, self._of.copy(), self._of.copy()
-            self._ahead_distance, self._back_distance = np.zeros(len(places)), np.zeros(len(places))
+            self._target_samples = places
+            self._forward_faces, self._backward_faces = self._sample_faces.copy(), self._sample_faces.copy()
+            self._forward_distances, self._backward_distances = np.zeros(len(places)), np.zeros(len(places))
         else:
             nodes = self.reference.points[np.unique(self.reference.faces)]
             there, here = self.reference.closest(places), self.original.closest(nodes)
-            self._places, self._onto, self._back = nodes, there.faces, here.faces
-            self._ahead_distance, self._back_distance = there.distances, here.distances
-        self._ahead_take, self._back_take = np.ones(len(places), dtype=bool), np.ones(len(self._places), dtype=bool)
-        self._since = points.copy()
-        self._limit = _LIMIT
-        self._curves, self._along = self._feature_samples()
+            self._target_samples, self._forward_faces, self._backward_faces = nodes, there.faces, here.faces
+            self._forward_distances, self._backward_distances = there.distances, here.distances
+        self._forward_active = np.ones(len(places), dtype=bool)
+        self._backward_active = np.ones(len(self._target_samples), dtype=bool)
+        self._measured_at = points.copy()
+        self._wall = _WALL
+        self._curves, self._curve_edges = self._feature_samples()
 
     def _feature_samples(self) -> tuple[CurveLocator | None, Ints]:
         """The original curves; the samples on them are the nodes and midpoints of their edges."""
@@ -122,148 +125,156 @@ class DistanceBarrier:
 
     # ------------------------------------------------------------------------------------ interface
     def value(self, points: Field) -> float:
-        """Penalty at the points; infinite beyond the limit."""
-        return float(sum(self._penalty(rows)[0] for rows in self._measured(self._all(points), refresh=False)))
+        """The barrier at some points (n, 3); infinite beyond the wall."""
+        return float(
+            sum(self._penalty(samples)[0] for samples in self._near_samples(self._all_points(points), remember=False))
+        )
 
-    def add(self, points: Field, forces: Field, matrix: BlockMatrix) -> float:
-        """Penalty; adds its gradient and the Gauss-Newton part of its Hessian, and remembers where things are."""
+    def assemble(self, points: Field, gradient: Field, matrix: BlockMatrix) -> float:
+        """The barrier; adds its gradient and the Gauss-Newton part of its Hessian, and looks from here next time."""
         total = 0.0
-        kinds = list(self._measured(self._all(points), refresh=True))
-        self._limit = max(_limit(float(rows.distances.max(initial=0.0)) / rows.width, rows.onset) for rows in kinds)
-        for rows in kinds:
-            value, slopes, curvatures = self._penalty(rows)
+        kinds = list(self._near_samples(self._all_points(points), remember=True))
+        self._wall = max(
+            _wall_beyond(float(samples.distances.max(initial=0.0)) / samples.bound, samples.onset) for samples in kinds
+        )
+        for samples in kinds:
+            value, slopes, curvatures = self._penalty(samples)
             total += value
-            pull = slopes[:, None] * rows.residuals
-            nodes = rows.nodes if self._nodes is None else self._local[rows.nodes]
-            _add_rows(
-                nodes, rows.weights, pull, curvatures[:, None, None] * rows.directions(),
-                matrix.indptr, matrix.indices, matrix.data, forces,
+            force = slopes[:, None] * samples.residuals
+            nodes = samples.nodes if self._nodes is None else self._local[samples.nodes]
+            _add_samples(
+                nodes, samples.weights, force, curvatures[:, None, None] * samples.directions(),
+                matrix.indptr, matrix.indices, matrix.data, gradient,
             )  # fmt: skip
         return float(total)
 
     def restricted(self, nodes: Ints, moving: Mask, points: Field) -> DistanceBarrier:
-        """The band of a patch whose own nodes are numbered 0..; the others stay at the points (n, 3) given."""
+        """The barrier of a patch whose own nodes are numbered 0..; the others stay at the points (n, 3) given."""
         quads = self.original.faces
         movable = np.asarray(moving[quads].any(axis=1))
         patch = object.__new__(DistanceBarrier)
         patch.__dict__.update(self.__dict__)
-        patch._ahead_take = self._ahead_take & movable[self._of]
-        patch._back_take = self._back_take & movable[self._back]
+        patch._forward_active = self._forward_active & movable[self._sample_faces]
+        patch._backward_active = self._backward_active & movable[self._backward_faces]
         patch._full = points.copy()
         patch._nodes = nodes
         patch._local = np.full(len(points), -1)
         patch._local[nodes] = np.arange(len(nodes))
-        for name in ("_onto", "_back", "_ahead_distance", "_back_distance", "_since", "_along"):
-            setattr(patch, name, getattr(self, name).copy())
+        for way in ("forward", "backward"):
+            for name in (f"_{way}_faces", f"_{way}_distances"):
+                setattr(patch, name, getattr(self, name).copy())
+        patch._measured_at = self._measured_at.copy()
         keep = moving[self._edge_nodes].any(axis=1)
         patch._edge_nodes, patch._edge_weights = self._edge_nodes[keep], self._edge_weights[keep]
-        patch._along = self._along[keep]
+        patch._curve_edges = self._curve_edges[keep]
         patch._corners = self._corners[moving[self._corners]]
         return patch
 
-    def excess(self, points: Field) -> float:
+    def relative_distance(self, points: Field) -> float:
         """Largest distance of any sample, in both directions, in units of the bound."""
-        ahead, _ = self._ahead(points, np.arange(len(self._of)), everywhere=True)
-        back, _ = self._backward(points, np.arange(len(self._places)), everywhere=True)
+        ahead, _ = self._forward(points, np.arange(len(self._sample_faces)), everywhere=True)
+        back, _ = self._backward(points, np.arange(len(self._target_samples)), everywhere=True)
         worst = max(ahead.distances.max(initial=0.0), back.distances.max(initial=0.0))
         return float(worst / self.bound)
 
     # ------------------------------------------------------------------------------------- measuring
-    def _all(self, points: Field) -> Field:
+    def _all_points(self, points: Field) -> Field:
         if self._nodes is None:
             return points
         self._full[self._nodes] = points
         return self._full
 
-    def _measured(self, x: Field, refresh: bool) -> Iterator[_Rows]:
-        """Rows of every kind that may matter."""
-        shift = x - self._since
+    def _near_samples(self, x: Field, remember: bool) -> Iterator[_Samples]:
+        """The samples that may be beyond the onset, and all nodes: forward, backward, on curves, at corners."""
+        shift = x - self._measured_at
         steps = np.sqrt(np.einsum("ni,ni->n", shift, shift))[self.original.faces]
         moved = np.maximum(np.maximum(steps[:, 0], steps[:, 1]), np.maximum(steps[:, -2], steps[:, -1]))
         onset = _ONSET * self.bound
         # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
-        ahead_bound = self._ahead_distance + moved[self._of]
-        back_bound = self._back_distance + moved[self._back]
-        near = np.flatnonzero(self._ahead_take & (self._is_node | (ahead_bound >= onset)))
-        behind = np.flatnonzero(self._back_take & (back_bound >= onset))
-        ahead, faces = self._ahead(x, near, everywhere=refresh)
-        back, back_faces = self._backward(x, behind, everywhere=refresh)
-        if refresh:
-            self._ahead_distance, self._back_distance = ahead_bound, back_bound
-            self._onto[near], self._ahead_distance[near] = faces, ahead.distances
-            self._back[behind], self._back_distance[behind] = back_faces, back.distances
-            self._since = x.copy()
+        forward_most = self._forward_distances + moved[self._sample_faces]
+        backward_most = self._backward_distances + moved[self._backward_faces]
+        near = np.flatnonzero(self._forward_active & (self._at_node | (forward_most >= onset)))
+        behind = np.flatnonzero(self._backward_active & (backward_most >= onset))
+        ahead, faces = self._forward(x, near, everywhere=remember)
+        back, back_faces = self._backward(x, behind, everywhere=remember)
+        if remember:
+            self._forward_distances, self._backward_distances = forward_most, backward_most
+            self._forward_faces[near], self._forward_distances[near] = faces, ahead.distances
+            self._backward_faces[behind], self._backward_distances[behind] = back_faces, back.distances
+            self._measured_at = x.copy()
         yield ahead
         yield back
-        width = _NARROW * self.bound
-        if self._curves is not None and len(self._along):
+        bound = _CURVE_BOUND * self.bound
+        if self._curves is not None and len(self._curve_edges):
             places = np.einsum("kj,kji->ki", self._edge_weights, x[self._edge_nodes])
-            there = self._curves.walked(places, self._along)
-            if refresh:
-                self._along = there.faces
+            there = self._curves.closest_by_walk(places, self._curve_edges)
+            if remember:
+                self._curve_edges = there.faces
             ends = self._curves.points[self._curves.edges[there.faces]]
-            yield _Rows(
+            yield _Samples(
                 self._edge_nodes, self._edge_weights, places - there.positions, there.distances,
-                width, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_across, ends, there.weights),
+                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_normal_projectors, ends, there.weights),
             )  # fmt: skip
         if len(self._corners):
             residuals = x[self._corners] - self.original.points[self._corners]
             nodes = np.column_stack([self._corners, self._corners])
-            yield _Rows(
+            yield _Samples(
                 nodes, np.tile([1.0, 0.0], (len(nodes), 1)), residuals, np.linalg.norm(residuals, axis=1),
-                width, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_everywhere, len(nodes)),
+                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_identities, len(nodes)),
             )  # fmt: skip
 
-    def _ahead(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Rows, Ints]:
+    def _forward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Samples, Ints]:
         """From samples of the moved surface to the original, or to the reference."""
         surface = self.original if self.reference is None else self.reference
-        nodes, weights = self.original.faces[self._of[samples]], self._weights[samples]
+        nodes, weights = self.original.faces[self._sample_faces[samples]], self._sample_weights[samples]
         places = np.einsum("kj,kji->ki", weights, x[nodes])
-        there = self._closest(surface, places, self._onto[samples], everywhere)
+        there = self._closest(surface, places, self._forward_faces[samples], everywhere)
         residuals = places - there.positions
-        return _Rows(
-            nodes, weights, residuals, there.distances, self.bound, _ATTRACTION * self._is_node[samples], _ONSET,
-            partial(_directions, residuals, there.distances, self.bound, surface, there.faces),
+        return _Samples(
+            nodes, weights, residuals, there.distances, self.bound, _ATTRACTION * self._at_node[samples], _ONSET,
+            partial(_distance_projectors, residuals, there.distances, self.bound, surface, there.faces),
         ), there.faces  # fmt: skip
 
-    def _backward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Rows, Ints]:
-        """From samples of the original surface to the moved one."""
-        moved = self.original if len(samples) == 0 else self.original.moved(x)
-        there = self._closest(moved, self._places[samples], self._back[samples], everywhere)
-        residuals = there.positions - self._places[samples]
-        return _Rows(
+    def _backward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Samples, Ints]:
+        """From samples of the original surface, or nodes of the reference, to the moved one."""
+        moved = self.original if len(samples) == 0 else self.original.with_points(x)
+        there = self._closest(moved, self._target_samples[samples], self._backward_faces[samples], everywhere)
+        residuals = there.positions - self._target_samples[samples]
+        return _Samples(
             moved.faces[there.faces], there.weights, residuals, there.distances, self.bound, 0.0, _ONSET,
-            partial(_directions, residuals, there.distances, self.bound, moved, there.faces),
+            partial(_distance_projectors, residuals, there.distances, self.bound, moved, there.faces),
         ), there.faces  # fmt: skip
 
     def _closest(self, surface: SurfaceLocator, places: Field, start: Ints, everywhere: bool) -> ClosestPoints:
-        """Closest points by walking; those too far away are looked for everywhere: a walk may end in a dead end."""
-        there = surface.walked(places, start)
-        if everywhere and (far := there.distances > _LIMIT * self.bound).any():
+        """Closest points by walking; those too far away are looked for everywhere, as a walk may end in a dead end."""
+        there = surface.closest_by_walk(places, start)
+        if everywhere and (far := there.distances > _WALL * self.bound).any():
             start = there.faces.copy()
             start[far] = surface.closest(places[far], start[far]).faces
-            there = surface.walked(places, start)
+            there = surface.closest_by_walk(places, start)
         return there
 
-    def _penalty(self, rows: _Rows) -> tuple[float, Field, Field]:
-        """Summed penalty, of each distance its slope over the distance, and its second derivative."""
-        t = rows.distances / rows.width
-        over, room = np.maximum(t - rows.onset, 0.0), self._limit - t
+    def _penalty(self, samples: _Samples) -> tuple[float, Field, Field]:
+        """The terms of equation (14): their sum, each one's slope over the distance, and its second derivative."""
+        t = samples.distances / samples.bound
+        over, room = np.maximum(t - samples.onset, 0.0), self._wall - t
         if room.min(initial=1.0) <= 0.0:
             return np.inf, t, t
-        k, r = self.steepness * (self._limit - rows.onset), 1.0 / room
-        value = k * (over**2 * r).sum() + (rows.attraction * t**2).sum()
-        slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * rows.attraction
-        curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + rows.attraction)
-        return float(value), slopes / rows.width**2, curvatures / rows.width**2
+        k, r = self.steepness * (self._wall - samples.onset), 1.0 / room
+        value = k * (over**2 * r).sum() + (samples.attraction * t**2).sum()
+        slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * samples.attraction
+        curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + samples.attraction)
+        return float(value), slopes / samples.bound**2, curvatures / samples.bound**2
 
 
-def _limit(worst: float, onset: float) -> float:
-    """Where the wall is: at its place with everything inside, else behind the worst, so that it comes in with it."""
-    return _LIMIT if worst < _LIMIT else worst + _BEYOND * (worst - onset)
+def _wall_beyond(worst: float, onset: float) -> float:
+    """The wall t1: in its place with all samples inside it, else behind the worst, so that it comes in with that."""
+    return _WALL if worst < _WALL else worst + _ROOM * (worst - onset)
 
 
-def _directions(residuals: Field, distances: Field, bound: float, surface: SurfaceLocator, faces: Ints) -> Field:
+def _distance_projectors(
+    residuals: Field, distances: Field, bound: float, surface: SurfaceLocator, faces: Ints
+) -> Field:
     """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
     x = surface.points[surface.faces[faces]]
     normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
@@ -273,7 +284,7 @@ def _directions(residuals: Field, distances: Field, bound: float, surface: Surfa
     return np.einsum("ki,kj->kij", normals, normals)
 
 
-def _across(ends: Field, weights: Field) -> Field:
+def _normal_projectors(ends: Field, weights: Field) -> Field:
     """1 - t t^T of straight edges (k, 2, 3); 1 where the closest point is one of the ends."""
     tangent = ends[:, 1] - ends[:, 0]
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
@@ -281,12 +292,12 @@ def _across(ends: Field, weights: Field) -> Field:
     return np.asarray(np.eye(3) - inside * np.einsum("ki,kj->kij", tangent, tangent))
 
 
-def _everywhere(count: int) -> Field:
+def _identities(count: int) -> Field:
     return np.broadcast_to(np.eye(3), (count, 3, 3))
 
 
 @loop
-def _add_rows(nodes, weights, pull, curvature, indptr, indices, data, forces):  # type: ignore[no-untyped-def]
+def _add_samples(nodes, weights, force, curvature, indptr, indices, data, gradient):  # type: ignore[no-untyped-def]
     """Add the forces and curvatures of samples to their nodes; nodes below zero take no part."""
     for k in range(len(nodes)):
         for i in range(nodes.shape[1]):
@@ -294,13 +305,13 @@ def _add_rows(nodes, weights, pull, curvature, indptr, indices, data, forces):  
             if a < 0 or w == 0.0:
                 continue
             for r in range(3):
-                forces[a, r] += w * pull[k, r]
+                gradient[a, r] += w * force[k, r]
             for j in range(nodes.shape[1]):
                 b, share = nodes[k, j], w * weights[k, j]
                 # The matrix holds its lower triangle, without the rows and columns of held nodes.
                 if b < 0 or b > a or share == 0.0:
                     continue
-                place = find(indices, indptr[a], indptr[a + 1], b)
+                place = binary_search(indices, indptr[a], indptr[a + 1], b)
                 if place >= indptr[a + 1] or indices[place] != b:
                     continue
                 for r in range(3):

@@ -1,4 +1,4 @@
-"""Smooth patches, feature curves and corners of a boundary made of quadrilaterals."""
+"""Feature curves, corners and smooth patches of a boundary of quadrilaterals."""
 
 from __future__ import annotations
 
@@ -8,41 +8,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import OptionError
-from ..mesh import HexMesh
-from .quad_edges import (
-    Chains,
-    SurfaceEdges,
-    chains,
-    connected,
-    dihedral_angles,
-    round_edges,
-    steady_normals,
-    step_quads,
-    surface_edges,
-)
+from ..mesh import connected_components
+from .dihedral_angles import dihedral_angles, filtered_normals, rounded_edges, stair_steps
+from .feature_chains import Chains, chains
+from .quad_edges import QuadEdges, quad_edges
 
-__all__ = ["Features", "find_features", "surface_tags"]
+__all__ = ["Features", "find_features"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-# A crease goes on, once found, down to this share of the threshold.
-_WEAK = 0.6
-# Edges of a curve that ends nowhere in particular: fewer are noise, also where other curves are sure.
-_SHORTEST = 5
-_SHORTEST_BESIDE = 15
-# Chains that change their sense of turning more than this are stair steps or noise.
-_SAW = 0.6
-# Share of the sharp edges beside steps of one cell from which on all are stair steps.
-_STEPPED = 0.7
-# A curve may be rounded off if the surface may move this far, in edges and in bounding-box diagonals.
-_ROUNDED = (0.3, 0.01)
+_CONTINUED = 0.6  # share of the angle down to which a crease goes on, once found
+_SHORTEST, _SHORTEST_BESIDE = 5, 15  # edges of a curve with a free end, alone, and beside others that are kept
+_ZIGZAG = 0.6  # chains that change their sense of turning more than this are stair steps or noise
+_STEPPED = 0.7  # share of the sharp edges beside steps of one cell from which on all are stair steps
+_ROUNDED = (0.3, 0.01)  # curves may be rounded off if the surface may move so far, in edges and in diagonals
 
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """The parts a boundary consists of.
+    """Feature curves and corners of a boundary, and the smooth patches between them.
 
     Attributes
     ----------
@@ -55,10 +41,10 @@ class Features:
     patches
         (q,) smooth patch of each quad.
     soft
-        Whether curves and corners need not be kept: they are noise, stair steps, or smaller than what the
+        Whether curves and corners need not be kept: they are noise, stair steps, or smaller than how far the
         surface may move.
     reason
-        What was decided, and why.
+        What was found and decided, and why, in words.
     """
 
     edges: Ints
@@ -118,69 +104,41 @@ def find_features(
     '12 curves, 8 corners, 6 patches, kept: sharp'
     """
     if mode not in ("auto", "keep", "soft"):
-        raise OptionError(f"features are 'auto', 'keep' or 'soft', not {mode!r}")
+        raise OptionError(f"features must be 'auto', 'keep' or 'soft', not {mode!r}")
     if not 0 < angle < 180:
-        raise OptionError(f"the feature angle lies between 0 and 180 degrees, not {angle}")
+        raise OptionError(f"the feature angle must lie between 0 and 180 degrees, not {angle}")
     if not tolerance >= 0:
-        raise OptionError(f"the surface cannot move {tolerance}")
-    edges = surface_edges(quads)
-    odd = _odd_nodes(quads, edges, len(points))
+        raise OptionError(f"tolerance must be 0 or more, not {tolerance}")
+    edges = quad_edges(quads)
+    nonmanifold = _nonmanifold_nodes(quads, edges, len(points))
     if tags is not None:
         labels = np.asarray(tags)
         if labels.shape != (len(quads),):
             raise OptionError(f"tags must be one per boundary quad, ({len(quads)},), not {labels.shape}")
-        chosen = edges.smooth[labels[edges.quads[:, 0]] != labels[edges.quads[:, 1]]]
+        chosen = edges.manifold[labels[edges.quads[:, 0]] != labels[edges.quads[:, 1]]]
     else:
-        chosen = _creases(points, quads, edges, angle, odd, _SHORTEST)
+        chosen = _creases(points, quads, edges, angle, nonmanifold, _SHORTEST)
     soft, why = mode == "soft", "given by tags" if tags is not None else f"{mode} as asked"
     if mode == "auto" and tags is None:
-        soft, loose, why = _decide(points, quads, edges, np.union1d(chosen, edges.odd), odd, angle, tolerance)
-        if loose and not soft:
-            chosen = _creases(points, quads, edges, angle, odd, _SHORTEST_BESIDE)
-    chosen = np.union1d(chosen, edges.odd)
+        soft, open_ends, why = _softness(
+            points, quads, edges, np.union1d(chosen, edges.nonmanifold), nonmanifold, angle, tolerance
+        )
+        if open_ends and not soft:
+            chosen = _creases(points, quads, edges, angle, nonmanifold, _SHORTEST_BESIDE)
+    chosen = np.union1d(chosen, edges.nonmanifold)
     nodes = edges.nodes[chosen]
-    strung = chains(points, nodes, odd)
+    curves = chains(points, nodes, nonmanifold)
     free = np.ones(len(edges.nodes), dtype=bool)
     free[chosen] = False
-    patches = connected(edges.quads[free[edges.smooth]], len(quads))
-    corners = np.flatnonzero(strung.corners | odd)
-    count = int(strung.labels.max(initial=-1)) + 1
+    patches = connected_components(edges.quads[free[edges.manifold]], len(quads))
+    corners = np.flatnonzero(curves.corners | nonmanifold)
+    count = int(curves.labels.max(initial=-1)) + 1
     found = f"{count} curves, {len(corners)} corners, {int(patches.max(initial=-1)) + 1} patches"
-    return Features(nodes, strung.labels, corners, patches, soft, f"{found}, {'soft' if soft else 'kept'}: {why}")
+    return Features(nodes, curves.labels, corners, patches, soft, f"{found}, {'soft' if soft else 'kept'}: {why}")
 
 
-def surface_tags(mesh: HexMesh, quads: Ints) -> Ints | None:
-    """Tags of boundary quads, from the quadrilaterals that the mesh carries along beside its hexahedra.
-
-    Looked for are integer arrays on cells that tell surfaces apart, those of the geometry first:
-    ``gmsh:geometrical``, ``CellEntityIds``, ``gmsh:physical``, ``medit:ref``, ``cell_tags`` and the like.
-
-    Parameters
-    ----------
-    mesh
-        As it was taken in.
-    quads
-        (q, 4) boundary quads.
-
-    Returns
-    -------
-    (q,) integers, -1 on quads that the mesh does not carry; None if there are no tags, or all are the same.
-    """
-    for name in _TAGS:
-        carried = _carried(mesh, name)
-        if carried is None or len(carried[0]) == 0:
-            continue
-        tags = _matched(quads, *carried)
-        if (tags != tags[:1]).any():
-            return tags
-    return None
-
-
-_TAGS = ("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "cell_tags", "tags", "tag", "surface")
-
-
-def _odd_nodes(quads: Ints, edges: SurfaceEdges, count: int) -> Mask:
-    """(n,) nodes where several sheets of the surface meet, other than along a curve of odd edges."""
+def _nonmanifold_nodes(quads: Ints, edges: QuadEdges, count: int) -> Mask:
+    """(n,) nodes where several sheets of the surface meet, other than along a curve of nonmanifold edges."""
     flat = edges.of_quads.ravel()
     order = np.argsort(flat, kind="stable")
     order = order[np.bincount(flat)[flat[order]] == 2]
@@ -189,58 +147,58 @@ def _odd_nodes(quads: Ints, edges: SurfaceEdges, count: int) -> Mask:
     swap = quads[quad, corner] > quads[quad, after]
     # The corners of a quad at both ends of an edge; across it they continue in the other quad.
     ends = np.stack([np.where(swap, after, corner), np.where(swap, corner, after)], axis=1) + 4 * quad[:, None]
-    sheet = connected(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), quads.size)
+    sheet = connected_components(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), quads.size)
     first = np.unique(sheet, return_index=True)[1]
     sheets = np.bincount(quads.ravel()[first], minlength=count)
-    uses = np.bincount(flat)[edges.odd]
+    uses = np.bincount(flat)[edges.nonmanifold]
     most = np.zeros(count, dtype=np.int64)
-    np.maximum.at(most, edges.nodes[edges.odd], uses[:, None])
-    meeting = np.bincount(edges.nodes[edges.odd].ravel(), minlength=count)
+    np.maximum.at(most, edges.nodes[edges.nonmanifold], uses[:, None])
+    meeting = np.bincount(edges.nodes[edges.nonmanifold].ravel(), minlength=count)
     return np.asarray(np.where(meeting > 0, (meeting != 2) | (sheets != most), sheets > 1))
 
 
-def _creases(points: Floats, quads: Ints, edges: SurfaceEdges, angle: float, odd: Mask, shortest: int) -> Ints:
+def _creases(points: Floats, quads: Ints, edges: QuadEdges, angle: float, nonmanifold: Mask, shortest: int) -> Ints:
     """Ids of the edges with two quads that belong to creases; those with a free end have `shortest` edges or more."""
-    angles = dihedral_angles(steady_normals(points, quads, edges), edges)
-    coarse = round_edges(angles, edges)
-    chosen = np.flatnonzero(angles > _WEAK * angle)
-    # To lose a spur makes one chain of two: look again until nothing goes.
+    angles = dihedral_angles(filtered_normals(points, quads, edges), edges)
+    coarse = rounded_edges(angles, edges)
+    chosen = np.flatnonzero(angles > _CONTINUED * angle)
+    # Where a spur goes two chains become one, so that chains are looked at again until nothing goes.
     while len(chosen):
-        nodes = edges.nodes[edges.smooth[chosen]]
-        strung = chains(points, nodes, odd)
-        length = np.bincount(strung.labels)
-        strong = np.bincount(strung.labels, (angles[chosen] > angle) & ~coarse[chosen])
-        piece = connected(nodes, len(points))[nodes[:, 0]]
+        nodes = edges.nodes[edges.manifold[chosen]]
+        curves = chains(points, nodes, nonmanifold)
+        length = np.bincount(curves.labels)
+        strong = np.bincount(curves.labels, (angles[chosen] > angle) & ~coarse[chosen])
+        piece = connected_components(nodes, len(points))[nodes[:, 0]]
         small = np.bincount(piece)[piece] < _SHORTEST
-        good = (strong >= 0.5 * length) & (strung.zigzag < _SAW)
-        good &= (length >= shortest) | ~_has_free_end(nodes, strung, odd)
-        keep = good[strung.labels] & ~small
+        good = (strong >= 0.5 * length) & (curves.zigzag < _ZIGZAG)
+        good &= (length >= shortest) | ~_has_free_end(nodes, curves, nonmanifold)
+        keep = good[curves.labels] & ~small
         if keep.all():
             break
         chosen = chosen[keep]
-    return edges.smooth[chosen]
+    return edges.manifold[chosen]
 
 
-def _has_free_end(nodes: Ints, strung: Chains, odd: Mask) -> Mask:
-    """Per chain whether it ends where no other begins."""
-    free = ((strung.degree[nodes] == 1) & ~odd[nodes]).any(axis=1)
-    return np.asarray(np.bincount(strung.labels, free) > 0)
+def _has_free_end(nodes: Ints, curves: Chains, nonmanifold: Mask) -> Mask:
+    """(c,) chains that end where no other begins."""
+    free = ((curves.degree[nodes] == 1) & ~nonmanifold[nodes]).any(axis=1)
+    return np.asarray(np.bincount(curves.labels, free) > 0)
 
 
-def _decide(
-    points: Floats, quads: Ints, edges: SurfaceEdges, chosen: Ints, odd: Mask, angle: float, tolerance: float
+def _softness(
+    points: Floats, quads: Ints, edges: QuadEdges, chosen: Ints, nonmanifold: Mask, angle: float, tolerance: float
 ) -> tuple[bool, bool, str]:
-    """Whether curves found by their angle need not be kept, whether some of them end freely, and why."""
+    """Decide if curves found by their angle need not be kept, and tell if some of them end freely, and why."""
     if len(chosen) == 0:
         return True, False, "the surface is smooth"
-    steps, sharp = step_quads(points, quads, edges, angle)
+    steps, sharp = stair_steps(points, quads, edges, angle)
     stepped = steps[edges.quads[sharp]].any(axis=1).mean() if sharp.any() else 0.0
     if stepped > _STEPPED:
         return True, False, f"stair steps, {stepped:.0%} of the sharp edges bound a step of one cell"
     nodes = edges.nodes[chosen]
     lengths = np.linalg.norm(points[nodes[:, 0]] - points[nodes[:, 1]], axis=1)
-    strung = chains(points, nodes, odd)
-    free = lengths[_has_free_end(nodes, strung, odd)[strung.labels]].sum() / lengths.sum()
+    curves = chains(points, nodes, nonmanifold)
+    free = lengths[_has_free_end(nodes, curves, nonmanifold)[curves.labels]].sum() / lengths.sum()
     if free > 0.5:
         return True, True, f"{free:.0%} of the sharp curves end in the middle of a smooth surface"
     edge, diagonal = float(np.median(lengths)), float(np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0)))
@@ -252,21 +210,3 @@ def _decide(
         free > 0,
         "sharp" + (", less short ones that end in the middle of a smooth surface" if free > 0 else ""),
     )
-
-
-def _carried(mesh: HexMesh, name: str) -> tuple[Ints, Ints] | None:
-    """Quadrilaterals (k, 4) among the other cells of what the mesh was made from, and their tags (k,)."""
-    found = None if mesh.origin is None else mesh.origin.quads(name)
-    if found is None:
-        return None
-    nodes, tags = found
-    return (nodes.astype(np.int64), tags.astype(np.int64)) if tags.ndim == 1 and np.all(tags == np.rint(tags)) else None
-
-
-def _matched(quads: Ints, carried: Ints, tags: Ints) -> Ints:
-    """The tag of each quad, -1 where no carried one has the same nodes."""
-    both = np.sort(np.concatenate([carried, quads]), axis=1)
-    same = np.unique(both, axis=0, return_inverse=True)[1].ravel()
-    known = np.full(len(both), -1, dtype=np.int64)
-    known[same[: len(carried)]] = tags
-    return known[same[len(carried) :]]

@@ -1,10 +1,11 @@
-"""How far apart two positions of a boundary are, everywhere and in both directions."""
+"""Hausdorff distance between two positions of a boundary, at samples and in both directions."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh import face_edges, unique_edges
 from .closest_point import SurfaceLocator
 
 __all__ = ["distance_between", "hausdorff", "surface_samples"]
@@ -14,7 +15,7 @@ Ints = NDArray[np.int64]
 
 
 def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
-    """Where a surface is sampled: nodes, edge midpoints, centres, and half-way from centre to corner.
+    """Samples of a surface: nodes, edge midpoints, centres, and half-way from centre to corner.
 
     Parameters
     ----------
@@ -35,8 +36,7 @@ def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
     count, size = faces.shape
     corner = np.eye(size)
     nodes = np.unique(faces, return_index=True)[1]
-    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    edges = np.unique(ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1], return_index=True)[1]
+    edges = unique_edges(face_edges(faces)).first
     middle = (corner + np.roll(corner, 1, axis=1)) / 2
     centre = np.full((count, size), 1.0 / size)
     every = np.arange(count)

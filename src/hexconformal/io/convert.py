@@ -8,23 +8,23 @@ import numpy as np
 
 from ..common import WriteError
 from ..mesh import HexMesh
-from .meshio_mesh import MeshioOrigin, plain_meshio
-from .pyvista_mesh import PyvistaOrigin, cell_offsets, plain_pyvista
+from .cell_types import MESHIO_TYPES, VTK_TYPES
+from .meshio_mesh import MeshioOrigin, meshio_from_arrays
+from .pyvista_mesh import PyvistaOrigin, cell_offsets, grid_from_arrays
 from .vtk_mesh import SOLIDS
 
 __all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
 
-# meshio itself turns wedges round for VTK; VTK's positive wedge has the order of Gmsh, and pyvista leaves it so.
-_PIXEL = [0, 1, 3, 2]
+_PIXEL, _PIXEL_NODES = 8, [0, 1, 3, 2]
 
 
 def to_meshio(mesh: HexMesh) -> tuple[Any, list[str]]:
     """A new meshio.Mesh, and what of the mesh it cannot hold, in words."""
     if isinstance(mesh.origin, MeshioOrigin):
-        return mesh.origin.built(mesh), []
+        return mesh.origin.updated_source(mesh), []
     if not isinstance(mesh.origin, PyvistaOrigin):
-        return plain_meshio(mesh), []
-    return _meshio_from_grid(mesh.origin.built(mesh).cast_to_unstructured_grid())
+        return meshio_from_arrays(mesh), []
+    return _meshio_from_grid(mesh.origin.updated_source(mesh).cast_to_unstructured_grid())
 
 
 def to_pyvista(mesh: HexMesh) -> tuple[Any, list[str]]:
@@ -33,17 +33,15 @@ def to_pyvista(mesh: HexMesh) -> tuple[Any, list[str]]:
     Named sets become arrays of zeros and ones with the name of the set.
     """
     if isinstance(mesh.origin, PyvistaOrigin):
-        return mesh.origin.built(mesh), []
+        return mesh.origin.updated_source(mesh), []
     if not isinstance(mesh.origin, MeshioOrigin):
-        return plain_pyvista(mesh), []
-    return grid_from_meshio(mesh.origin.built(mesh))
+        return grid_from_arrays(mesh), []
+    return grid_from_meshio(mesh.origin.updated_source(mesh))
 
 
 def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
     import meshio
     import pyvista as pv
-    from meshio._mesh import topological_dimension
-    from meshio._vtk_common import vtk_to_meshio_type
 
     types, offsets = grid.celltypes, cell_offsets(grid)
     sizes, connectivity = np.diff(offsets), np.asarray(grid.cell_connectivity, dtype=np.int64)
@@ -53,15 +51,15 @@ def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
     for kind in np.argsort(kinds[1]):
         code, size = kinds[0][kind].tolist()
         rows = np.flatnonzero(kinds[2].ravel() == kind)
-        name = {8: "quad"}.get(code) or vtk_to_meshio_type.get(code)
-        if name not in topological_dimension or name == "polyhedron" or code == 0:
+        name = "quad" if code == _PIXEL else MESHIO_TYPES.get(code)
+        if name is None:
             if code in SOLIDS:
                 kind = pv.CellType(code).name.lower()
                 raise WriteError(f"cells that only VTK's formats (.vtu, .vtk) hold: {len(rows)} of type {kind}")
             lost.append(f"{len(rows)} cells of VTK type {code}")
             continue
         nodes = connectivity[offsets[rows][:, None] + np.arange(size)]
-        blocks.append(meshio.CellBlock(name, nodes[:, _PIXEL] if code == 8 else nodes))
+        blocks.append(meshio.CellBlock(name, nodes[:, _PIXEL_NODES] if code == _PIXEL else nodes))
         places.append(rows)
     fields = {}
     for name in grid.field_data:
@@ -84,15 +82,14 @@ def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
 def grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
     """A new pyvista grid of a meshio.Mesh, and what it cannot hold, in words."""
     import pyvista as pv
-    from meshio._vtk_common import meshio_to_vtk_type
 
     lost = ["periodic nodes"] if mesh.gmsh_periodic is not None else []
     flat, types = [], []
     for block in mesh.cells:
-        if block.type not in meshio_to_vtk_type:
+        if block.type not in VTK_TYPES:
             raise WriteError(f"cells of type {block.type} cannot be written in VTK's formats")
         flat.append(np.column_stack([np.full(len(block.data), block.data.shape[1]), block.data]).ravel())
-        types.append(np.full(len(block.data), meshio_to_vtk_type[block.type], dtype=np.uint8))
+        types.append(np.full(len(block.data), VTK_TYPES[block.type], dtype=np.uint8))
     points = np.pad(mesh.points, ((0, 0), (0, 3 - mesh.points.shape[1])))  # in a plane they may have two coordinates
     grid = pv.UnstructuredGrid(np.concatenate(flat).astype(np.int64), np.concatenate(types), points)
     for name, array in mesh.point_data.items():
@@ -103,12 +100,12 @@ def grid_from_meshio(mesh: Any) -> tuple[Any, list[str]]:
         else:
             grid.cell_data.set_array(np.concatenate(parts), name)
     for name, ids in mesh.point_sets.items():
-        grid.point_data.set_array(_membership(ids, grid.n_points), _free(name, grid.point_data))
+        grid.point_data.set_array(_membership(ids, grid.n_points), _free_name(name, grid.point_data))
     for name, parts in mesh.cell_sets.items():
         # Gmsh's own sets name entities of its geometry, not cells.
         if not name.startswith("gmsh:"):
             members = [_membership(ids, len(block.data)) for ids, block in zip(parts, mesh.cells, strict=False)]
-            grid.cell_data.set_array(np.concatenate(members), _free(name, grid.cell_data))
+            grid.cell_data.set_array(np.concatenate(members), _free_name(name, grid.cell_data))
     for name, value in mesh.field_data.items():
         if str(name).startswith("med:"):
             continue
@@ -126,5 +123,5 @@ def _membership(ids: Any, count: int) -> Any:
     return result
 
 
-def _free(name: str, taken: Any) -> str:
+def _free_name(name: str, taken: Any) -> str:
     return name if name not in taken else f"set:{name}"

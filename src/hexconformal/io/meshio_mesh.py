@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ..common import MeshError
 from ..mesh import HexMesh
-from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
+from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
+from .source_file import SourceFile
 
-__all__ = ["MeshioOrigin", "from_meshio", "plain_meshio"]
+__all__ = ["MeshioOrigin", "from_meshio", "meshio_from_arrays"]
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,13 @@ class MeshioOrigin:
     selection: Selection
     file: SourceFile | None = None
 
-    def built(self, mesh: HexMesh) -> Any:
+    def updated_source(self, mesh: HexMesh) -> Any:
         """A new meshio.Mesh that holds all of the source, with the points, cells and arrays of `mesh`."""
         import meshio
 
         old, rows = self.source, self.selection.rows
         same = np.array_equal(mesh.cells, self.selection.cells)
-        if self.selection.higher and not same:
+        if self.selection.higher_order and not same:
             raise MeshError("the node order of linearised cells cannot be changed")
         blocks, start = [], 0
         cell_data: dict[str, list[Any]] = {name: [] for name in [*old.cell_data, *mesh.cell_data]}
@@ -45,10 +46,12 @@ class MeshioOrigin:
             for name, parts in cell_data.items():
                 before = np.asarray(old.cell_data[name][number]) if name in old.cell_data else None
                 values = mesh.cell_data.get(name)
-                parts.append(np.array(before) if values is None else fill_cells(before, values[mine], places, count))
+                parts.append(
+                    np.array(before) if values is None else scatter_to_cells(before, values[mine], places, count)
+                )
             start += count
         result = meshio.Mesh(
-            straightened(mesh.points, self.selection),
+            with_straight_edges(mesh.points, self.selection),
             blocks,
             point_data={name: array.copy() for name, array in mesh.point_data.items()},
             cell_data=cell_data,
@@ -90,7 +93,7 @@ def from_meshio(source: Any, other_cells: str, linearise: bool, file: SourceFile
     return HexMesh(source.points, selection.cells, source.point_data, cell_data, MeshioOrigin(source, selection, file))
 
 
-def plain_meshio(mesh: HexMesh) -> Any:
+def meshio_from_arrays(mesh: HexMesh) -> Any:
     """A meshio.Mesh of a mesh that was made from arrays."""
     import meshio
 

@@ -8,15 +8,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, unusable_points
+from ..common import MeshError, first_ids, unusable_points
 from ..mesh import HexMesh
-from .formats.vtk_file_checks import require_cells
-from .selection import Selection, SourceFile, fill_cells, select, straightened
-from .vtk_mesh import SOLIDS, blocks
+from .selection import Selection, scatter_to_cells, select, with_straight_edges
+from .source_file import SourceFile
+from .vtk_mesh import SOLIDS, cell_blocks, cell_table
 
-__all__ = ["PyvistaOrigin", "cell_offsets", "from_pyvista", "plain_pyvista", "triangles"]
+__all__ = [
+    "PyvistaOrigin",
+    "cell_nodes",
+    "cell_offsets",
+    "check_cell_nodes",
+    "from_pyvista",
+    "grid_from_arrays",
+    "to_polydata",
+    "triangles",
+]
 
 _QUAD, _HEXAHEDRON, _POLYHEDRON = 9, 12, 42
+# Numbers of nodes by VTK type, of types that have always the same.
+_NODE_COUNTS = {1: 1, 3: 2, 5: 3, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12}
+_NODE_COUNTS |= {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27}
 
 
 @dataclass(frozen=True)
@@ -27,18 +39,18 @@ class PyvistaOrigin:
     selection: Selection
     file: SourceFile | None = None
 
-    def built(self, mesh: HexMesh) -> Any:
+    def updated_source(self, mesh: HexMesh) -> Any:
         """A new grid that holds all of the source, with the points, cells and arrays of `mesh`."""
         rows = self.selection.rows
         grid = self.source.copy(deep=True)
-        if not np.array_equal(mesh.cells, self._stored()):
+        if not np.array_equal(mesh.cells, self._source_cells()):
             grid = self._rebuilt(mesh)
-        grid.points = straightened(mesh.points, self.selection)
+        grid.points = with_straight_edges(mesh.points, self.selection)
         for name, array in mesh.point_data.items():
             grid.point_data.set_array(_flat(array), name)
         for name, array in mesh.cell_data.items():
             old = self.source.cell_data.get(name)
-            grid.cell_data.set_array(fill_cells(old, _flat(array), rows, grid.n_cells), name)
+            grid.cell_data.set_array(scatter_to_cells(old, _flat(array), rows, grid.n_cells), name)
         return grid
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
@@ -50,7 +62,7 @@ class PyvistaOrigin:
         nodes = np.asarray(grid.cell_connectivity)[cell_offsets(grid)[rows][:, None] + np.arange(4)]
         return nodes, np.asarray(self.source.cell_data[name])[rows]
 
-    def _stored(self) -> NDArray[np.int64]:
+    def _source_cells(self) -> NDArray[np.int64]:
         # The hexahedra as the source itself has them: voxels differ from those of the selection.
         cells, rows = self.selection.cells, self.selection.rows
         if not hasattr(self.source, "celltypes") or not (self.source.celltypes[rows] == 11).any():
@@ -60,7 +72,7 @@ class PyvistaOrigin:
     def _rebuilt(self, mesh: HexMesh) -> Any:
         import pyvista as pv
 
-        if self.selection.higher:
+        if self.selection.higher_order:
             raise MeshError("the node order of linearised cells cannot be changed")
         grid = self.source.cast_to_unstructured_grid()
         types, offsets = grid.celltypes.copy(), cell_offsets(grid)
@@ -89,15 +101,15 @@ def from_pyvista(source: Any, other_cells: str, linearise: bool, file: SourceFil
     if not isinstance(source, (pv.StructuredGrid, pv.UnstructuredGrid)):
         raise MeshError(f"{type(source).__name__} holds no hexahedra: pass a volume mesh")
     grid = source.cast_to_unstructured_grid()
-    cells = blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
-    selection = select(cells, grid.n_points, other_cells, linearise)
+    blocks = cell_blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
+    selection = select(blocks, grid.n_points, other_cells, linearise)
     cell_data = {name: np.asarray(grid.cell_data[name])[selection.rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, selection, file)
     return HexMesh(np.asarray(grid.points), selection.cells, point_data, cell_data, origin)
 
 
-def plain_pyvista(mesh: HexMesh) -> Any:
+def grid_from_arrays(mesh: HexMesh) -> Any:
     """An unstructured grid of a mesh that was made from arrays."""
     import pyvista as pv
 
@@ -121,7 +133,7 @@ def triangles(dataset: Any) -> Any:
     import pyvista
 
     pv: Any = pyvista
-    require_cells(dataset)
+    check_cell_nodes(dataset)
     if not isinstance(dataset, pv.PolyData):
         grid = dataset.cast_to_unstructured_grid()
         solid = np.isin(grid.celltypes, list(SOLIDS))
@@ -151,3 +163,64 @@ def _flat(array: NDArray[Any]) -> NDArray[Any]:
 def cell_offsets(grid: Any) -> NDArray[np.int64]:
     """(m + 1,) where the nodes of each cell start, whatever the version of pyvista calls it."""
     return np.asarray(grid.cell_offsets if hasattr(type(grid), "cell_offsets") else grid.offset)
+
+
+def cell_nodes(grid: Any, rows: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sizes of some cells of an unstructured grid, and their nodes, one cell after the other."""
+    offsets = cell_offsets(grid)
+    sizes = np.diff(offsets)[rows]
+    places = np.repeat(offsets[rows] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
+    return sizes, np.asarray(grid.cell_connectivity, dtype=np.int64)[places]
+
+
+def to_polydata(grid: Any) -> Any:
+    """PolyData of an unstructured grid of vertices, lines and faces: it has vertices first, then lines, then faces."""
+    import pyvista as pv
+
+    groups = [np.flatnonzero(np.isin(grid.celltypes, codes)) for codes in ((1, 2), (3, 4), (5, 9))]
+    parts = []
+    for rows in groups:
+        sizes, nodes = cell_nodes(grid, rows)
+        parts.append(np.insert(nodes, np.cumsum(sizes) - sizes, sizes) if len(rows) else None)
+    verts, lines, faces = parts
+    result = pv.PolyData(np.array(grid.points), faces=faces, lines=lines, verts=verts)
+    order = np.concatenate(groups)
+    for name in grid.point_data:
+        result.point_data.set_array(np.asarray(grid.point_data[name]), name)
+    for name in grid.cell_data:
+        result.cell_data.set_array(np.asarray(grid.cell_data[name])[order], name)
+    for name in grid.field_data:
+        result.field_data.set_array(grid.field_data[name], name)
+    return result
+
+
+def check_cell_nodes(dataset: Any) -> None:
+    """Raise a MeshError if cells of a VTK dataset have a wrong number of nodes, or nodes that are no points.
+
+    VTK itself follows them wherever they lead.
+    """
+    count = dataset.GetNumberOfPoints()
+    if dataset.IsA("vtkPolyData"):
+        tables = [dataset.GetVerts(), dataset.GetLines(), dataset.GetPolys(), dataset.GetStrips()]
+    elif dataset.IsA("vtkUnstructuredGrid"):
+        tables = [dataset.GetCells()]
+    else:
+        tables = []
+        if dataset.IsA("vtkStructuredGrid") and np.prod(dataset.dimensions) != count:
+            raise MeshError(f"{count} points are not those of a grid of {dataset.dimensions}")
+    for cells in tables:
+        offsets, nodes = cell_table(cells)
+        sizes = np.diff(offsets)
+        if len(offsets) and (offsets[0] != 0 or (sizes < 0).any() or offsets[-1] > len(nodes)):
+            raise MeshError("the sizes of its cells make no sense")
+        bad = (nodes < 0) | (nodes >= count)
+        if bad.any():
+            ids = np.searchsorted(offsets, np.flatnonzero(bad), side="right") - 1
+            raise MeshError(f"cells with node ids outside 0..{count - 1}: {first_ids(np.unique(ids))}")
+    if dataset.IsA("vtkUnstructuredGrid"):
+        wanted = np.array([_NODE_COUNTS.get(code, 0) for code in range(256)])[dataset.celltypes]
+        if len(wanted) != len(sizes):
+            raise MeshError(f"{len(wanted)} types are given for {len(sizes)} cells")
+        odd = np.flatnonzero((wanted > 0) & (wanted != sizes))
+        if len(odd):
+            raise MeshError(f"cells whose number of nodes is not that of their type: {first_ids(odd)}")

@@ -1,66 +1,26 @@
-"""Where hexahedral meshes come in, from files and other libraries, and go out, with what a format cannot keep."""
+"""Hexahedral meshes from files and other libraries, and to files, with what a format cannot keep."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..common import OptionError, check_writable, reading, saving
+from ..common import OptionError, check_writable, reading, save_atomically
 from ..mesh import HexMesh
-from .convert import grid_from_meshio, to_pyvista
-from .formats.meshio_formats import read_meshio, write_meshio
-from .formats.vtk_files import read_vtk, write_vtk
+from .convert import grid_from_meshio
+from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS
 from .meshio_mesh import from_meshio
 from .pyvista_mesh import from_pyvista, triangles
 
 __all__ = [
-    "READ_EXTENSIONS",
-    "SURFACE_EXTENSIONS",
-    "WRITE_EXTENSIONS",
     "as_hex_mesh",
+    "library_of",
     "read",
     "read_surface",
     "write",
 ]
-
-_VTK = (".vtu", ".vtk")
-_VTK_READ_ONLY = (".vts", ".vtr", ".vti", ".pvtu")
-_MESHIO = {
-    ".msh": "gmsh",
-    ".inp": "abaqus",
-    ".mesh": "medit",
-    ".meshb": "medit",
-    ".e": "exodus",
-    ".exo": "exodus",
-    ".ex2": "exodus",
-    ".med": "med",
-    ".xdmf": "xdmf",
-    ".xmf": "xdmf",
-    ".bdf": "nastran",
-    ".nas": "nastran",
-    ".fem": "nastran",
-}
-_MESHIO_READ_ONLY = {
-    ".avs": "avsucd",
-    ".cgns": "cgns",
-    ".dat": "tecplot",
-    ".f3grid": "flac3d",
-    ".h5m": "h5m",
-    ".mdpa": "mdpa",
-    ".su2": "su2",
-    ".tec": "tecplot",
-    ".ugrid": "ugrid",
-    ".vol": "netgen",
-}
-_VTK_SURFACES = (".obj", ".stl", ".vtp")
-_MESHIO_SURFACES = {".off": "off", ".ply": "ply"}  # VTK crashes on truncated .ply files
-
-READ_EXTENSIONS = tuple(sorted({*_VTK, *_VTK_READ_ONLY, *_MESHIO, *_MESHIO_READ_ONLY}))
-WRITE_EXTENSIONS = tuple(sorted({*_VTK, *_MESHIO}))
-SURFACE_EXTENSIONS = tuple(sorted({*READ_EXTENSIONS, *_VTK_SURFACES, *_MESHIO_SURFACES}))
 
 
 def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
@@ -102,16 +62,24 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = F
         return read(Path(source), other_cells=other_cells, linearise=linearise)
     if isinstance(source, tuple) and len(source) == 2:
         return HexMesh(*source)
-    # Asked by name, so that neither library is imported to tell that an object is not one of its own.
-    libraries = {base.__module__.partition(".")[0] for base in type(source).__mro__}
-    if "meshio" in libraries:
+    library = library_of(source)
+    if library == "meshio":
         return from_meshio(source, other_cells, linearise)
-    if libraries & {"pyvista", "vtkmodules"}:
+    if library == "pyvista":
         return from_pyvista(source, other_cells, linearise)
     raise OptionError(
         f"cannot make a mesh of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista grid, a HexMesh, "
         "or a tuple (points, cells)"
     )
+
+
+def library_of(mesh: Any) -> str:
+    """The library that an object is of: "meshio", "pyvista" (or VTK), or "" for any other."""
+    # By the names of modules, so that neither library is imported to find that an object is not of it.
+    libraries = {base.__module__.partition(".")[0] for base in type(mesh).__mro__}
+    if "meshio" in libraries:
+        return "meshio"
+    return "pyvista" if libraries & {"pyvista", "vtkmodules"} else ""
 
 
 def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
@@ -142,7 +110,11 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise
     """
     path = Path(path)
     with reading(path, READ_EXTENSIONS) as extension:
-        return _read(path, extension, other_cells, linearise)
+        contents = FORMATS[extension].read(path)
+        take_in = from_meshio if library_of(contents.data) == "meshio" else from_pyvista
+        mesh = take_in(contents.data, other_cells, linearise, contents.file)
+        selection = replace(mesh.origin.selection, notes=(*mesh.notes, *contents.notes))
+        return replace(mesh, origin=replace(mesh.origin, selection=selection))
 
 
 def read_surface(path: str | os.PathLike[str]) -> Any:
@@ -174,24 +146,8 @@ def read_surface(path: str | os.PathLike[str]) -> Any:
     """
     path = Path(path)
     with reading(path, SURFACE_EXTENSIONS) as extension:
-        return _read_surface(path, extension)
-
-
-def _read(path: Path, extension: str, other_cells: str, linearise: bool) -> HexMesh:
-    if extension in _VTK + _VTK_READ_ONLY:
-        grid, file = read_vtk(path)
-        return from_pyvista(grid, other_cells, linearise, file)
-    mesh, file, notes = read_meshio(path, {**_MESHIO, **_MESHIO_READ_ONLY}[extension])
-    result = from_meshio(mesh, other_cells, linearise, file)
-    selection = replace(result.origin.selection, notes=(*result.notes, *notes))
-    return replace(result, origin=replace(result.origin, selection=selection))
-
-
-def _read_surface(path: Path, extension: str) -> Any:
-    if extension in _VTK + _VTK_READ_ONLY + _VTK_SURFACES:
-        return triangles(read_vtk(path)[0])
-    names = {**_MESHIO, **_MESHIO_READ_ONLY, **_MESHIO_SURFACES}
-    return triangles(grid_from_meshio(read_meshio(path, names[extension])[0])[0])
+        data = FORMATS[extension].read(path).data
+        return triangles(grid_from_meshio(data)[0] if library_of(data) == "meshio" else data)
 
 
 def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
@@ -220,16 +176,4 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     path = Path(path)
     check_writable(path, WRITE_EXTENSIONS)
     whole = as_hex_mesh(mesh, other_cells="keep", linearise=True)
-    return saving(path, lambda target: _writer(path.suffix.lower())(target, whole))
-
-
-def _writer(extension: str) -> Callable[[Path, HexMesh], list[str]]:
-    if extension in _VTK:
-
-        def write_grid(target: Path, mesh: HexMesh) -> list[str]:
-            grid, lost = to_pyvista(mesh)
-            write_vtk(target, grid if extension == ".vtk" else grid.cast_to_unstructured_grid())
-            return lost
-
-        return write_grid
-    return lambda target, mesh: write_meshio(target, mesh, _MESHIO[extension])
+    return save_atomically(path, lambda target: FORMATS[path.suffix.lower()].save(target, whole))

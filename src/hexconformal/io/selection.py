@@ -1,9 +1,8 @@
-"""Which cells of a mixed mesh are the hexahedra to work on, and what becomes of the others."""
+"""The hexahedra of a mixed mesh, which are worked on, and what becomes of its other cells."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,24 +11,14 @@ from numpy.typing import NDArray
 from ..common import MeshError
 from ..elements import FACES
 
-__all__ = ["Block", "Selection", "SourceFile", "fill_cells", "select", "straightened"]
+__all__ = ["Block", "Selection", "scatter_to_cells", "select", "with_straight_edges"]
 
 # Corners that each higher-order node of VTK's (and meshio's) hexahedra with 20 and 27 nodes lies between.
 _EDGE_NODES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
-_PARENTS = [*_EDGE_NODES, *(tuple(face) for face in FACES.tolist()), tuple(range(8))]
+_PARENT_CORNERS = [*_EDGE_NODES, *(tuple(face) for face in FACES.tolist()), tuple(range(8))]
 
 _VOXEL = [0, 1, 3, 2, 4, 5, 7, 6]
-_HIGHER = ("hexahedron20", "hexahedron27")
-
-
-@dataclass(frozen=True)
-class SourceFile:
-    """The file a mesh was read from: the variant of its format (Gmsh 4.1, ASCII), the text of an Abaqus deck."""
-
-    path: Path
-    version: str = ""
-    ascii: bool = False
-    deck: str = field(default="", repr=False)
+_HIGHER_ORDER = ("hexahedron20", "hexahedron27")
 
 
 @dataclass(frozen=True)
@@ -54,7 +43,7 @@ class Selection:
         (m,) their places among all cells.
     held
         (n,) nodes of other three-dimensional cells.
-    higher
+    higher_order
         Per linearised type its (k, 20 or 27) nodes.
     notes
         What was changed, in words.
@@ -63,7 +52,7 @@ class Selection:
     cells: NDArray[np.int64]
     rows: NDArray[np.int64]
     held: NDArray[np.bool_]
-    higher: tuple[NDArray[np.int64], ...]
+    higher_order: tuple[NDArray[np.int64], ...]
     notes: tuple[str, ...]
 
 
@@ -77,31 +66,31 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
         are hexahedra of higher order and `linearise` is False.
     """
     blocks = [block for block in blocks if len(block.rows)]
-    hexes, others, higher, straight, notes = [], [], [], [], []
+    hexes, others, higher_order, linearised, notes = [], [], [], [], []
     for block in blocks:
         if block.name == "hexahedron":
             hexes.append((block.rows, block.nodes))
         elif block.name == "voxel":
             hexes.append((block.rows, block.nodes[:, _VOXEL]))
             notes.append(f"{len(block.rows)} voxels are taken as hexahedra")
-        elif block.name in _HIGHER and linearise:
+        elif block.name in _HIGHER_ORDER and linearise:
             hexes.append((block.rows, block.nodes[:, :8]))
-            higher.append(block.nodes)
-            straight.append(block)
+            higher_order.append(block.nodes)
+            linearised.append(block)
         elif block.dimension == 3:
             others.append(block)
-    if straight:
-        notes.append(f"cells taken as linear, their edges straightened: {_counted(straight)}")
-    curved = _counted([block for block in others if block.name in _HIGHER])
+    if linearised:
+        notes.append(f"cells taken as linear, their edges straightened: {_counts_by_type(linearised)}")
+    curved = _counts_by_type([block for block in others if block.name in _HIGHER_ORDER])
     if curved:
         raise MeshError(f"cells of higher order: {curved}; linearise=True (--linearise) works with their corners")
     if not hexes:
         flat = blocks and all(block.name in ("triangle", "quad") for block in blocks)
         hint = "; for surfaces there are surface.remesh, and the command remesh" if flat else ""
-        raise MeshError(f"there are no hexahedra, only: {_counted(blocks) or 'points'}{hint}")
+        raise MeshError(f"there are no hexahedra, only: {_counts_by_type(blocks) or 'points'}{hint}")
     if others and other_cells == "refuse":
         raise MeshError(
-            f"besides hexahedra there are other three-dimensional cells: {_counted(others)}; "
+            f"besides hexahedra there are other three-dimensional cells: {_counts_by_type(others)}; "
             "other_cells='keep' (--other-cells keep) carries them along and holds their nodes"
         )
     held = np.zeros(point_count, dtype=bool)
@@ -109,23 +98,23 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
         nodes = block.nodes.ravel()
         held[nodes[(nodes >= 0) & (nodes < point_count)]] = True
     if others:
-        notes.append(f"other cells are carried along, their nodes held: {_counted(others)}")
+        notes.append(f"other cells are carried along, their nodes held: {_counts_by_type(others)}")
     rows = np.concatenate([rows for rows, _ in hexes])
     order = np.argsort(rows, kind="stable")
     cells = np.concatenate([nodes for _, nodes in hexes])[order].astype(np.int64)
-    return Selection(cells, rows[order], held, tuple(higher), tuple(notes))
+    return Selection(cells, rows[order], held, tuple(higher_order), tuple(notes))
 
 
-def straightened(points: NDArray[np.float64], selection: Selection) -> NDArray[np.float64]:
+def with_straight_edges(points: NDArray[np.float64], selection: Selection) -> NDArray[np.float64]:
     """A writable copy of the points with higher-order nodes put where the trilinear map of the corners has them."""
     result = points.copy()
-    for nodes in selection.higher:
-        for column, parents in zip(range(8, nodes.shape[1]), _PARENTS, strict=False):
+    for nodes in selection.higher_order:
+        for column, parents in zip(range(8, nodes.shape[1]), _PARENT_CORNERS, strict=False):
             result[nodes[:, column]] = points[nodes[:, list(parents)]].mean(axis=1)
     return result
 
 
-def fill_cells(old: Any, values: NDArray[Any], rows: NDArray[np.int64], count: int) -> NDArray[Any]:
+def scatter_to_cells(old: Any, values: NDArray[Any], rows: NDArray[np.int64], count: int) -> NDArray[Any]:
     """An array on all `count` cells: `values` on the given rows, elsewhere `old`, or NaN (0 for integers)."""
     if old is not None and old.shape[1:] == values.shape[1:]:
         result = np.array(old, dtype=np.result_type(old.dtype, values.dtype), subok=False)
@@ -137,7 +126,7 @@ def fill_cells(old: Any, values: NDArray[Any], rows: NDArray[np.int64], count: i
     return result
 
 
-def _counted(blocks: list[Block]) -> str:
+def _counts_by_type(blocks: list[Block]) -> str:
     totals: dict[str, int] = {}
     for block in blocks:
         totals[block.name] = totals.get(block.name, 0) + len(block.rows)

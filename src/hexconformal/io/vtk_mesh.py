@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh
-from .selection import Block, Selection, SourceFile, fill_cells, select, straightened
+from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
+from .source_file import SourceFile
 
-__all__ = ["SOLIDS", "VtkOrigin", "blocks", "cell_table", "from_vtk", "points_of", "updated"]
+__all__ = ["SOLIDS", "VtkOrigin", "cell_blocks", "cell_table", "from_vtk", "points_of", "updated_dataset"]
 
 SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
 _NAMES = {11: "voxel", 12: "hexahedron", 25: "hexahedron20", 29: "hexahedron27"}
@@ -31,10 +32,10 @@ class VtkOrigin:
     selection: Selection
     file: SourceFile | None = None
 
-    def built(self, mesh: HexMesh) -> Any:
+    def updated_source(self, mesh: HexMesh) -> Any:
         """A new grid that shares cells and arrays with the source, with the points and the arrays of `mesh`."""
-        points = straightened(mesh.points, self.selection)
-        return updated(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
+        points = with_straight_edges(mesh.points, self.selection)
+        return updated_dataset(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
@@ -51,23 +52,23 @@ class VtkOrigin:
 def from_vtk(grid: Any, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
     """Take in a vtkUnstructuredGrid; see :func:`hexconformal.io.read_write.as_hex_mesh`.
 
-    Its arrays are not taken in, but are there again in what :meth:`hexconformal.HexMesh.restored` returns.
+    Its arrays are not taken in, but are there again in what :meth:`hexconformal.HexMesh.to_source_type` returns.
 
     Examples
     --------
     >>> from hexconformal.generate import box
-    >>> from hexconformal.io.pyvista_mesh import plain_pyvista
-    >>> mesh = from_vtk(plain_pyvista(HexMesh(*box((2, 2, 2)))))
-    >>> grid = mesh.replaced(cell_data={"number": np.arange(8)}).restored()
+    >>> from hexconformal.io.pyvista_mesh import grid_from_arrays
+    >>> mesh = from_vtk(grid_from_arrays(HexMesh(*box((2, 2, 2)))))
+    >>> grid = mesh.replaced(cell_data={"number": np.arange(8)}).to_source_type()
     >>> grid.GetClassName(), grid.GetCellData().GetArray("number").GetRange()
     ('vtkUnstructuredGrid', (0.0, 7.0))
     """
     offsets, nodes = cell_table(grid.GetCells())
-    selection = select(blocks(_cell_types(grid), offsets, nodes), grid.GetNumberOfPoints(), other_cells, linearise)
+    selection = select(cell_blocks(_cell_types(grid), offsets, nodes), grid.GetNumberOfPoints(), other_cells, linearise)
     return HexMesh(points_of(grid), selection.cells, origin=VtkOrigin(grid, selection))
 
 
-def updated(
+def updated_dataset(
     source: Any,
     points: NDArray[np.float64],
     point_data: Mapping[str, NDArray[Any]],
@@ -99,7 +100,7 @@ def updated(
     on_cells = {}
     for name, values in cell_data.items():
         old = source.GetCellData().GetArray(name)
-        filled = fill_cells(None if old is None else vtk_to_numpy(old), values, rows, source.GetNumberOfCells())
+        filled = scatter_to_cells(None if old is None else vtk_to_numpy(old), values, rows, source.GetNumberOfCells())
         on_cells[name] = filled
     for attributes, arrays in ((result.GetPointData(), point_data), (result.GetCellData(), on_cells)):
         for name, values in arrays.items():
@@ -109,7 +110,7 @@ def updated(
     return result
 
 
-def blocks(types: NDArray[Any], offsets: NDArray[np.int64], nodes: NDArray[np.int64]) -> list[Block]:
+def cell_blocks(types: NDArray[Any], offsets: NDArray[np.int64], nodes: NDArray[np.int64]) -> list[Block]:
     """The cells of a VTK grid by their type.
 
     Parameters
@@ -123,7 +124,7 @@ def blocks(types: NDArray[Any], offsets: NDArray[np.int64], nodes: NDArray[np.in
 
     Examples
     --------
-    >>> [block.name for block in blocks(np.array([10, 5]), np.array([0, 4, 7]), np.arange(7))]
+    >>> [block.name for block in cell_blocks(np.array([10, 5]), np.array([0, 4, 7]), np.arange(7))]
     ['triangle', 'tetra']
     """
     found = []
@@ -165,7 +166,7 @@ def _cell_types(grid: Any) -> NDArray[np.uint8]:
 
 
 def _name(code: int) -> str:
-    """What VTK calls a type of cells, in words."""
+    """The name of a type of cells in VTK, in words."""
     from vtkmodules.vtkCommonDataModel import vtkGenericCell
 
     cell = vtkGenericCell.InstantiateCell(code)

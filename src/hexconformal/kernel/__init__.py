@@ -1,4 +1,4 @@
-"""The quaternion-distortion kernel, and how it is compiled and spread over threads.
+"""The kernel of the quaternionic distortion, and the compiling and threading of loops.
 
 Belongs here: algebra of single vectors, quaternions and frames, equations (2) to (8), which serves numpy and compiled
 loops alike. Imports no other room.
@@ -21,8 +21,8 @@ from .distortion import (
 )
 from .jit import algebra, loop, strict_loop
 from .quaternion import Vector, add, combine, cross, dot, polar, scale, subtract
-from .simd_frames import frame, put, put_inverses
-from .small_matrices import cross_matrix, matrix_product, orthogonal, outer, plus, times, transposed
+from .simd_frames import frame_at, store, store_inverses
+from .small_matrices import cross_matrix, matrix_product, orthogonal_projection, outer_sum, plus, times, transpose
 from .threads import parallel_ranges
 
 __all__ = [
@@ -39,26 +39,26 @@ __all__ = [
     "cross_matrix",
     "determinant",
     "dot",
-    "frame",
+    "frame_at",
     "frame_density",
     "frame_frozen_second",
     "frame_gradient",
     "frame_second",
     "loop",
     "matrix_product",
-    "orthogonal",
-    "outer",
+    "orthogonal_projection",
+    "outer_sum",
     "parallel_ranges",
     "plane_density",
     "plane_gradient",
     "plane_normal",
     "plus",
     "polar",
-    "put",
-    "put_inverses",
     "scale",
+    "store",
+    "store_inverses",
     "strict_loop",
     "subtract",
     "times",
-    "transposed",
+    "transpose",
 ]

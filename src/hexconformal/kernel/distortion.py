@@ -1,4 +1,4 @@
-"""THE kernel: the quaternionic conformal distortion of a plane, and of the three planes of a frame.
+"""The kernel: quaternionic conformal distortion of a plane, and of the three planes of a frame.
 
 An immersion f with unit normal N is conformal iff *df = N df (Gruber & Aulisa, eq. 1). For tangent
 vectors f1, f2 on an orthonormal reference frame the deviation is

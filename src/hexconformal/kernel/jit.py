@@ -1,12 +1,17 @@
-"""How this package compiles: small algebra that also runs in numpy, and loops that run in threads."""
+"""Compilation by numba: small algebra that also runs in numpy, and loops that run in threads."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
+import numpy as np
 from numba import njit
 from numba.core import event
 from numba.core.caching import FunctionCache
@@ -23,9 +28,10 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "con
 def algebra(function: Function) -> Function:
     """Mark a function for use inside compiled loops; called from Python it stays as it is written.
 
-    Inlined always: a loop with a call left in it is not vectorised. Numba compiles a loop anew when its own file
-    changes, not when such a function in another file does: then remove ``*.nb?`` from ``__pycache__``.
+    Inlined always: a loop with a call left in it is not vectorised. A loop is compiled anew when its own file changes,
+    or that of a function or the value of a constant that it takes from another file.
     """
+    _digest(function.__code__.co_filename)
     return register_jitable(forceinline=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
 
 
@@ -40,6 +46,7 @@ def strict_loop(function: Function) -> Function:
 
 
 def _compiled(function: Function, **options: Any) -> Function:
+    _digest(function.__code__.co_filename)
     compiled: Any = njit(nogil=True, **options)(function)
     try:
         compiled._cache = _Cache(function)
@@ -49,8 +56,35 @@ def _compiled(function: Function, **options: Any) -> Function:
     return compiled  # type: ignore[no-any-return]
 
 
+@cache
+def _digest(file: str) -> bytes:
+    """Hash of a source file, as it was when the first function in it was marked: what is compiled is of that state."""
+    try:
+        return sha256(Path(file).read_bytes()).digest()
+    except OSError:  # inside an archive, all of which numba itself hashes
+        return b""
+
+
+def _ingredients(function: Any) -> str:
+    """Hash of what a loop takes from other files: those of the functions that it calls, and values of constants."""
+    functions, files, constants = [function], set(), set()
+    for function in functions:  # grows in the loop
+        files.add(_digest(function.__code__.co_filename))
+        for name in function.__code__.co_names:
+            value = function.__globals__.get(name)
+            value = getattr(value, "py_func", value)
+            if isinstance(value, FunctionType) and value not in functions:
+                functions.append(value)
+            elif isinstance(value, (bool, int, float, str, tuple, np.ndarray)):
+                constants.add(f"{name} = {value.tolist() if isinstance(value, np.ndarray) else value!r}")
+    return sha256(b"".join(sorted(files)) + "".join(sorted(constants)).encode()).hexdigest()
+
+
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's, but that a full disk costs the next process its time, and not this one its run."""
+    """Numba's cache on disk, which sees a change of what is inlined, and for which a full disk ends no run."""
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return (*super()._index_key(sig, codegen), _ingredients(self._py_func))
 
     def save_overload(self, sig: Any, data: Any) -> None:
         with suppress(OSError):

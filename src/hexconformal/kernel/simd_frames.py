@@ -1,4 +1,4 @@
-"""The scratch array in which compiled loops keep a cell: a column per quadrature point, a row per component.
+"""Vectors and frames in the work array of a compiled loop: a column per quadrature point, a row per component.
 
 A loop over its columns works on several points at once, because everything in the loop is inlined and free of
 branches, and because rows of one array of constant shape are known not to overlap.
@@ -13,25 +13,25 @@ from .distortion import Frame
 from .jit import algebra
 from .quaternion import Vector
 
-__all__ = ["frame", "put", "put_inverses", "vector"]
+__all__ = ["frame_at", "store", "store_inverses", "vector_at"]
 
 Field = NDArray[np.float64]
 
 
 @algebra
-def vector(s: Field, row: int, q: int) -> Vector:
+def vector_at(s: Field, row: int, q: int) -> Vector:
     """The vector in three rows, at point q."""
     return s[row, q], s[row + 1, q], s[row + 2, q]
 
 
 @algebra
-def frame(s: Field, row: int, q: int) -> Frame:
+def frame_at(s: Field, row: int, q: int) -> Frame:
     """The frame in nine rows, column by column."""
-    return vector(s, row, q), vector(s, row + 3, q), vector(s, row + 6, q)
+    return vector_at(s, row, q), vector_at(s, row + 3, q), vector_at(s, row + 6, q)
 
 
 @algebra
-def put(f: Frame, s: Field, row: int, q: int) -> None:
+def store(f: Frame, s: Field, row: int, q: int) -> None:
     """Write a frame into nine rows."""
     s[row, q], s[row + 1, q], s[row + 2, q] = f[0]
     s[row + 3, q], s[row + 4, q], s[row + 5, q] = f[1]
@@ -39,8 +39,8 @@ def put(f: Frame, s: Field, row: int, q: int) -> None:
 
 
 @algebra
-def put_inverses(inverses: Field, c: int, s: Field, row: int) -> None:
-    """Write W^-1 at the points of cell c into nine rows, row by row; nothing where all targets are the unit cube."""
+def store_inverses(inverses: Field, c: int, s: Field, row: int) -> None:
+    """Write W^-1 at the quadrature points of cell c into nine rows, row by row; nothing if targets are unit cubes."""
     if len(inverses) > 0:
         target = c if len(inverses) > 1 else 0
         step = 1 if inverses.shape[1] > 1 else 0

@@ -7,7 +7,16 @@ from typing import Any
 from .jit import algebra
 from .quaternion import Vector, add, combine, scale
 
-__all__ = ["Matrix", "cross_matrix", "matrix_product", "orthogonal", "outer", "plus", "times", "transposed"]
+__all__ = [
+    "Matrix",
+    "cross_matrix",
+    "matrix_product",
+    "orthogonal_projection",
+    "outer_sum",
+    "plus",
+    "times",
+    "transpose",
+]
 
 Matrix = tuple[Vector, Vector, Vector]
 
@@ -25,7 +34,7 @@ def times(t: Any, a: Matrix) -> Matrix:
 
 
 @algebra
-def transposed(a: Matrix) -> Matrix:
+def transpose(a: Matrix) -> Matrix:
     """Transpose."""
     return (a[0][0], a[1][0], a[2][0]), (a[0][1], a[1][1], a[2][1]), (a[0][2], a[1][2], a[2][2])
 
@@ -45,7 +54,7 @@ def matrix_product(a: Matrix, b: Matrix) -> Matrix:
 
 
 @algebra
-def outer(a: Vector, b: Vector, c: Vector, d: Vector) -> Matrix:
+def outer_sum(a: Vector, b: Vector, c: Vector, d: Vector) -> Matrix:
     """Sum of two outer products, a b^T + c d^T."""
     return combine(a[0], b, c[0], d), combine(a[1], b, c[1], d), combine(a[2], b, c[2], d)
 
@@ -62,10 +71,10 @@ def cross_matrix(k: Any, n: Vector) -> Matrix:
 
 
 @algebra
-def orthogonal(k: Any, u: Vector) -> Matrix:
+def orthogonal_projection(k: Any, u: Vector) -> Matrix:
     """k (1 - u u^T): the projection orthogonal to a unit vector, times a number.
 
-    >>> orthogonal(2, (1, 0, 0))
+    >>> orthogonal_projection(2, (1, 0, 0))
     ((0, 0, 0), (0, 2, 0), (0, 0, 2))
     """
     w = scale(-k, u)

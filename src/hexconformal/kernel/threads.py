@@ -18,9 +18,9 @@ _SMALLEST_RANGE = 2000
 @cache
 def thread_count() -> int:
     """Number of processors this process may use, or ``HEXCONFORMAL_THREADS`` where it is set."""
-    asked = os.environ.get("HEXCONFORMAL_THREADS", "")
-    if asked.isdigit() and int(asked) > 0:
-        return int(asked)
+    requested = os.environ.get("HEXCONFORMAL_THREADS", "")
+    if requested.isdigit() and int(requested) > 0:
+        return int(requested)
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,32 +1,46 @@
-"""Many cells together: the container of a mesh, which cells meet where, the order and unit that runs work in.
+"""Hexahedral meshes: the container, topology and adjacency, and a normalized copy that runs work on.
 
 Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `elements`.
 """
 
-from .adjacency import corner_incidences, find, node_pattern, scalar_matrix
-from .arrays import checked_cells, checked_data, checked_points, frozen
+from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
+from .arrays import checked_cells, checked_data, checked_points, read_only
+from .edges import UniqueEdges, face_edges, unique_edges
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
-from .spatial_order import along_curve
-from .topology import FaceTable, boundary_quads, by_first_appearance, components, face_table, islands, rings
+from .spatial_order import morton_codes
+from .topology import (
+    FaceTable,
+    boundary_quads,
+    by_first_appearance,
+    components,
+    connected_components,
+    connected_regions,
+    face_table,
+    node_rings,
+)
 
 __all__ = [
     "FaceTable",
     "HexMesh",
     "NormalizedMesh",
-    "along_curve",
+    "UniqueEdges",
+    "binary_search",
     "boundary_quads",
     "by_first_appearance",
     "checked_cells",
     "checked_data",
     "checked_points",
     "components",
+    "connected_components",
+    "connected_regions",
     "corner_incidences",
+    "face_edges",
     "face_table",
-    "find",
-    "frozen",
-    "islands",
+    "morton_codes",
     "node_pattern",
-    "rings",
+    "node_rings",
+    "read_only",
     "scalar_matrix",
+    "unique_edges",
 ]

@@ -1,4 +1,4 @@
-"""Who touches whom: cells around a node, and the scalar sparsity pattern of a trilinear mesh."""
+"""Incidences of nodes and cells, and scalar sparse matrices on their graph."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scipy import sparse
 
 from ..kernel import algebra, loop, parallel_ranges
 
-__all__ = ["corner_incidences", "find", "node_pattern", "scalar_matrix"]
+__all__ = ["binary_search", "corner_incidences", "node_pattern", "scalar_matrix"]
 
 
 def corner_incidences(cells: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -38,7 +38,7 @@ def corner_incidences(cells: NDArray[np.int64], count: int) -> tuple[NDArray[np.
 
 
 @algebra
-def find(indices, first, last, value):  # type: ignore[no-untyped-def]
+def binary_search(indices, first, last, value):  # type: ignore[no-untyped-def]
     """Place of a value in the sorted range ``indices[first:last]`` that holds it."""
     while last - first > 1:
         middle = (first + last) // 2
@@ -99,7 +99,8 @@ def _scalar_rows(first, last, cells, matrices, scales, offsets, incidences, indp
             c, corner = incidences[k] // width, incidences[k] % width
             scale, shape = scales[c % len(scales)], c % len(matrices)
             for a in range(width):
-                data[find(indices, indptr[node], indptr[node + 1], cells[c, a])] += scale * matrices[shape, corner, a]
+                place = binary_search(indices, indptr[node], indptr[node + 1], cells[c, a])
+                data[place] += scale * matrices[shape, corner, a]
 
 
 def scalar_matrix(

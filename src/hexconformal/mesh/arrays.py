@@ -1,4 +1,4 @@
-"""Arrays of meshes: shapes and types that make sense, and read-only, so that no mesh changes under a run."""
+"""Arrays of meshes, checked for shape and type and read-only, so that no mesh changes during a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError
 
-__all__ = ["checked_cells", "checked_data", "checked_points", "frozen"]
+__all__ = ["checked_cells", "checked_data", "checked_points", "read_only"]
 
 
 def checked_points(points: ArrayLike, planar: bool = False) -> NDArray[np.float64]:
@@ -19,7 +19,7 @@ def checked_points(points: ArrayLike, planar: bool = False) -> NDArray[np.float6
         array = np.asarray(points)
         if np.iscomplexobj(array):
             raise TypeError("complex numbers")
-        result = frozen(array, np.float64)
+        result = read_only(array, np.float64)
     except (TypeError, ValueError) as problem:
         raise MeshError(f"points must be an (n, 3) array of real numbers: {problem}") from problem
     if result.ndim != 2 or result.shape[1] not in ((2, 3) if planar else (3,)):
@@ -36,12 +36,12 @@ def checked_cells(cells: ArrayLike, corners: int, kind: str) -> NDArray[np.int64
     """
     try:
         array = np.asarray(cells)
-        result = frozen(array, np.int64)
+        result = read_only(array, np.int64)
         exact = array.dtype.kind in "iu" or (array.dtype.kind == "f" and bool((result == array).all()))
     except (TypeError, ValueError, OverflowError) as problem:
         raise MeshError(f"cells must be an (m, {corners}) array of node ids: {problem}") from problem
     if result.size == 0:
-        return result if result.shape == (0, corners) else frozen(np.empty((0, corners)), np.int64)
+        return result if result.shape == (0, corners) else read_only(np.empty((0, corners)), np.int64)
     if result.ndim != 2 or result.shape[1] != corners:
         raise MeshError(f"cells must be an (m, {corners}) array of {kind}, not {result.shape}")
     if not exact:
@@ -51,14 +51,14 @@ def checked_cells(cells: ArrayLike, corners: int, kind: str) -> NDArray[np.int64
 
 def checked_data(data: Mapping[str, ArrayLike], count: int, name: str) -> dict[str, NDArray[Any]]:
     """Arrays by name, read-only; a MeshError if their first axis is not `count`."""
-    result = {str(key): frozen(value, None) for key, value in data.items()}
+    result = {str(key): read_only(value, None) for key, value in data.items()}
     for key, array in result.items():
         if array.ndim == 0 or len(array) != count:
             raise MeshError(f"{name}[{key!r}] must have first axis {count}, but its shape is {array.shape}")
     return result
 
 
-def frozen(values: ArrayLike, dtype: Any) -> NDArray[Any]:
+def read_only(values: ArrayLike, dtype: Any) -> NDArray[Any]:
     """A read-only, contiguous copy; the array itself if it is one already."""
     array = np.asarray(values)
     if (

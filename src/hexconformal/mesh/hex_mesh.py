@@ -1,4 +1,4 @@
-"""The one container of a hexahedral mesh."""
+"""The container of a hexahedral mesh."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class HexMesh:
     cell_data
         Arrays by name, first axis m: the values on the hexahedra.
     origin
-        What the mesh was made from, for :meth:`restored` and for writing; None if it was made from arrays.
+        What the mesh was made from, for :meth:`to_source_type` and for writing; None if it was made from arrays.
 
     Raises
     ------
@@ -72,7 +72,7 @@ class HexMesh:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed or set aside when the mesh was taken in, in words."""
+        """Remarks on what was changed or set aside when the mesh was read."""
         return () if self.origin is None else self.origin.selection.notes
 
     def replaced(
@@ -105,7 +105,7 @@ class HexMesh:
             cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
         )
 
-    def restored(self) -> Any:
+    def to_source_type(self) -> Any:
         """The mesh as an object of the type it was made from.
 
         Everything that came in is there again: other cells in their order, arrays, field data, named sets,
@@ -120,4 +120,4 @@ class HexMesh:
         """
         if self.origin is None:
             return self.points.copy(), self.cells.copy()
-        return self if self.origin.file is not None else self.origin.built(self)
+        return self if self.origin.file is not None else self.origin.updated_source(self)

@@ -1,4 +1,4 @@
-"""The frame a run works in: its own unit, origin and order, so that those of the mesh do not matter.
+"""A mesh in a unit, origin and order of its own, so that a run does not depend on those of the input.
 
 Edges have unit length on average. Solves that are not carried to the end depend on the order of nodes and cells.
 """
@@ -22,27 +22,27 @@ Field = NDArray[np.float64]
 
 
 class NormalizedMesh:
-    """A mesh in a frame of its own, and the way back.
+    """A mesh translated and scaled to a mean edge length of one, and the way back.
 
     Parameters
     ----------
     mesh
-        A sound mesh.
+        A mesh that has passed the checks.
     ordered
-        Whether nodes and cells come in an order of the frame's own.
+        Renumber nodes and cells by where they are (:mod:`hexconformal.mesh.spatial_order`).
 
     Attributes
     ----------
-    nodes, order
-        (n,), (m,) ids that the nodes and cells of this frame have in the mesh.
-    start
-        (n, 3) the mesh's points in this frame.
+    node_ids, cell_ids
+        (n,), (m,) ids that the nodes and cells have in the mesh given.
+    points
+        (n, 3) normalized points at the start of the run.
     cells
-        (m, 8) its cells, writable.
-    used
+        (m, 8) cells, writable.
+    referenced
         (n,) nodes that belong to a cell.
     unit
-        Length of one unit here in the mesh's own unit of length.
+        Mean edge length of the mesh given, in its own unit of length.
 
     Raises
     ------
@@ -52,34 +52,34 @@ class NormalizedMesh:
 
     def __init__(self, mesh: HexMesh, ordered: bool = False) -> None:
         self.mesh = mesh
-        self.nodes, self.order = np.arange(len(mesh.points)), np.arange(len(mesh.cells))
+        self.node_ids, self.cell_ids = np.arange(len(mesh.points)), np.arange(len(mesh.cells))
         if ordered:
-            self.nodes, self.order = spatial_order(mesh.points, mesh.cells)
-        self.cells = np.argsort(self.nodes)[mesh.cells[self.order]]
-        points = mesh.points[self.nodes]
-        self.used = np.zeros(len(mesh.points), dtype=bool)
-        self.used[self.cells] = True
-        self._corner = points[self.used].min(axis=0)
-        start = points - self._corner
-        self.unit = float(edge_lengths(start, self.cells).mean())
+            self.node_ids, self.cell_ids = spatial_order(mesh.points, mesh.cells)
+        self.cells = np.argsort(self.node_ids)[mesh.cells[self.cell_ids]]
+        points = mesh.points[self.node_ids]
+        self.referenced = np.zeros(len(mesh.points), dtype=bool)
+        self.referenced[self.cells] = True
+        self._corner = points[self.referenced].min(axis=0)
+        points = points - self._corner
+        self.unit = float(edge_lengths(points, self.cells).mean())
         if self.unit == 0.0:
             raise MeshError("all edges have no length")
-        self.start = start / self.unit
-        volumes = cell_volumes(self.start, self.cells)
+        self.points = points / self.unit
+        volumes = cell_volumes(self.points, self.cells)
         if (volumes < 0).mean() > 0.5:
             raise MeshError(
-                f"cells with negative volume: {first_ids(np.sort(self.order[volumes < 0]))} of {len(volumes)}; "
+                f"cells with negative volume: {first_ids(np.sort(self.cell_ids[volumes < 0]))} of {len(volumes)}; "
                 "the mesh is mirrored or its nodes are in a foreign order: hexconformal.orient(mesh) puts them right"
             )
 
     def to_user(self, points: Field) -> Field:
-        """Points in the user's frame and order; what did not move is bit-identical to the input."""
+        """Normalized points in the unit and order of the mesh given; what did not move is bit-identical to it."""
         moved = self.mesh.points.copy()
-        moved[self.nodes] += self.unit * (points - self.start)
+        moved[self.node_ids] += self.unit * (points - self.points)
         return moved
 
     def from_user(self, points: Field) -> Field:
-        """Points of the user's frame in this one."""
+        """Points in the unit of the mesh given, normalized."""
         return (points - self._corner) / self.unit
 
     @cached_property
@@ -90,9 +90,9 @@ class NormalizedMesh:
     @cached_property
     def valid(self) -> NDArray[np.bool_]:
         """(m,) cells that are valid at the start."""
-        return is_valid(self.start, self.cells)
+        return is_valid(self.points, self.cells)
 
     @property
     def diagonal(self) -> float:
-        """Diagonal of the bounding box, in units of this frame."""
-        return float(np.linalg.norm(np.ptp(self.start[self.used], axis=0)))
+        """Diagonal of the bounding box of the normalized points."""
+        return float(np.linalg.norm(np.ptp(self.points[self.referenced], axis=0)))

@@ -1,7 +1,7 @@
 """An order of nodes and cells that depends on where they are, not on how they are numbered.
 
-Along a space-filling curve (Morton 1966) what is near in space is near in memory: a mesh in any order is worked on as
-fast as a well ordered one.
+Along a space-filling curve (Morton 1966) what is near in space is near in memory, so that a mesh in any order is
+processed as fast as a well ordered one.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["along_curve", "spatial_order"]
+__all__ = ["morton_codes", "spatial_order"]
 
 Ints = NDArray[np.int64]
 
@@ -19,7 +19,7 @@ _BEYOND = 1.0000123  # the curve's box over the mesh's, so that no plane of a gr
 
 
 def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]:
-    """Ids of nodes and of cells in an order of their places.
+    """Ids of nodes and of cells, ordered along a space-filling curve.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
 
     Returns
     -------
-    nodes, order
+    node_ids, cell_ids
         (n,), (m,) ids; the same nodes and cells in the same order, whatever their numbers and the unit of length.
         Points at one place come in the order in which they are given.
 
@@ -43,17 +43,17 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     """
     places = points - points.min(axis=0)
     heights = places @ _DIRECTION
-    nodes = np.lexsort((heights, along_curve(places / max(_BEYOND * float(places.max()), 1e-300))))
-    first = np.argsort(nodes)[cells].min(axis=1)
-    return nodes, np.lexsort((heights[cells].sum(axis=1), first))
+    node_ids = np.lexsort((heights, morton_codes(places / max(_BEYOND * float(places.max()), 1e-300))))
+    first = np.argsort(node_ids)[cells].min(axis=1)
+    return node_ids, np.lexsort((heights[cells].sum(axis=1), first))
 
 
-def along_curve(places: NDArray[np.float64]) -> Ints:
-    """Where places (n, 3) in the unit cube lie along Morton's curve through it; others count as on its surface.
+def morton_codes(places: NDArray[np.float64]) -> Ints:
+    """Positions (n,) along Morton's curve of points (n, 3) in the unit cube; others are clipped to it.
 
     Examples
     --------
-    >>> (along_curve(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 1.0, 1.0]])) / 8.0**10).round(3)
+    >>> (morton_codes(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 1.0, 1.0]])) / 8.0**10).round(3)
     array([0.   , 0.125, 1.   ])
     """
     steps = np.clip(places * 2**_BITS, 0, 2**_BITS - 1).astype(np.int64)

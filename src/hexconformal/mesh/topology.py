@@ -1,4 +1,4 @@
-"""How hexahedra hang together: their shared faces, their outer surface, their connected pieces."""
+"""Topology of hexahedral meshes: shared faces, boundary, connected pieces, rings of cells."""
 
 from __future__ import annotations
 
@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 from ..elements import FACES
 from ..kernel import algebra, loop
 
-__all__ = ["FaceTable", "boundary_quads", "by_first_appearance", "components", "face_table", "islands", "rings"]
+__all__ = [
+    "FaceTable",
+    "boundary_quads",
+    "by_first_appearance",
+    "components",
+    "connected_components",
+    "connected_regions",
+    "face_table",
+    "node_rings",
+]
 
 
 @dataclass(frozen=True)
@@ -33,11 +42,11 @@ class FaceTable:
     quads: NDArray[np.int64]
     cells: NDArray[np.int64]
     uses: NDArray[np.int64]
-    turn: NDArray[np.int8]
+    orientation: NDArray[np.int8]
 
 
 def boundary_quads(cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The faces that belong to one cell only.
+    """Faces that belong to one cell only.
 
     Parameters
     ----------
@@ -57,7 +66,7 @@ def boundary_quads(cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray
     >>> quads[0], len(quads), owners.max()
     (array([0, 4, 7, 3]), 6, np.int64(0))
     """
-    faces = np.flatnonzero(np.bincount(_firsts(cells)) == 1)
+    faces = np.flatnonzero(np.bincount(_first_occurrences(cells)) == 1)
     return _quads(cells, faces), faces // 6
 
 
@@ -73,10 +82,10 @@ def face_table(cells: NDArray[np.int64]) -> FaceTable:
     --------
     >>> two = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
     >>> table = face_table(two)
-    >>> len(table.quads), table.cells[table.uses == 2], table.turn.max()
+    >>> len(table.quads), table.cells[table.uses == 2], table.orientation.max()
     (11, array([[0, 1]]), np.int8(1))
     """
-    first = _firsts(cells)
+    first = _first_occurrences(cells)
     uses = np.bincount(first)
     faces = np.flatnonzero(uses)
     repeats = np.flatnonzero(first != np.arange(len(first)))
@@ -89,9 +98,9 @@ def face_table(cells: NDArray[np.int64]) -> FaceTable:
     quads = _quads(cells, faces)
     inside = across >= 0
     owners = np.stack([faces // 6, np.where(inside, across // 6, -1)], axis=1)
-    turn = np.zeros(len(faces), dtype=np.int8)
-    turn[inside] = _turn(quads[inside], _quads(cells, across[inside]))
-    return FaceTable(quads, owners, uses, turn)
+    orientation = np.zeros(len(faces), dtype=np.int8)
+    orientation[inside] = _orientations(quads[inside], _quads(cells, across[inside]))
+    return FaceTable(quads, owners, uses, orientation)
 
 
 def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
@@ -114,19 +123,41 @@ def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     >>> components(np.array([np.arange(8), np.arange(8, 16)]))
     (2, array([0, 1]))
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
+    # A star at the first node of each cell connects its eight nodes.
+    star = np.stack([np.repeat(cells[:, 0], 7), cells[:, 1:].ravel()]).T
+    labels = connected_components(star, int(cells.max()) + 1)
+    return by_first_appearance(labels[cells[:, 0]])
 
-    size = int(cells.max()) + 1
-    # A star at the first node of each cell connects its eight nodes; 32 bits are what the graph routines work in.
-    cells = cells.astype(np.int32) if size < 2**31 else cells
-    rows = np.repeat(cells[:, 0], 7)
-    links = csr_array((np.ones(len(rows)), (rows, cells[:, 1:].ravel())), shape=(size, size))
-    return by_first_appearance(connected_components(links, directed=False)[1][cells[:, 0]])
+
+def connected_components(pairs: NDArray[np.integer], count: int) -> NDArray[np.int64]:
+    """The connected pieces of a graph.
+
+    Parameters
+    ----------
+    pairs
+        (k, 2) vertices that an edge connects.
+    count
+        Number of vertices.
+
+    Returns
+    -------
+    (count,) piece of each vertex, numbered by first appearance.
+
+    Examples
+    --------
+    >>> connected_components(np.array([[3, 1], [4, 0]]), 5)
+    array([0, 1, 2, 1, 0])
+    """
+    from scipy.sparse import csgraph, csr_array
+
+    # 32 bits are what the graph routines work in.
+    rows, columns = pairs.T.astype(np.int32 if count < 2**31 else np.int64, copy=False)
+    graph = csr_array((np.ones(len(pairs)), (rows, columns)), shape=(count, count))
+    return csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
 
 def by_first_appearance(labels: NDArray[np.integer]) -> tuple[int, NDArray[np.int64]]:
-    """How many different labels there are, and the labels numbered in the order in which they come first.
+    """Number of different labels, and the labels numbered in the order in which they come first.
 
     Examples
     --------
@@ -139,44 +170,42 @@ def by_first_appearance(labels: NDArray[np.integer]) -> tuple[int, NDArray[np.in
     return len(names), rank[inverse]
 
 
-def islands(cells: NDArray[np.int64], core: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
-    """The connected parts of a region of nodes; two nodes of one cell are connected.
+def connected_regions(cells: NDArray[np.int64], nodes: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
+    """Connected parts of a set of nodes; two nodes of one cell are connected.
 
     Parameters
     ----------
     cells
         (m, 8) hexahedra.
-    core
-        (n,) nodes of the region.
+    nodes
+        (n,) nodes of the set.
 
     Examples
     --------
     >>> two = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
-    >>> core = np.zeros(12, dtype=bool)
-    >>> core[[0, 11]] = True
-    >>> [np.flatnonzero(island) for island in islands(two, core)]
+    >>> nodes = np.zeros(12, dtype=bool)
+    >>> nodes[[0, 11]] = True
+    >>> [np.flatnonzero(part) for part in connected_regions(two, nodes)]
     [array([0]), array([11])]
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    around = np.flatnonzero(core[cells].any(axis=1))
+    around = np.flatnonzero(nodes[cells].any(axis=1))
     corners = cells[around]
-    inside = core[corners.ravel()]
+    inside = nodes[corners.ravel()]
     rows = np.repeat(np.arange(len(around)), 8)[inside]
-    shape = len(around), len(core)
-    touch = coo_array((np.ones(len(rows)), (rows, corners.ravel()[inside])), shape=shape).tocsr()
-    count, labels = connected_components(touch @ touch.T, directed=False)
-    found = np.zeros((count, len(core)), dtype=bool)
+    # A graph of the cells, and of the nodes of the set behind them.
+    pairs = np.stack([rows, len(around) + corners.ravel()[inside]]).T
+    labels = connected_components(pairs, len(around) + len(nodes))[: len(around)]
+    count = int(labels.max(initial=-1)) + 1
+    found = np.zeros((count, len(nodes)), dtype=bool)
     for label in range(count):
         found[label, corners[labels == label]] = True
-    return list(found & core)
+    return list(found & nodes)
 
 
-def rings(cells: NDArray[np.int64], count: int, cores: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
-    """(count,) nodes of the cells in a mask (m,), grown by rings of cells."""
+def node_rings(cells: NDArray[np.int64], count: int, seeds: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
+    """(count,) nodes of the seed cells (m,) and of so many rings of cells around them."""
     nodes = np.zeros(count, dtype=bool)
-    nodes[cells[cores]] = True
+    nodes[cells[seeds]] = True
     for _ in range(width):
         nodes[cells[nodes[cells].any(axis=1)]] = True
     return nodes
@@ -190,7 +219,7 @@ def _quads(cells: NDArray[np.int64], faces: NDArray[np.int64]) -> NDArray[np.int
 
 
 @loop
-def _first_equal(cells, faces, heads, following, first):  # type: ignore[no-untyped-def]
+def _find_first_occurrences(cells, faces, heads, following, first):  # type: ignore[no-untyped-def]
     # heads and following chain, for every node, the different faces of which it is the smallest.
     for face in range(len(first)):
         a, b, c, d = _sorted_nodes(cells, faces, face)
@@ -216,17 +245,17 @@ def _sorted_nodes(cells, faces, face):  # type: ignore[no-untyped-def]
     return min(a, c), min(low, high), max(low, high), max(b, d)
 
 
-def _firsts(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+def _first_occurrences(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     """For each of the 6 m faces the number of the first face with the same nodes, often its own."""
     first = np.empty(6 * len(cells), dtype=np.int64)
     following = np.empty(len(first), dtype=np.int64)
     heads = np.full(int(cells.max()) + 1, -1, dtype=np.int64)
     # Read-only arrays would be compiled for anew.
-    _first_equal(np.require(cells, np.int64, ["C", "W"]), FACES, heads, following, first)
+    _find_first_occurrences(np.require(cells, np.int64, ["C", "W"]), FACES, heads, following, first)
     return first
 
 
-def _turn(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
+def _orientations(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
     rows = np.arange(len(one))
     place = np.argmax(other == one[:, :1], axis=1)
     after = other[rows, (place + 1) % 4]

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..elements import cell_volumes, gauss_rule, shape_gradients
-from ..energy import Distortion, cell_frames
+from ..energy import Distortion, jacobian_matrices
 from ..kernel import loop, parallel_ranges
-from ..mesh import NormalizedMesh, corner_incidences, find, node_pattern
-from ..solver import Constraint, LaplacePreconditioner, conjugate_gradients
+from ..mesh import NormalizedMesh, binary_search, corner_incidences, node_pattern
+from ..solver import AdmissibleDirections, LaplacePreconditioner, conjugate_gradients
 
 __all__ = ["EXTENSIONS", "Elastic", "Harmonic"]
 
@@ -29,7 +29,7 @@ class Harmonic:
     ----------
     normalized
         The mesh.
-    constraint
+    admissible
         Where nodes may go; those whose displacement is given are held.
     tolerance
         Of the linear solver.
@@ -40,10 +40,10 @@ class Harmonic:
         The preconditioner: an approximate inverse of the scalar Laplacian on the nodes that may go.
     """
 
-    def __init__(self, normalized: NormalizedMesh, constraint: Constraint, tolerance: float) -> None:
-        self._constraint, self._tolerance = constraint, tolerance
-        self._laplacian = Distortion(normalized.cells, len(normalized.start), quadrature="corners").laplacian()
-        self.preconditioner = LaplacePreconditioner(self._laplacian, constraint, normalized.used)
+    def __init__(self, normalized: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
+        self._admissible, self._tolerance = admissible, tolerance
+        self._laplacian = Distortion(normalized.cells, len(normalized.points), quadrature="corners").laplacian()
+        self.preconditioner = LaplacePreconditioner(self._laplacian, admissible, normalized.referenced)
 
     def __call__(self, field: Field, points: Field) -> Field:
         """The field (n, 3), zero but where it is given, continued to all nodes of the mesh as it is at the points."""
@@ -52,7 +52,7 @@ class Harmonic:
     def _solve(self, product: Callable[[Field], Field], preconditioner: LaplacePreconditioner, field: Field) -> Field:
         if not field.any():
             return field
-        project = self._constraint.project
+        project = self._admissible.project
         load = project(-product(field))
         return field + conjugate_gradients(
             lambda v: project(product(v)), preconditioner, load, self._tolerance, _MAX_ITERATIONS
@@ -69,8 +69,8 @@ class Elastic(Harmonic):
     last mesh; the way back does not lead to the first one.
     """
 
-    def __init__(self, normalized: NormalizedMesh, constraint: Constraint, tolerance: float) -> None:
-        super().__init__(normalized, constraint, tolerance)
+    def __init__(self, normalized: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
+        super().__init__(normalized, admissible, tolerance)
         self._cells = normalized.cells
 
     def __call__(self, field: Field, points: Field) -> Field:
@@ -83,7 +83,7 @@ def _stiffness(points: Field, cells: NDArray[np.int64], young: Field) -> sparse.
     """(3 n, 3 n) stiffness matrix of isotropic elasticity in 3 x 3 blocks, 2 x 2 x 2 Gauss points."""
     count = len(points)
     gauss_points, weights = gauss_rule()
-    frames = cell_frames(points, cells)
+    frames = jacobian_matrices(points, cells)
     gradients = np.einsum("qai,mqij->mqaj", shape_gradients(gauss_points), np.linalg.inv(frames))
     measures = np.linalg.det(frames) * weights * young[:, None]
     incidences = corner_incidences(cells, count)
@@ -102,7 +102,7 @@ def _rows(first, last, cells, g, measures, lame, shear, offsets, incidences, ind
         for k in range(offsets[node], offsets[node + 1]):
             cell, a = incidences[k] // 8, incidences[k] % 8
             for b in range(8):
-                place = find(indices, indptr[node], indptr[node + 1], cells[cell, b])
+                place = binary_search(indices, indptr[node], indptr[node + 1], cells[cell, b])
                 for q in range(8):
                     w = measures[cell, q]
                     inner = 0.0

@@ -25,7 +25,15 @@ from ..energy import Distortion, inverse_targets
 from ..io import as_hex_mesh
 from ..mesh import NormalizedMesh
 from ..quality import require_sound
-from ..solver import Constraint, Iterate, Problem, fixed_components, lbfgs, planar_normals, start
+from ..solver import (
+    AdmissibleDirections,
+    Iterate,
+    Problem,
+    fixed_components,
+    initial_iterate,
+    lbfgs,
+    planar_normal_sums,
+)
 from .extension import EXTENSIONS
 
 __all__ = ["MeshMotion", "MotionReport", "MotionStep"]
@@ -166,18 +174,19 @@ class MeshMotion:
                 "a mesh that moves must be valid at the start: "
                 f"{first_ids(np.flatnonzero(~normalized.valid))} are not; untangle it first (regularize)"
             )
-        self.moving = _moving_ids(moving, len(normalized.start))
+        self.moving = _moving_ids(moving, len(normalized.points))
         self._target, self._operator, self._energy_tolerance = target, operator, energy_tolerance
-        prescribed = np.zeros((len(normalized.start), 1), dtype=bool)
+        prescribed = np.zeros((len(normalized.points), 1), dtype=bool)
         prescribed[self.moving] = True
         self.held = fixed_components(self.mesh, fixed) | prescribed
-        self._constraint = Constraint.from_sums(planar_normals(normalized.start, normalized.quads), self.held)
+        sums = planar_normal_sums(normalized.points, normalized.quads)
+        self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
-            normalized, self._constraint, _LINEAR_TOLERANCE if linear else _GUESS_TOLERANCE
+            normalized, self._admissible, _LINEAR_TOLERANCE if linear else _GUESS_TOLERANCE
         )
-        self._energy = self._distortion(normalized.start)
-        self._points = normalized.start
+        self._energy = self._distortion(normalized.points)
+        self._points = normalized.points
         self._prescribed = np.zeros((len(self.moving), 3))
 
     @property
@@ -280,9 +289,9 @@ class MeshMotion:
         """The points with their boundary there, and the iterations that took; or the cells that stand in the way."""
         normalized = self._normalized
         if self._target == "input" and not prescribed.any():
-            return normalized.start, 0
+            return normalized.points, 0
         if self._operator == "harmonic":
-            guess = self._extended(normalized.start, prescribed)
+            guess = self._extended(normalized.points, prescribed)
         else:
             guess = self._extended(self._points, prescribed - self._prescribed)
         bad = ~is_valid(guess, normalized.cells)
@@ -298,13 +307,9 @@ class MeshMotion:
 
     def _minimize(self, points: Field, tolerance: float) -> tuple[Field, int]:
         cells = self._normalized.cells
-        problem = Problem(
-            self._energy,
-            self._constraint.project,
-            self._extension.preconditioner,
-            lambda points: all_valid(points, cells),
-        )
-        at: Iterate = start(problem, points)
+        project, preconditioner = self._admissible.project, self._extension.preconditioner
+        problem = Problem(self._energy, project, preconditioner, lambda points: all_valid(points, cells))
+        at: Iterate = initial_iterate(problem, points)
         taken = 0
         for taken, following in enumerate(lbfgs(problem, at), 1):
             decrease, at = at.energy - following.energy, following

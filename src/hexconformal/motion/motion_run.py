@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..elements import corner_scaled_jacobian
 from ..io import write
 from ..mesh import HexMesh
-from ..runs import RunState, problem_of
+from ..runs import RunState, run_fingerprint
 from .mesh_motion import MeshMotion
 from .motion_table import BoundaryMotion
 
@@ -59,7 +59,7 @@ class MotionRun:
         Why the motion ended early; "" if it did not.
     """
 
-    version, record, others = 1, MotionRecord, "another mesh, or to other options"
+    version, record, other_runs = 1, MotionRecord, "another mesh, or to other options"
 
     def __init__(self, motion: MeshMotion, boundary: BoundaryMotion) -> None:
         self.step, self.refusal = 0, ""
@@ -72,10 +72,10 @@ class MotionRun:
         return float(self._boundary.times[self.step - 1]) if self.step else 0.0
 
     @property
-    def problem(self) -> str:
-        """Digest of what a resumed run must have the same: mesh, nodes, options."""
+    def fingerprint(self) -> str:
+        """Digest of what a resumed run must have the same: mesh, nodes and options."""
         motion = self._motion
-        return problem_of(motion.options, (motion.mesh.points, motion.mesh.cells, motion.moving, motion.held))
+        return run_fingerprint(motion.options, (motion.mesh.points, motion.mesh.cells, motion.moving, motion.held))
 
     def __iter__(self) -> Iterator[RunState]:
         if not self._resumed:

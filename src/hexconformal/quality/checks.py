@@ -190,7 +190,7 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
     if (faces.uses > 1).all():
         return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
     order = detect_order(mesh.points, mesh.cells[:: _sampling_stride(mesh)])
-    odd = faces.cells[(faces.turn != 1) & (faces.uses == 2)]
+    odd = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
         found.append(_error("foreign order", np.arange(len(mesh.cells)), text))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..common import MeshError, first_ids
 from ..elements import CORNER_NEIGHBOURS, CORNERS
 from ..io import as_hex_mesh
-from ..mesh import HexMesh, face_table
+from ..mesh import HexMesh, connected_components, face_table
 
 __all__ = ["NO_BOUNDARY", "Order", "OrientReport", "centre_determinants", "detect_order", "orient"]
 
@@ -161,21 +161,17 @@ def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.f
 
 def _mirrored(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.bool_]:
     """(m,) cells to turn round, so that neighbours agree and each part has positive volume."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
     count = len(cells)
     faces = face_table(cells)
     if (faces.uses > 1).all():
         raise MeshError(NO_BOUNDARY)
-    joined = (faces.uses == 2) & (faces.turn != 0)
+    joined = (faces.uses == 2) & (faces.orientation != 0)
     a, b = faces.cells[joined].T
-    swap = faces.turn[joined] < 0
+    swap = faces.orientation[joined] < 0
     # Two copies of each cell, as it is and turned round, are linked with those copies of its neighbours that agree.
     rows = np.concatenate([a, a + count])
     columns = np.concatenate([np.where(swap, b + count, b), np.where(swap, b, b + count)])
-    links = csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * count, 2 * count))
-    sheets = connected_components(links, directed=False)[1]
+    sheets = connected_components(np.stack([rows, columns]).T, 2 * count)
     torn = np.flatnonzero(sheets[:count] == sheets[count:])
     if len(torn):
         raise MeshError(f"cells that cannot be oriented like their neighbours: {first_ids(torn)}")

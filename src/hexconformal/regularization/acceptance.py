@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..energy import STRETCHED, CornerEnergy, aspects, stretched_boxes
+from ..energy import STRETCHED_ASPECTS, CornerEnergy, aspect_ratios, stretched_boxes
 from ..geometry import DistanceBarrier, SurfaceLocator, distance_between, enclosed_volume, hausdorff
 from ..mesh import NormalizedMesh
 from .options import Record
@@ -38,15 +38,15 @@ def boundary_distance(
     if barrier is not None and barrier.reference is not None:
         return distance_between(SurfaceLocator(points, normalized.quads), barrier.reference) / normalized.diagonal
     # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
-    exact = points is normalized.start or (barrier is None and boundary != "free")
-    return 0.0 if exact else hausdorff(points, normalized.start, normalized.quads) / normalized.diagonal
+    exact = points is normalized.points or (barrier is None and boundary != "free")
+    return 0.0 if exact else hausdorff(points, normalized.points, normalized.quads) / normalized.diagonal
 
 
 def with_volume_restored(
     points: Field, normalized: NormalizedMesh, problem: CornerEnergy | None
 ) -> tuple[Field, list[str]]:
     """The points changed to enclose the input's volume, as nearly as can be, and notes on what that took."""
-    volume, changed = (enclosed_volume(x, normalized.quads) for x in (normalized.start, points))
+    volume, changed = (enclosed_volume(x, normalized.quads) for x in (normalized.points, points))
     if problem is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
         why, same = "the run was left before the cells were unfolded", points
     else:
@@ -71,12 +71,12 @@ def size_ratios(volumes: Field, wanted: Field) -> tuple[float, float] | None:
 
 def auto_target_notes(normalized: NormalizedMesh) -> list[str]:
     """A note on what target="auto" came to, if there was something to decide."""
-    boxes = stretched_boxes(normalized.start, normalized.cells)
+    boxes = stretched_boxes(normalized.points, normalized.cells)
     if boxes is not None:
         keeping = int((boxes != 1.0).any(axis=1).sum())
         return [f"target auto: {keeping} cells are stretched in the input and keep their proportions"]
-    stretched = aspects(normalized.start, normalized.cells) > STRETCHED[0]
+    stretched = aspect_ratios(normalized.points, normalized.cells) > STRETCHED_ASPECTS[0]
     if stretched.mean() < _MANY_STRETCHED or not normalized.valid.all():
         return []
-    why = f"the {stretched.sum()} cells of aspect {STRETCHED[0]:g} or more are skewed, not bricks"
+    why = f"the {stretched.sum()} cells of aspect {STRETCHED_ASPECTS[0]:g} or more are skewed, not bricks"
     return [f"target auto: cubes, as {why}; target='input' would keep their shapes"]

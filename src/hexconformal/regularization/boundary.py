@@ -12,7 +12,7 @@ from ..common import MeshError
 from ..geometry import DistanceBarrier, SurfaceLocator, find_features, surface_tags
 from ..io import read_surface
 from ..mesh import NormalizedMesh
-from ..solver import Constraint, boundary_constraint, fixed_components, free_directions
+from ..solver import AdmissibleDirections, boundary_directions, count_free_directions, fixed_components
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
@@ -31,7 +31,7 @@ class Boundary:
 
     Attributes
     ----------
-    constraint
+    admissible
         Directions nodes may go in, exactly: none, along a straight line, in a plane.
     barrier
         Keeps curved parts near the surface; None where there are none that may move.
@@ -39,7 +39,7 @@ class Boundary:
         What was decided, in words.
     """
 
-    constraint: Constraint
+    admissible: AdmissibleDirections
     barrier: DistanceBarrier | None = None
     notes: tuple[str, ...] = ()
 
@@ -57,30 +57,30 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     MeshError
         If the surface to slide on is not that of the mesh.
     """
-    fixed = fixed_components(normalized.mesh, options.fixed)[normalized.nodes]
+    fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
         mode = options.boundary
-        return Boundary(boundary_constraint(normalized.start, normalized.quads, mode, fixed, normalized.nodes))
+        return Boundary(boundary_directions(normalized.points, normalized.quads, mode, fixed, normalized.node_ids))
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
-    tags = surface_tags(normalized.mesh, normalized.nodes[normalized.quads])
-    features = find_features(normalized.start, normalized.quads, tags=tags, mode=options.features, tolerance=tolerance)
-    sums = np.zeros((len(normalized.start), 3, 3))
+    tags = surface_tags(normalized.mesh, normalized.node_ids[normalized.quads])
+    features = find_features(normalized.points, normalized.quads, tags=tags, mode=options.features, tolerance=tolerance)
+    sums = np.zeros((len(normalized.points), 3, 3))
     if not features.soft and reference is None:
-        sums = flat_normals(normalized.start, normalized.quads, features.patches, _FLATNESS * tolerance)
-    constraint = Constraint.from_sums(sums, fixed)
+        sums = flat_normals(normalized.points, normalized.quads, features.patches, _FLATNESS * tolerance)
+    admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
     sliding[normalized.quads] = True
-    sliding &= free_directions(sums) == 3
+    sliding &= count_free_directions(sums) == 3
     if not features.soft:
         # Straight edges between flat patches need no barrier, curved ones do.
-        bent = features.edges[free_directions(sums)[features.edges].max(axis=1) > 1]
+        bent = features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]
         sliding[bent] = True
     notes = (f"features: {features.reason}",)
     if not (sliding & ~fixed.all(axis=1)).any():
-        return Boundary(constraint, None, notes)
-    original = SurfaceLocator(normalized.start, normalized.quads)
-    return Boundary(constraint, DistanceBarrier(original, tolerance, features, reference=reference), notes)
+        return Boundary(admissible, None, notes)
+    original = SurfaceLocator(normalized.points, normalized.quads)
+    return Boundary(admissible, DistanceBarrier(original, tolerance, features, reference=reference), notes)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
@@ -123,7 +123,10 @@ def _given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator |
 
 def _require_near(normalized: NormalizedMesh, given: SurfaceLocator) -> None:
     """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
-    there, here = given.points[given.faces].reshape(-1, 3), normalized.mesh.points[normalized.nodes[normalized.used]]
+    there, here = (
+        given.points[given.faces].reshape(-1, 3),
+        normalized.mesh.points[normalized.node_ids[normalized.referenced]],
+    )
     boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
     sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
     apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))

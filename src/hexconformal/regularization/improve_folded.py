@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..elements import CORNER_NEIGHBOURS, corner_scaled_jacobian, is_valid
 from ..energy import CornerEnergy
-from ..mesh import islands, rings
+from ..mesh import connected_regions, node_rings
 
 __all__ = ["improve_folded"]
 
@@ -33,7 +33,7 @@ def improve_folded(problem: CornerEnergy, points: Field, bad: Mask) -> Field:
     """
     points = points.copy()
     for width in _WIDTHS:
-        for region in islands(problem.cells, rings(problem.cells, len(points), bad, width)):
+        for region in connected_regions(problem.cells, node_rings(problem.cells, len(points), bad, width)):
             patch, nodes = problem.restricted(region & problem.inner, points)
             if patch.free.any():
                 points[nodes] = _improved(patch, points[nodes])

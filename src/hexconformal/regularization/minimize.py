@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..elements import all_valid, cell_volumes, edge_lengths, is_valid
 from ..energy import Distortion, inverse_targets, normalized_target
 from ..mesh import NormalizedMesh
-from ..solver import MINIMIZERS, Constraint, Iterate, LaplacePreconditioner, Problem, start
+from ..solver import MINIMIZERS, AdmissibleDirections, Iterate, LaplacePreconditioner, Problem, initial_iterate
 from .iteration import Iteration
 from .options import Options
 
@@ -26,13 +26,13 @@ _LEAST_VOLUME = 0.05  # smallest volume, relative to the cube of the edges, that
 
 
 class Minimization:
-    """Minimization of the summed distortion under a linear constraint; iterate to do it.
+    """Minimization of the summed distortion in admissible directions; iterate to do it.
 
     Parameters
     ----------
     normalized
         The mesh.
-    constraint
+    admissible
         Where nodes may go.
     options
         Energy, target, weights, quadrature, method, tolerance.
@@ -47,9 +47,11 @@ class Minimization:
         True where the tolerance was reached.
     """
 
-    def __init__(self, normalized: NormalizedMesh, constraint: Constraint, options: Options, points: Field) -> None:
+    def __init__(
+        self, normalized: NormalizedMesh, admissible: AdmissibleDirections, options: Options, points: Field
+    ) -> None:
         self.reason, self.converged = "interrupted", False
-        self._normalized, self._constraint, self._options = normalized, constraint, options
+        self._normalized, self._admissible, self._options = normalized, admissible, options
         self._start = points
         self._valid = is_valid(points, normalized.cells)
         self._energy = self._distortion()
@@ -59,11 +61,11 @@ class Minimization:
         return float(self._energy.cell_energies(points).sum())
 
     def __iter__(self) -> Iterator[Iteration]:
-        laplacian, used = self._energy.laplacian(self._stiffness()), self._normalized.used
-        preconditioner = LaplacePreconditioner(laplacian, self._constraint, used)
-        problem = Problem(self._energy, self._constraint.project, preconditioner, self._acceptable)
-        at = start(problem, self._start)
-        first, slow = at.norm, 0
+        laplacian, used = self._energy.laplacian(self._stiffness()), self._normalized.referenced
+        preconditioner = LaplacePreconditioner(laplacian, self._admissible, used)
+        problem = Problem(self._energy, self._admissible.project, preconditioner, self._acceptable)
+        at = initial_iterate(problem, self._start)
+        first, slow = at.gradient_norm, 0
         if self._is_stationary(at, first):
             return
         phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
@@ -73,19 +75,19 @@ class Minimization:
                     break
                 slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0
                 at = following
-                yield Iteration(phase, at.points, at.energy, at.norm / first, at.step)
+                yield Iteration(phase, at.points, at.energy, at.gradient_norm / first, at.step)
                 if self._is_stationary(at, first):
                     return
                 if self._options.raises_worst and slow == 2:
                     self.reason = "the energy stalls"
                     return
-                if phase != phases[-1] and (taken == _HANDOVER or at.norm <= _NEWTON_GRADIENT * first):
+                if phase != phases[-1] and (taken == _HANDOVER or at.gradient_norm <= _NEWTON_GRADIENT * first):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
 
     def _is_stationary(self, at: Iterate, first: float) -> bool:
         """True where the gradient is small enough."""
-        norm, tolerance = at.norm, self._options.gradient_tolerance
+        norm, tolerance = at.gradient_norm, self._options.gradient_tolerance
         if norm <= tolerance * first:
             self.reason = f"gradient fell below {tolerance:g} of its start"
         elif norm <= _ROUNDING * np.sqrt(len(at.points)):
@@ -98,12 +100,12 @@ class Minimization:
     def _distortion(self) -> Distortion:
         normalized, options, scales = self._normalized, self._options, None
         if options.weight == "volume":
-            volumes = np.abs(cell_volumes(normalized.start, normalized.cells))
+            volumes = np.abs(cell_volumes(normalized.points, normalized.cells))
             scales = volumes / volumes.mean()
         target, rule = normalized_target(options.target, normalized), options.quadrature_rule
-        inverses = inverse_targets(target, normalized.start, normalized.cells, rule, normalized.order)
+        inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_ids)
         eps = None if options.energy == "quaternionic" else 0.0
-        return Distortion(normalized.cells, len(normalized.start), scales, inverses, eps, rule)
+        return Distortion(normalized.cells, len(normalized.points), scales, inverses, eps, rule)
 
     def _stiffness(self) -> Field | None:
         """Stiffness of each cell: the Hessian of E / det^(2/3) goes with det^(-2/3)."""

@@ -113,13 +113,13 @@ class Regularization:
         self._notes = tuple(notes) + self.mesh.notes
         self._normalized = NormalizedMesh(self.mesh, ordered=True)
         self._boundary = boundary_of(self._normalized, self.options)
-        if self.options.energy == "quaternionic" and len(self._boundary.constraint.nodes) < 2:
+        if self.options.energy == "quaternionic" and len(self._boundary.admissible.nodes) < 2:
             raise OptionError(
                 "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
                 "use energy='barrier'"
             )
         self._stages = Stages(self._normalized, self._boundary, self.options)
-        self._points = self._normalized.start
+        self._points = self._normalized.points
         self._records = self._run()
 
     @property
@@ -151,7 +151,7 @@ class Regularization:
             after=after.summary(),
             energy_before=self.history[0].energy if self.history else float("nan"),
             energy_after=self.history[-1].energy if self.history else float("nan"),
-            boundary_moved=int((moved[np.unique(self._normalized.nodes[self._normalized.quads])] > 0).sum()),
+            boundary_moved=int((moved[np.unique(self._normalized.node_ids[self._normalized.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=self._normalized.diagonal * self._normalized.unit,
             iterations=max(len(self.history) - 1, 0),
@@ -161,7 +161,7 @@ class Regularization:
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
-            size_ratios=size_ratios(after.volume[self._normalized.order], self._stages.wanted),
+            size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._stages.wanted),
         )
         better = self.mesh.replaced(
             points=points,
@@ -171,7 +171,7 @@ class Regularization:
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
             },
         )
-        return Result(better.restored(), points, report, tuple(self.history))
+        return Result(better.to_source_type(), points, report, tuple(self.history))
 
     def _acceptable(self, record: Record) -> bool:
         """True where this is no worse than the input; another surface to slide on, or other sizes, may cost quality."""
@@ -185,11 +185,11 @@ class Regularization:
         normalized, barrier, bound = self._normalized, self._stages.boundary.barrier, self.options.hausdorff
         points, reason = self._points, self._stages.reason
         notes: list[str] = []
-        if points is not normalized.start and self.options.conserve_volume:
+        if points is not normalized.points and self.options.conserve_volume:
             points, notes = with_volume_restored(points, normalized, self._stages.corner_energy)
             if not self._acceptable(self._record(Iteration("volume", points))):
-                points, notes = normalized.start, []
-        if points is normalized.start and len(self.history) > 1:
+                points, notes = normalized.points, []
+        if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
         moved = boundary_distance(points, normalized, barrier, self.options.boundary)
         if barrier is not None and moved > bound:
@@ -206,10 +206,10 @@ class Regularization:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
             notes += auto_target_notes(self._normalized)
-        held = np.asarray(~self._stages.boundary.constraint.projections(len(self._points)).any(axis=(1, 2)))
-        bound, cell = attainable_scaled_jacobian(self._normalized.start, self._normalized.cells, held)
+        held = np.asarray(~self._stages.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
+        bound, cell = attainable_scaled_jacobian(self._normalized.points, self._normalized.cells, held)
         if bound < _NOTED_BELOW:
-            which = self._normalized.order[cell]
+            which = self._normalized.cell_ids[cell]
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
         return tuple(notes)
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from ..common import first_ids
 from ..elements import corner_scaled_jacobian
-from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights, inverse_targets, normalized_target, wanted_volumes
+from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights, inverse_targets, normalized_target, target_volumes
 from ..geometry import DistanceBarrier
 from ..mesh import NormalizedMesh
 from ..quality import inside_out
-from ..solver import WHOLE_ROUNDING, projected_newton
+from ..solver import MESH_ROUNDING, projected_newton
 from .boundary import Boundary, boundary_of
 from .improve_folded import improve_folded
 from .iteration import Iteration
@@ -73,7 +73,7 @@ class Stages:
         self.wanted = self._wanted_volumes()
 
     def __iter__(self) -> Iterator[Iteration]:
-        yield Iteration("input", self._normalized.start)
+        yield Iteration("input", self._normalized.points)
         left = most = self._options.max_iterations
         for iteration in islice(self._iterations(), most):
             left -= 1
@@ -82,7 +82,7 @@ class Stages:
             self.reason, self.converged = f"reached max_iterations = {most}", False
 
     def _iterations(self) -> Iterator[Iteration]:
-        points = self._normalized.start
+        points = self._normalized.points
         keeps_surface = self._normalized.valid.all() and self.boundary.barrier is None
         distortion_alone = keeps_surface and not self._options.raises_worst and not self._options.wants_sizes
         if self._options.energy == "quaternionic" or distortion_alone:
@@ -133,7 +133,7 @@ class Stages:
 
     def _untangle(self, corner_energy: CornerEnergy) -> Generator[Iteration, None, tuple[CornerEnergy, Field, Mask]]:
         """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
-        points = self._normalized.start
+        points = self._normalized.points
         others = ("keep", "soft") if self.boundary.barrier is not None and self._options.features == "auto" else ()
         for iteration in untangle(corner_energy, points, *((_PATIENCE,) if others else ())):
             points = iteration.points
@@ -151,7 +151,7 @@ class Stages:
                 break
             # What stands in the way may be a feature that is none, or a crease that was not taken for one.
             other = boundary_of(self._normalized, replace(self._options, features=features))
-            for iteration in untangle(self._make_corner_energy(other), self._normalized.start, _PATIENCE):
+            for iteration in untangle(self._make_corner_energy(other), self._normalized.points, _PATIENCE):
                 trial = iteration.points
                 yield iteration
             if folded_cells(corner_energy, trial).sum() < bad.sum():
@@ -167,7 +167,7 @@ class Stages:
     ) -> Generator[Iteration, None, tuple[CornerEnergy, Field, Mask]]:
         """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
         wide_energy = self._make_corner_energy(replace(self.boundary, barrier=wide))
-        afar = self._normalized.start
+        afar = self._normalized.points
         for iteration in untangle(wide_energy, afar, _PATIENCE):
             afar = iteration.points
             yield Iteration("untangle with more room", points)
@@ -179,7 +179,7 @@ class Stages:
         for iteration in self._return_to_surface(closer_energy, afar):
             afar = iteration.points
             yield replace(iteration, points=points)
-        needed = closer.excess(afar)
+        needed = closer.relative_distance(afar)
         if needed <= _BOUND_SHARE:
             return closer_energy, afar, folded_cells(closer_energy, afar)
         self.boundary = before
@@ -194,7 +194,7 @@ class Stages:
                 return
             barrier.steepness *= 4.0
             for points, _ in islice(
-                projected_newton(corner_energy, points, Weights(size=VOLUME_WEIGHT)), _RETURN_STEPS
+                projected_newton(corner_energy, points, Weights(volume=VOLUME_WEIGHT)), _RETURN_STEPS
             ):
                 yield Iteration("return to the surface", points)
 
@@ -205,38 +205,38 @@ class Stages:
 
     @cached_property
     def _from_input(self) -> Minimization:
-        return Minimization(self._normalized, self.boundary.constraint, self._options, self._normalized.start)
+        return Minimization(self._normalized, self.boundary.admissible, self._options, self._normalized.points)
 
     def _minimize(self, points: Field) -> Iterator[Iteration]:
         minimization = self._from_input
-        if points is not self._normalized.start:
-            minimization = Minimization(self._normalized, self.boundary.constraint, self._options, points)
+        if points is not self._normalized.points:
+            minimization = Minimization(self._normalized, self.boundary.admissible, self._options, points)
         yield from minimization
         self.reason, self.converged = minimization.reason, minimization.converged
 
     def _lower_distortion(self, corner_energy: CornerEnergy, points: Field) -> Iterator[tuple[Field, float]]:
         """Lower the whole distortion: a few steps before the worst cells are raised, else until it is minimal."""
         if self._options.raises_worst and not self._options.wants_sizes:
-            return islice(projected_newton(corner_energy, points, Weights(size=VOLUME_WEIGHT)), _DISTORTION_STEPS)
-        return projected_newton(corner_energy, points, Weights(size=_SIZES_WEIGHT), _DECREASE)
+            return islice(projected_newton(corner_energy, points, Weights(volume=VOLUME_WEIGHT)), _DISTORTION_STEPS)
+        return projected_newton(corner_energy, points, Weights(volume=_SIZES_WEIGHT), _DECREASE)
 
     def _make_corner_energy(self, boundary: Boundary | None = None) -> CornerEnergy:
         normalized, boundary = self._normalized, self.boundary if boundary is None else boundary
         inverses = inverse_targets(
             normalized_target(self._options.target, normalized),
-            normalized.start,
+            normalized.points,
             normalized.cells,
             "corners",
-            normalized.order,
+            normalized.cell_ids,
         )
         return CornerEnergy(
             normalized.cells,
             np.empty((0, 1, 3, 3)) if inverses is None else inverses,
-            boundary.constraint.projections(len(normalized.start)),
+            boundary.admissible.all_projectors(len(normalized.points)),
             boundary.barrier,
             self.wanted / normalized.unit**3,
             _WANTED_SIZES_WEIGHT if self._options.wants_sizes else 1.0,
-            WHOLE_ROUNDING if self._options.raises_worst and not self._options.wants_sizes else 0.0,
+            MESH_ROUNDING if self._options.raises_worst and not self._options.wants_sizes else 0.0,
         )
 
     def _hold_folded(self, corner_energy: CornerEnergy, points: Field, bad: Mask) -> tuple[CornerEnergy, Field, Mask]:
@@ -248,12 +248,12 @@ class Stages:
         quads = self._normalized.quads
         found = inside_out(points, quads, np.flatnonzero(np.isin(quads, corner_energy.cells[cells]).any(axis=1)))
         if len(found):
-            nodes = np.unique(self._normalized.nodes[quads[found]])
+            nodes = np.unique(self._normalized.node_ids[quads[found]])
             self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
         if np.isfinite(self._sufficient_hausdorff):
             away = f"up to {self._sufficient_hausdorff:.2g} diagonals away"
             self.notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
-        points = pull_back(points, self._normalized.start, corner_energy.cells, self._within_bound)
+        points = pull_back(points, self._normalized.points, corner_energy.cells, self._within_bound)
         others = folded_cells(corner_energy, points) & ~bad
         if others.any():
             ids = first_ids(self._ids(others))
@@ -262,21 +262,24 @@ class Stages:
         projectors = corner_energy.projectors.copy()
         projectors[corner_energy.cells[bad]] = 0.0
         inverses = corner_energy.inverses[~bad] if len(corner_energy.inverses) > 1 else corner_energy.inverses
-        sizes = corner_energy.sizes[~bad] if len(corner_energy.sizes) else corner_energy.sizes
+        volumes = (
+            corner_energy.target_volumes[~bad] if len(corner_energy.target_volumes) else corner_energy.target_volumes
+        )
         cells = np.ascontiguousarray(corner_energy.cells[~bad])
-        return replace(corner_energy, cells=cells, inverses=inverses, projectors=projectors, sizes=sizes), points, bad
+        rest = replace(corner_energy, cells=cells, inverses=inverses, projectors=projectors, target_volumes=volumes)
+        return rest, points, bad
 
     def _ids(self, cells: Mask) -> Ints:
         """Ids that cells have in the mesh."""
-        return np.sort(self._normalized.order[cells])
+        return np.sort(self._normalized.cell_ids[cells])
 
     def _wanted_volumes(self) -> Field:
         valid = np.empty_like(self._normalized.valid)
-        valid[self._normalized.order] = self._normalized.valid
-        wanted = wanted_volumes(self._options.sizes, self._normalized.mesh, valid)
-        return wanted[self._normalized.order] if len(wanted) else wanted
+        valid[self._normalized.cell_ids] = self._normalized.valid
+        wanted = target_volumes(self._options.sizes, self._normalized.mesh, valid)
+        return wanted[self._normalized.cell_ids] if len(wanted) else wanted
 
     def _within_bound(self, points: Field) -> bool:
         """True where the boundary is within its bound."""
         barrier = self.boundary.barrier
-        return barrier is None or barrier.reference is not None or barrier.excess(points) <= _BOUND_SHARE
+        return barrier is None or barrier.reference is not None or barrier.relative_distance(points) <= _BOUND_SHARE

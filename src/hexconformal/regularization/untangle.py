@@ -19,7 +19,7 @@ from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian
 from ..energy import CornerEnergy, Weights
-from ..mesh import islands, rings
+from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import newton_step, next_shift
 from .iteration import Iteration
 
@@ -50,7 +50,7 @@ def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> I
     """
     bad, first, stalled = folded_cells(problem, points), points, 0
     if bad.mean() > _MANY_FOLDED:
-        points = harmonic(problem, points, rings(problem.cells, len(points), bad, 0))
+        points = harmonic(problem, points, node_rings(problem.cells, len(points), bad, 0))
         yield Iteration("harmonic start", points)
         for points, _ in _unfold(problem, points, 1.0, _WHOLE_STEPS):
             yield Iteration("untangle", points)
@@ -59,7 +59,9 @@ def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> I
         before = _tangledness(problem, points)
         if before[0] == 0 or stalled == patience:
             return
-        regions = islands(problem.cells, rings(problem.cells, len(points), folded_cells(problem, points), width))
+        regions = connected_regions(
+            problem.cells, node_rings(problem.cells, len(points), folded_cells(problem, points), width)
+        )
         points = _unfold_patches(problem, points, first, regions)
         yield Iteration("untangle patches", points)
         stalled = 0 if _tangledness(problem, points)[0] < before[0] else stalled + 1
@@ -80,7 +82,7 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
         return points
     best, fewest = start, int((first <= 0.0).sum())
     for width in range(_ROUNDS):
-        nodes = rings(cells, len(points), worse, width)
+        nodes = node_rings(cells, len(points), worse, width)
         for way in _WAYS_BACK:
             trial = np.where(nodes[:, None], points + way * (start - points), points)
             quality = corner_scaled_jacobian(trial, cells)
@@ -97,7 +99,7 @@ def harmonic(problem: CornerEnergy, points: Field, region: Mask) -> Field:
     rows = np.flatnonzero(inner)
     if len(rows) == 0:
         return points
-    ends = np.unique(np.sort(problem.cells[:, EDGES].reshape(-1, 2), axis=1), axis=0)
+    ends = unique_edges(problem.cells[:, EDGES].reshape(-1, 2)).nodes
     ones = np.ones(len(ends))
     graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
     laplacian: Any = csgraph.laplacian(sparse.csr_array(graph + graph.T))
@@ -146,13 +148,13 @@ def _unfold_patches(problem: CornerEnergy, points: Field, first: Field, regions:
     trial = points
     for region in regions:
         trial = _unfold_patch(problem, trial, first, region)
-    limit = max(1.0, problem.excess(points))
-    if problem.excess(trial) <= limit:
+    limit = max(1.0, problem.relative_distance(points))
+    if problem.relative_distance(trial) <= limit:
         return trial
     # A patch watches the surface around itself only; one of them came to where others are.
     for region in regions:
         trial = _unfold_patch(problem, points, first, region)
-        points = trial if problem.excess(trial) <= limit else points
+        points = trial if problem.relative_distance(trial) <= limit else points
     return points
 
 

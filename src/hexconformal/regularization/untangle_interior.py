@@ -15,7 +15,7 @@ from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
 from ..energy import CornerEnergy, Distortion
-from ..mesh import islands, rings
+from ..mesh import connected_regions, node_rings
 
 __all__ = ["untangle_interior"]
 
@@ -41,12 +41,13 @@ def untangle_interior(problem: CornerEnergy, points: Field) -> Field:
         regions = _invalid_inside(problem, points)
         if not regions.any():
             break
-        for region in islands(problem.cells, rings(problem.cells, len(points), regions, width)):
+        for region in connected_regions(problem.cells, node_rings(problem.cells, len(points), regions, width)):
             patch, nodes = problem.restricted(region & movable, points)
             if patch.free.any():
                 trial = points.copy()
                 trial[nodes] = _unfold(patch, points[nodes], first_eps)
-                points = trial if problem.excess(trial) <= max(1.0, problem.excess(points)) else points
+                reached = problem.relative_distance(trial)
+                points = trial if reached <= max(1.0, problem.relative_distance(points)) else points
     return points
 
 

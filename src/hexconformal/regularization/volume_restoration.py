@@ -8,12 +8,14 @@ enough: the change that costs least energy per volume is H^-1 N, with H the Hess
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import is_valid
 from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
-from ..geometry import area_normals, enclosed_volume, simpson_normals
+from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
 
 __all__ = ["restore_volume"]
 
@@ -48,9 +50,9 @@ def restore_volume(problem: CornerEnergy, points: Field, quads: Ints, volume: fl
         if abs(gap) <= _EXACT * abs(volume):
             return points
         worst = max(float(problem.measures(points).angle.max(initial=0.0)), 1e-3)
-        weights = Weights(angle=1.0, stiffness=_STIFFNESS / worst, size=VOLUME_WEIGHT)
+        weights = Weights(angle=1.0, stiffness=_STIFFNESS / worst, volume=VOLUME_WEIGHT)
         matrix = problem.value_gradient_hessian(points, weights)[2]
-        normals = area_normals(points, quads)
+        normals = nodal_area_vectors(points, quads)
         direction, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
         if not np.einsum("ij,ij->", direction, normals) > 0.0:
             return points
@@ -66,10 +68,11 @@ def restore_volume(problem: CornerEnergy, points: Field, quads: Ints, volume: fl
 
 def _move_by_volume(points: Field, direction: Field, quads: Ints, gap: float) -> Field:
     """The points moved so far along the direction that the volume grows by the gap, by iterating on N~."""
+    area_vectors = partial(nodal_area_vectors, quads=quads)
     length = 0.0
     for _ in range(30):
         moved = points + length * direction
-        longer = gap / float(np.einsum("ij,ij->", simpson_normals(points, moved, quads), direction))
+        longer = gap / float(np.einsum("ij,ij->", simpson_mean(area_vectors, points, moved), direction))
         if abs(longer - length) <= 1e-15 * abs(longer):
             break
         length = longer

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian
 from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
-from ..mesh import rings
+from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobian
 from ..solver import projected_newton
 from .iteration import Iteration
@@ -25,9 +25,7 @@ __all__ = ["raise_worst", "raise_worst_patches"]
 
 Field = NDArray[np.float64]
 
-_DISTORTION_SHARE = (
-    0.2  # share of the whole distortion beside the angles: less makes thin cells for little better angles
-)
+_DISTORTION_SHARE = 0.2  # of the whole distortion beside the angles: less makes thin cells for little better angles
 _STIFFNESS = 0.95  # stiffness times the worst density
 _ANGLE_STEPS, _STIFF_STEPS = 10, 3  # more of them cost more and win nothing that the patches do not
 _PATCH_STEPS, _PATCH_PASSES, _PATCH_ROUNDS = 4, 3, 40
@@ -40,12 +38,12 @@ _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 def _stiffened(problem: CornerEnergy, points: Field) -> Weights:
     """Weights of a barrier that no corner worse than the worst of the points can pass."""
     worst = max(float(problem.measures(points).angle.max()), 1e-3)
-    return Weights(_DISTORTION_SHARE, 1.0, _STIFFNESS / worst, size=VOLUME_WEIGHT)
+    return Weights(_DISTORTION_SHARE, 1.0, _STIFFNESS / worst, volume=VOLUME_WEIGHT)
 
 
 def raise_worst(problem: CornerEnergy, points: Field) -> Iterator[Iteration]:
     """Raise the worst cells of a whole valid mesh, then its worst patches, until the worst cell stalls."""
-    weights = Weights(_DISTORTION_SHARE, 1.0, size=VOLUME_WEIGHT)
+    weights = Weights(_DISTORTION_SHARE, 1.0, volume=VOLUME_WEIGHT)
     for points, _ in islice(projected_newton(problem, points, weights, decrease=3e-3), _ANGLE_STEPS):
         yield Iteration("angles", points)
     for points, _ in islice(projected_newton(problem, points, _stiffened(problem, points)), _STIFF_STEPS):
@@ -54,14 +52,14 @@ def raise_worst(problem: CornerEnergy, points: Field) -> Iterator[Iteration]:
 
 
 def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Iteration]:
-    """Raise the patches around the worst cells only, until the worst cell of the mesh stalls or is good attainable."""
+    """Raise the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
     attainable = min(_GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, problem.cells, ~problem.free)[0])
     quality = corner_scaled_jacobian(points, problem.cells)
     for _ in range(_PATCH_ROUNDS):
         worst = float(quality.min())
         if worst >= attainable:
             return
-        region = rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
+        region = node_rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
         patch, nodes = problem.restricted(region, points)
         if not patch.free.any():
             return

@@ -3,7 +3,7 @@
 Belongs here: what a run writes while it goes on, whatever it computes. Imports `common`, `mesh` and `io`.
 """
 
-from .checkpoint import load_state, problem_of, save_state
+from .checkpoint import load_state, run_fingerprint, save_state
 from .history import HistoryFile
 from .run_folder import RunFolder, RunState
 from .series import Series
@@ -14,6 +14,6 @@ __all__ = [
     "RunState",
     "Series",
     "load_state",
-    "problem_of",
+    "run_fingerprint",
     "save_state",
 ]

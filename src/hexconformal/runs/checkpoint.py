@@ -1,4 +1,4 @@
-"""Checkpoints: arrays that tell where a run stands, and of which run, written completely or not at all."""
+"""Checkpoints: the state of a run as arrays, and of which run it is, written completely or not at all."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import OptionError, ReadError, saving
+from ..common import OptionError, ReadError, save_atomically
 
-__all__ = ["load_state", "problem_of", "save_state"]
+__all__ = ["load_state", "run_fingerprint", "save_state"]
 
 
-def problem_of(words: str, arrays: Iterable[NDArray[Any]]) -> str:
-    """What has to be the same for a run to go on: its options in words, and a digest of what it was given."""
+def run_fingerprint(words: str, arrays: Iterable[NDArray[Any]]) -> str:
+    """Options in words and a digest of what a run was given: a run goes on from checkpoints with the same alone."""
     digest = hashlib.sha256()
     for array in arrays:
         digest.update(np.ascontiguousarray(array).tobytes())
     return f"{words} {digest.hexdigest()}"
 
 
-def save_state(path: str | os.PathLike[str], version: int, problem: str, state: Mapping[str, Any]) -> None:
-    """Write where a run stands.
+def save_state(path: str | os.PathLike[str], version: int, fingerprint: str, state: Mapping[str, Any]) -> None:
+    """Write the state of a run.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ def save_state(path: str | os.PathLike[str], version: int, problem: str, state: 
         The file, .npz; replaced at once if it is there.
     version
         Of what `state` holds.
-    problem
-        See :func:`problem_of`.
-    standing
+    fingerprint
+        See :func:`run_fingerprint`.
+    state
         Arrays and numbers by name.
 
     Raises
@@ -47,20 +47,20 @@ def save_state(path: str | os.PathLike[str], version: int, problem: str, state: 
 
     def put(target: Path) -> None:
         with open(target, "wb") as file:
-            np.savez(file, version=version, problem=problem, **state)
+            np.savez(file, version=version, problem=fingerprint, **state)
 
-    saving(Path(path), put)
+    save_atomically(Path(path), put)
 
 
-def load_state(path: str | os.PathLike[str], version: int, problem: str, others: str) -> dict[str, Any]:
-    """Read where a run stands.
+def load_state(path: str | os.PathLike[str], version: int, fingerprint: str, other_runs: str) -> dict[str, Any]:
+    """Read the state of a run.
 
     Parameters
     ----------
-    path, version, problem
+    path, version, fingerprint
         As it was written.
-    others
-        What a checkpoint with another problem belongs to, in words.
+    other_runs
+        What a checkpoint with another fingerprint belongs to, in words.
 
     Raises
     ------
@@ -76,6 +76,6 @@ def load_state(path: str | os.PathLike[str], version: int, problem: str, others:
         raise ReadError(f"cannot read the checkpoint {path}: {reason}") from reason
     if int(found.pop("version", -1)) != version:
         raise ReadError(f"{path} is no checkpoint of this version ({version})")
-    if str(found.pop("problem")) != problem:
-        raise OptionError(f"the checkpoint {path} belongs to {others}")
+    if str(found.pop("problem")) != fingerprint:
+        raise OptionError(f"the checkpoint {path} belongs to {other_runs}")
     return found

@@ -44,7 +44,7 @@ class HistoryFile:
         except OSError as problem:
             raise WriteError(f"cannot write {path}: {problem}") from problem
         self._rows = csv.writer(self._file, lineterminator="\n")
-        self._begun = bool(rows)
+        self._has_header = bool(rows)
         for row in rows:
             self._add(row)
 
@@ -59,9 +59,9 @@ class HistoryFile:
 
     def add(self, record: Any) -> None:
         """Append an iteration, a dataclass; the names of its fields are the header."""
-        if not self._begun:
+        if not self._has_header:
             self._add([field.name for field in fields(record)])
-            self._begun = True
+            self._has_header = True
         self._add(astuple(record))
 
     def _add(self, row: Any) -> None:

@@ -17,7 +17,7 @@ __all__ = ["FolderRun", "RunFolder", "RunState"]
 
 @dataclass(frozen=True)
 class RunState:
-    """What a run comes to by a step.
+    """The state of a run after a step.
 
     Attributes
     ----------
@@ -27,25 +27,25 @@ class RunState:
         The mesh then, as a series takes it.
     record
         A row of the history; None where there is nothing to say.
-    wanted
-        Whether a frame is wanted whatever the number of the step.
+    frame_wanted
+        Whether there must be a frame, whatever the number of the step.
     refused
-        Whether the step could not be made: it is told, and the run ends with what was before it.
+        Whether the step could not be made: it is reported, and the run ends with what was before it.
     """
 
     step: int
     time: float
     frame: Callable[[], Any]
     record: Any = None
-    wanted: bool = False
+    frame_wanted: bool = False
     refused: bool = False
 
 
 class FolderRun(Protocol):
-    """A run that can be followed in a folder: iterate over its stages."""
+    """A run that can be followed in a folder: iterate over its states."""
 
     version: int  # of what `state` holds
-    others: str  # what the checkpoint of another run belongs to, in words
+    other_runs: str  # what the checkpoint of another run belongs to, in words
 
     @property
     def record(self) -> type:
@@ -60,13 +60,13 @@ class FolderRun(Protocol):
         """Time reached."""
 
     @property
-    def problem(self) -> str:
-        """What has to be the same to go on with a checkpoint."""
+    def fingerprint(self) -> str:
+        """That of a checkpoint to go on with must be the same."""
 
     def __iter__(self) -> Iterator[RunState]: ...
 
     def state(self) -> Mapping[str, Any]:
-        """Where the run stands."""
+        """The state of the run, as arrays and numbers by name."""
 
     def resume(self, state: Mapping[str, Any]) -> None:
         """Go on from there."""
@@ -77,7 +77,7 @@ class FolderRun(Protocol):
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Where a run is written.
+    """The folder that a run is written to.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class RunFolder:
 
     @property
     def checkpoint(self) -> Path:
-        """Where the run stands."""
+        """The state of the run."""
         return self.path / "checkpoint.npz"
 
     @property
@@ -134,7 +134,7 @@ class RunFolder:
         if there and not (resume or overwrite):
             raise OptionError(f"{self.path} holds a run: --resume goes on with it, --overwrite starts anew")
         written = (self.history, self.plot, self.last, self.frames, frames_folder(self.frames))
-        own = self._unbegun()
+        own = self._has_no_checkpoint_yet()
         taken = [str(path) for path in written if path.exists() and not (own and path.parent == self.path)]
         if taken and not (resume or overwrite):
             raise OptionError(f"{', '.join(taken)} would be replaced: choose another folder, or add --overwrite")
@@ -143,8 +143,8 @@ class RunFolder:
         except OSError as problem:
             raise WriteError(f"cannot make the folder {self.path}: {problem}") from problem
 
-    def _unbegun(self) -> bool:
-        """Whether what is there was left by a run that was killed before its first checkpoint."""
+    def _has_no_checkpoint_yet(self) -> bool:
+        """True if the files were left by a run that was killed before its first checkpoint."""
         if not self.history.is_file() or any(path.exists() for path in (self.checkpoint, self.last, self.plot)):
             return False
         with open(self.history, encoding="utf-8", errors="replace") as file:
@@ -152,7 +152,7 @@ class RunFolder:
         # The names of the record's fields, of which the first is the step, and one row at the most.
         return not lines[2] and (not lines[0] or lines[0].startswith("step,"))
 
-    def follow(self, run: FolderRun, resume: bool, every: int, told: Callable[[str], None]) -> BaseException | None:
+    def follow(self, run: FolderRun, resume: bool, every: int, report: Callable[[str], None]) -> BaseException | None:
         """Follow a run to its end and write everything; returns what interrupted it, None if nothing did.
 
         Parameters
@@ -163,7 +163,7 @@ class RunFolder:
             Go on from the checkpoint.
         every
             A frame every so many steps, where one is wanted, and at the end.
-        told
+        report
             Called with every record in a line.
 
         Raises
@@ -177,26 +177,26 @@ class RunFolder:
         """
         rows: list[list[str]] = []
         if resume:
-            run.resume(load_state(self.checkpoint, run.version, run.problem, run.others))
+            run.resume(load_state(self.checkpoint, run.version, run.fingerprint, run.other_runs))
             rows = rows_until(self.history, run.record, run.step)
         last: RunState | None = None
         stopped: BaseException | None = None
         with HistoryFile(self.history, rows) as history, Series(self.frames, run.time if resume else None) as series:
             try:
                 with as_interruption():
-                    for stage in run:
+                    for state in run:
                         with uninterrupted():
-                            if stage.record is not None:
-                                history.add(stage.record)
-                            if not stage.refused:
-                                last = stage
-                                if stage.wanted or stage.step % every == 0:
-                                    series.add(stage.time, stage.frame())
+                            if state.record is not None:
+                                history.add(state.record)
+                            if not state.refused:
+                                last = state
+                                if state.frame_wanted or state.step % every == 0:
+                                    series.add(state.time, state.frame())
                                 # Last: what it counts as done is written.
-                                save_state(self.checkpoint, run.version, run.problem, run.state())
-                        if stage.record is not None:
-                            told(str(stage.record))
-                        if stage.refused:
+                                save_state(self.checkpoint, run.version, run.fingerprint, run.state())
+                        if state.record is not None:
+                            report(str(state.record))
+                        if state.refused:
                             break
             except KeyboardInterrupt as problem:
                 stopped = problem

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any
 from xml.etree import ElementTree
 
-from ..common import OptionError, WriteError, check_writable, saving
+from ..common import OptionError, WriteError, check_writable, save_atomically
 from ..mesh import HexMesh
 
 __all__ = ["Series", "frames_folder"]
@@ -91,13 +91,13 @@ class Series:
             raise WriteError(f"cannot make the folder {folder}: {problem}") from problem
         extension = "vtp" if type(grid).__name__ == "PolyData" else "vtu"
         frame = folder / f"{self.path.stem}_{len(self.frames):04d}.{extension}"
-        saving(frame, partial(write_vtk, grid=grid))
+        save_atomically(frame, partial(write_vtk, grid=grid))
         self.frames.append((time, f"{folder.name}/{frame.name}"))
-        saving(self.path, self._write_list)
+        save_atomically(self.path, self._write_list)
         if len(self.frames) == 1:
-            self._remove_others(frame)
+            self._remove_old_frames(frame)
 
-    def _remove_others(self, first: Path) -> None:
+    def _remove_old_frames(self, first: Path) -> None:
         """Remove frames left over from an earlier run of the same name, which no list names any more."""
         pattern = re.compile(rf"{re.escape(self.path.stem)}_\d{{4,}}\.vt[pu]")
         for path in first.parent.iterdir():
@@ -119,5 +119,5 @@ class Series:
 
 
 def frames_folder(path: Path) -> Path:
-    """Where the frames of a series are."""
+    """The folder of the frames of a series."""
     return path.parent / f"{path.stem}_frames"

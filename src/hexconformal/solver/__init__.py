@@ -1,30 +1,36 @@
-"""How it is minimized: L-BFGS, Newton, majorization, multigrid, and where nodes may go.
+"""Minimizers: L-BFGS, Newton, majorization, with multigrid and the directions in which nodes may move.
 
 Belongs here: methods that know energies by value and derivatives alone. Imports `common`, `kernel`, `elements`,
 `mesh` and `energy`.
 """
 
-from .admissible import Constraint, boundary_constraint, fixed_components, free_directions, planar_normals
+from .admissible import (
+    AdmissibleDirections,
+    boundary_directions,
+    count_free_directions,
+    fixed_components,
+    planar_normal_sums,
+)
 from .laplace_preconditioner import LaplacePreconditioner
-from .minimizers import MINIMIZERS, Iterate, Problem, conjugate_gradients, lbfgs, start
+from .minimizers import MINIMIZERS, Iterate, Problem, conjugate_gradients, initial_iterate, lbfgs
 from .projected_newton import newton_step, next_shift, projected_newton
-from .step_rounding import WHOLE_ROUNDING
+from .step_rounding import MESH_ROUNDING
 
 __all__ = [
+    "MESH_ROUNDING",
     "MINIMIZERS",
-    "WHOLE_ROUNDING",
-    "Constraint",
+    "AdmissibleDirections",
     "Iterate",
     "LaplacePreconditioner",
     "Problem",
-    "boundary_constraint",
+    "boundary_directions",
     "conjugate_gradients",
+    "count_free_directions",
     "fixed_components",
-    "free_directions",
+    "initial_iterate",
     "lbfgs",
     "newton_step",
     "next_shift",
-    "planar_normals",
+    "planar_normal_sums",
     "projected_newton",
-    "start",
 ]

@@ -1,4 +1,4 @@
-"""Where nodes may go: a linear space of displacements at every node, and the way back to the surface."""
+"""The directions in which nodes may move: a linear space of displacements at every node."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from ..common import MeshError, OptionError, as_mask, first_ids
 from ..mesh import HexMesh
 
-__all__ = ["Constraint", "boundary_constraint", "fixed_components", "free_directions", "planar_normals"]
+__all__ = [
+    "AdmissibleDirections",
+    "boundary_directions",
+    "count_free_directions",
+    "fixed_components",
+    "planar_normal_sums",
+]
 
 Field = NDArray[np.float64]
 
@@ -20,8 +26,8 @@ _FLAT = 1e-6
 
 
 @dataclass(frozen=True)
-class Constraint:
-    """Admissible displacements P d of some nodes; all others are free.
+class AdmissibleDirections:
+    """Admissible displacements P d of constrained nodes; all others are free.
 
     Attributes
     ----------
@@ -36,8 +42,8 @@ class Constraint:
     projectors: Field
 
     @classmethod
-    def from_sums(cls, sums: Field, fixed: NDArray[np.bool_] | None = None) -> Constraint:
-        """Constraint from the sums (n, 3, 3) of n n^T over the forbidden unit directions n of every node.
+    def from_normal_sums(cls, sums: Field, fixed: NDArray[np.bool_] | None = None) -> AdmissibleDirections:
+        """Directions orthogonal to forbidden unit vectors n, of which the sums (n, 3, 3) of n n^T are given.
 
         Parameters
         ----------
@@ -58,21 +64,21 @@ class Constraint:
         return cls(nodes, projectors)
 
     def project(self, field: Field) -> Field:
-        """The admissible part of an (n, 3) field of displacements or forces."""
+        """Admissible part of an (n, 3) field of displacements or forces."""
         out = field.copy()
         out[self.nodes] = np.einsum("kij,kj->ki", self.projectors, field[self.nodes])
         return out
 
-    def projections(self, count: int) -> Field:
-        """(count, 3, 3) the projectors of all nodes, the identity where a node is free."""
+    def all_projectors(self, count: int) -> Field:
+        """(count, 3, 3) projectors of all nodes, the identity where a node is free."""
         projectors = np.tile(np.eye(3), (count, 1, 1))
         projectors[self.nodes] = self.projectors
         return projectors
 
-    def held(self, count: int) -> NDArray[np.bool_]:
+    def held_components(self, count: int) -> NDArray[np.bool_]:
         """(count, 3) components to leave out where a field is treated component by component.
 
-        As many per node as directions are forbidden, the ones that are most so; the others then still span
+        As many at a node as directions are forbidden, those closest to them; the others then still span
         the admissible displacements, and a definite map of them stays definite.
         """
         share = np.einsum("kii->ki", self.projectors)
@@ -84,7 +90,7 @@ class Constraint:
 
 
 def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
-    """Components (n, 3) that the user, or cells that are carried along, hold.
+    """Components (n, 3) held by the user, or by cells that are carried along.
 
     Parameters
     ----------
@@ -103,14 +109,14 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
     return held | (mask if mask.ndim == 2 else mask[:, None])
 
 
-def boundary_constraint(
+def boundary_directions(
     points: Field,
     quads: NDArray[np.int64],
     boundary: str = "slide",
     fixed: NDArray[np.bool_] | None = None,
     ids: NDArray[np.int64] | None = None,
-) -> Constraint:
-    """The constraint of a boundary mode, with further components held by a mask.
+) -> AdmissibleDirections:
+    """The admissible directions of a boundary mode, with further components held by a mask.
 
     Parameters
     ----------
@@ -125,7 +131,7 @@ def boundary_constraint(
     fixed
         (n, 3) components that are held besides.
     ids
-        (n,) what to call the nodes in messages, if not by their places.
+        (n,) ids by which messages name the nodes; default their places.
 
     Raises
     ------
@@ -139,24 +145,24 @@ def boundary_constraint(
     >>> from hexconformal.generate import box
     >>> from hexconformal.mesh.topology import boundary_quads
     >>> points, cells = box((2, 2, 2))
-    >>> constraint = boundary_constraint(points, boundary_quads(cells)[0])
-    >>> constraint.project(np.ones_like(points))[[0, 1, 4]]  # a corner, an edge, a face
+    >>> admissible = boundary_directions(points, boundary_quads(cells)[0])
+    >>> admissible.project(np.ones_like(points))[[0, 1, 4]]  # a corner, an edge, a face
     array([[0., 0., 0.],
            [1., 0., 0.],
            [1., 1., 0.]])
     """
     if boundary not in ("fixed", "slide", "free"):
-        raise OptionError(f"boundary is 'fixed', 'slide' or 'free', not {boundary!r}")
+        raise OptionError(f"boundary must be 'fixed', 'slide' or 'free', not {boundary!r}")
     sums = np.zeros((len(points), 3, 3))
     if boundary == "fixed":
         sums[np.unique(quads)] = np.eye(3)
     elif boundary == "slide":
-        sums = planar_normals(points, quads, ids)
-    return Constraint.from_sums(sums, fixed)
+        sums = planar_normal_sums(points, quads, ids)
+    return AdmissibleDirections.from_normal_sums(sums, fixed)
 
 
-def free_directions(sums: Field) -> NDArray[np.int64]:
-    """(n,) number of directions that sums (n, 3, 3) of n n^T leave open: 2 in a plane, 1 on an edge, 0 at a corner."""
+def count_free_directions(sums: Field) -> NDArray[np.int64]:
+    """(n,) number of directions that sums (n, 3, 3) of n n^T leave free: 2 in a plane, 1 on an edge, 0 at a corner."""
     free = np.full(len(sums), 3)
     nodes = np.flatnonzero(sums.any(axis=(1, 2)))
     free[nodes] = _admissible(sums[nodes])[0].sum(axis=1)
@@ -164,13 +170,13 @@ def free_directions(sums: Field) -> NDArray[np.int64]:
 
 
 def _admissible(sums: Field) -> tuple[NDArray[np.bool_], Field]:
-    """(k, 3) which eigenvectors (k, 3, 3) of the sums are open."""
+    """Mask (k, 3) of the eigenvectors of the sums that are admissible, and these vectors (k, 3, 3)."""
     values, vectors = np.linalg.eigh(sums)
     return values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None], vectors
 
 
-def planar_normals(points: Field, quads: NDArray[np.int64], ids: NDArray[np.int64] | None = None) -> Field:
-    """(n, 3, 3) sums of n n^T over the triangles that the boundary quads around a node are made of."""
+def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[np.int64] | None = None) -> Field:
+    """Sums (n, 3, 3) of n n^T over the corner triangles of the boundary quads around every node."""
     x = points[quads] - points[quads[:, :1]]
     sums = np.zeros((len(points), 3, 3))
     for corner in range(4):

@@ -1,4 +1,4 @@
-"""The metric of the minimization: multigrid for the scalar Laplacian, one set-up for the whole run."""
+"""The preconditioner of minimizations: multigrid for the scalar Laplacian, set up once for the whole run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from .admissible import Constraint
+from .admissible import AdmissibleDirections
 from .multigrid import Multigrid
 
 __all__ = ["LaplacePreconditioner"]
@@ -17,22 +17,24 @@ Field = NDArray[np.float64]
 class LaplacePreconditioner:
     """Approximate inverse (8 L)^-1 of the Hessian on the admissible displacements.
 
-    With constant normals the frozen Hessian is 8 L, componentwise. Components that a constraint holds are rows
+    With constant normals the frozen Hessian is 8 L, componentwise. Components that are held are rows
     taken out of L; components with the same rows share one multigrid hierarchy.
 
     Parameters
     ----------
     laplacian
         (n, n) scalar Laplacian L.
-    constraint
-        Where nodes may go.
-    moving
+    admissible
+        Directions in which nodes may move.
+    referenced
         (n,) nodes that belong to a cell; the others have empty rows.
     """
 
-    def __init__(self, laplacian: sparse.csr_matrix, constraint: Constraint, moving: NDArray[np.bool_]) -> None:
-        free = moving[:, None] & ~constraint.held(len(moving))
-        self._project = constraint.project
+    def __init__(
+        self, laplacian: sparse.csr_matrix, admissible: AdmissibleDirections, moving: NDArray[np.bool_]
+    ) -> None:
+        free = moving[:, None] & ~admissible.held_components(len(moving))
+        self._project = admissible.project
         self._cycles: list[tuple[list[int], Multigrid]] = []
         for component in range(3):
             same = next((axes for axes, _ in self._cycles if (free[:, axes[0]] == free[:, component]).all()), None)

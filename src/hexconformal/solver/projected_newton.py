@@ -9,49 +9,49 @@ from numpy.typing import NDArray
 
 from ..elements import is_valid
 from ..energy import CornerEnergy, Weights
-from .step_rounding import rounded
+from .minimizers import ARMIJO
+from .step_rounding import round_direction
 
 __all__ = ["newton_step", "next_shift", "projected_newton"]
 
 Field = NDArray[np.float64]
 
-_ARMIJO = 1e-4
 _HALVINGS = 25
-_SOLVE, _SOLVE_ITERATIONS = 0.1, 50  # tolerance and limit of the truncated solves
-_CURVATURE = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvature the convex Hessian leaves out
+_SOLVE_TOLERANCE, _SOLVE_ITERATIONS = 0.1, 50  # tolerance and limit of the truncated solves
+_SHIFTS = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvature the convex Hessian leaves out
 
 
 def newton_step(
-    problem: CornerEnergy, points: Field, emphasis: Weights, shift: float, accept: Callable[[Field], bool]
+    problem: CornerEnergy, points: Field, weights: Weights, shift: float, accept: Callable[[Field], bool]
 ) -> tuple[Field, float, float, float] | None:
     """One truncated Newton step with the convex Hessian: new points, energy before and after, length.
 
     None where no step lowers the energy acceptably.
     """
-    energy, gradient, matrix = problem.value_gradient_hessian(points, emphasis)
-    direction, _ = matrix.solve(-gradient, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, shift)
+    energy, gradient, matrix = problem.value_gradient_hessian(points, weights)
+    direction, _ = matrix.solve(-gradient, problem.projectors, _SOLVE_TOLERANCE, _SOLVE_ITERATIONS, shift)
     if problem.rounding > 0.0:
-        nearest = rounded(direction, points, problem.cells, problem.rounding)
+        nearest = round_direction(direction, points, problem.cells, problem.rounding)
         direction = np.einsum("nij,nj->ni", problem.projectors, nearest)
     slope = float(np.einsum("ij,ij->", gradient, direction))
     step = 1.0
     for _ in range(_HALVINGS):
         trial = points + step * direction
-        value = problem.value(trial, emphasis)
-        if value <= energy + _ARMIJO * step * slope and accept(trial):
+        value = problem.value(trial, weights)
+        if value <= energy + ARMIJO * step * slope and accept(trial):
             return trial, energy, value, step
         step *= 0.5
     return None
 
 
 def next_shift(shift: float, step: float) -> float:
-    """More of the diagonal after short steps, less after long ones."""
-    low, high = _CURVATURE
+    """The next shift of the diagonal: more after short steps, less after long ones."""
+    low, high = _SHIFTS
     return min(high, 4 * shift) if step < 0.3 else max(low, shift / 4)
 
 
 def projected_newton(
-    problem: CornerEnergy, points: Field, emphasis: Weights, decrease: float = 1e-3
+    problem: CornerEnergy, points: Field, weights: Weights, decrease: float = 1e-3
 ) -> Iterator[tuple[Field, float]]:
     """Newton's method with the convex Hessian and truncated solves; yields points and energy of every step.
 
@@ -59,13 +59,13 @@ def projected_newton(
     that is valid everywhere (Bernstein) stays so.
     """
     valid = is_valid(points, problem.cells)
-    shift, slow = _CURVATURE[0], 0
+    shift, slow = _SHIFTS[0], 0
 
     def keeps_valid(trial: Field) -> bool:
         return bool(is_valid(trial, problem.cells)[valid].all())
 
     while slow < 2:
-        step = newton_step(problem, points, emphasis, shift, keeps_valid)
+        step = newton_step(problem, points, weights, shift, keeps_valid)
         if step is None:
             return
         points, before, after, length = step

@@ -1,8 +1,8 @@
 """Directions of descent in whole multiples of a power of two, so that rounding errors do not grow.
 
 The last digits of a mesh depend on its unit and on how far away it is. Where cells are nearly flat a Newton step
-multiplies such differences by up to 10^6, and the next one does so again. Rounded to a grain far above them the step
-is the same in all its digits; a line search that halves it keeps them.
+multiplies such differences by up to 10^6, and the next one does so again. Rounded to
+multiples far above them the step is the same in all its digits; a line search that halves it keeps them.
 """
 
 from __future__ import annotations
@@ -12,31 +12,31 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, edge_lengths
 
-__all__ = ["WHOLE_ROUNDING", "rounded"]
+__all__ = ["MESH_ROUNDING", "round_direction"]
 
 Field = NDArray[np.float64]
 
-WHOLE_ROUNDING = 2.0**-10  # of the shortest edge at a node: steps on a whole mesh need less precision than on a patch
+MESH_ROUNDING = 2.0**-10  # of the shortest edge at a node: steps on a whole mesh need less precision than on a patch
 _THIN, _THINNEST = 2.0**-6, 2.0**-16  # scaled Jacobians between which it has to be, in proportion
 
 
-def rounded(direction: Field, points: Field, cells: NDArray[np.int64], grain: float) -> Field:
+def round_direction(direction: Field, points: Field, cells: NDArray[np.int64], rounding: float) -> Field:
     """The direction (n, 3), that of every node in multiples of a power of two.
 
-    That is `grain` times the shortest edge of the cells at the node or up to half as much; less where one is flat.
+    That is `rounding` times the shortest edge of the cells at the node or up to half as much; less where one is flat.
 
     Examples
     --------
     >>> from hexconformal.generate import box
     >>> points, cells = box((1, 1, 1))
-    >>> rounded(np.full((8, 3), 0.3), points, cells, 0.25)[0]
+    >>> round_direction(np.full((8, 3), 0.3), points, cells, 0.25)[0]
     array([0.25, 0.25, 0.25])
     """
     thickness = np.clip(np.abs(corner_scaled_jacobian(points, cells)), _THINNEST, _THIN) / _THIN
     smallest = np.full(len(points), np.inf)
     np.minimum.at(smallest, cells, (edge_lengths(points, cells).min(axis=1) * thickness)[:, None])
     apart = np.isfinite(smallest) & (smallest > 0.0)
-    unit = np.exp2(np.floor(np.log2(grain * smallest[apart])))[:, None]
+    unit = np.exp2(np.floor(np.log2(rounding * smallest[apart])))[:, None]
     result = direction.copy()
     result[apart] = unit * np.round(direction[apart] / unit)
     return result

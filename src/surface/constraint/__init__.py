@@ -1,12 +1,12 @@
-"""What keeps the shape: features, the saddle-point problem (17, 18), projection, distance from the input.
+"""Constraints that keep the shape: features, the saddle-point problem (17, 18), projection, distance from the input.
 
 Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `hexconformal.kernel`,
-`hexconformal.mesh`, `hexconformal.energy`, `hexconformal.geometry`, `mesh` and `energy`.
+`hexconformal.elements`, `hexconformal.mesh`, `hexconformal.energy`, `hexconformal.geometry`, `mesh` and `energy`.
 """
 
-from .features import CORNER, SMOOTH, Features, detect_features, held_projectors
+from .features import CORNER, SMOOTH, Features, find_features, held_projectors
 from .input_surface import InputSurface
-from .saddle_point import NORMALS, ConstrainedSystem, system
+from .saddle_point import NORMALS, ConstrainedSystem, constrained_system
 from .smooth_projection import SmoothProjection
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "Features",
     "InputSurface",
     "SmoothProjection",
-    "detect_features",
+    "constrained_system",
+    "find_features",
     "held_projectors",
-    "system",
 ]

@@ -1,4 +1,4 @@
-"""Which edges of a surface are sharp: creases, not noise."""
+"""Creases of a surface: edges that are sharp, and no noise."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections import defaultdict
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
+
+from hexconformal.mesh import connected_components, face_edges
 
 from ..mesh import Cells, EdgeTable, Floats, Ints, area_vectors, slivers, unit_vectors
 
@@ -20,7 +20,7 @@ _BESIDE = 0.2  # of the angle: by how much the surface bends beside a crease of 
 
 
 def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, turn: float) -> NDArray[np.bool_]:
-    """(e,) edges that are sharp and make up creases.
+    """Find the edges that are sharp and make up creases.
 
     Creases go past a sliver on one side. Taken for noise are edges that lead nowhere, groups that are small, or short
     where they end in a face, and those half of whose nodes are corners on a surface that bends beside them, too.
@@ -33,16 +33,20 @@ def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, t
         Degrees between the normals of the two cells from which on an edge is sharp.
     turn
         Degrees by which a crease turns at a corner.
+
+    Returns
+    -------
+    (e,) the edges of creases.
     """
-    rim = table.uses != 2
-    bends = _bends(points, cells, table)
-    creased = _without_detours(points, cells, table.nodes, bends > angle, rim)
-    creased &= _without_whiskers(points, table.nodes, creased | rim)
-    return _without_noise(points, table, creased, bends, _BESIDE * angle, turn)
+    border = table.uses != 2
+    angles = _dihedral_angles(points, cells, table)
+    creased = _without_detours(points, cells, table.nodes, angles > angle, border)
+    creased &= _without_spurs(points, table.nodes, creased | border)
+    return _without_noise(points, table, creased, angles, _BESIDE * angle, turn)
 
 
-def _bends(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
-    """(e,) degrees by which the surface bends at its edges, 0 where there are not two sides."""
+def _dihedral_angles(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
+    """(e,) degrees between the normals on both sides of each edge, 0 where there are not two sides."""
     vectors = area_vectors(points, cells)
     inside = (table.uses == 2) & (table.cells >= 0).all(axis=1)
     a, b = table.cells[inside].T
@@ -61,30 +65,30 @@ def _bends(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
 
 
 def _without_detours(
-    points: Floats, cells: Cells, edges: Ints, sharp: NDArray[np.bool_], rim: NDArray[np.bool_]
+    points: Floats, cells: Cells, edges: Ints, sharp: NDArray[np.bool_], border: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Lead creases past a sliver on one side, where they go round it or zigzag: all its nodes on them, it stays one."""
     near: dict[int, set[int]] = defaultdict(set)
-    for a, b in edges[sharp | rim].tolist():
+    for a, b in edges[sharp | border].tolist():
         near[a].add(b)
         near[b].add(a)
     on = np.zeros(len(points), dtype=bool)
-    on[edges[sharp | rim]] = True
+    on[edges[sharp | border]] = True
     thin = cells.triangles[slivers(points, cells.triangles) & on[cells.triangles].all(axis=1)]
     keys, width = edges @ [len(points), 1], [len(points), 1]
-    sides = np.sort(np.stack([thin, np.roll(thin, -1, axis=1)], axis=2), axis=2)
-    thin = thin[~rim[np.searchsorted(keys, sides @ width)].any(axis=1)]
+    sides = np.sort(face_edges(thin), axis=1).reshape(-1, 3, 2)
+    thin = thin[~border[np.searchsorted(keys, sides @ width)].any(axis=1)]
     changed = True
     while changed:
         changed = False
         for nodes in thin.tolist():
             changed |= _lead_past(points, near, *nodes)
     kept = np.array([(a, b) for a in near for b in near[a] if a < b], dtype=np.int64).reshape(-1, 2)
-    return np.isin(keys, kept @ width) & ~rim
+    return np.isin(keys, kept @ width) & ~border
 
 
 def _lead_past(points: Floats, near: dict[int, set[int]], *nodes: int) -> bool:
-    """Change the creases around one sliver; whether there was something to change."""
+    """Change the creases around one sliver; True if there was something to change."""
     for v, a, b in (nodes, nodes[1:] + nodes[:1], nodes[2:] + nodes[:2]):
         if not near[v] >= {a, b}:
             continue
@@ -107,12 +111,12 @@ def _lead_past(points: Floats, near: dict[int, set[int]], *nodes: int) -> bool:
 
 
 def _shortest(points: Floats, v: int, a: int, b: int) -> bool:
-    """Whether the edge from a to b is the shortest of the triangle."""
+    """True if the edge from a to b is the shortest of the triangle."""
     return bool(np.linalg.norm(points[a] - points[b]) < np.linalg.norm(points[[a, b]] - points[v], axis=1).min())
 
 
 def _straighter(points: Floats, near: dict[int, set[int]], v: int, a: int, b: int) -> bool:
-    """Whether a crease from a to b turns less, also where it comes from or goes on, by what it turns at v at least."""
+    """True if a crease from a to b turns less, also at both ends, by as much as it turns at v at least."""
     gained = [
         _turn(points[[*(near[end] - {v}), end, v]]) - _turn(points[[*(near[end] - {v}), end, other]])
         for end, other in ((a, b), (b, a))
@@ -126,7 +130,7 @@ def _turn(path: Floats) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))
 
 
-def _without_whiskers(points: Floats, edges: Ints, sharp: NDArray[np.bool_], rounds: int = 3) -> NDArray[np.bool_]:
+def _without_spurs(points: Floats, edges: Ints, sharp: NDArray[np.bool_], rounds: int = 3) -> NDArray[np.bool_]:
     """Take away sharp edges that lead nowhere, and small groups: a crease is long, or joins others; noise is not."""
     kept, count = sharp.copy(), len(points)
     for _ in range(rounds):
@@ -165,7 +169,7 @@ def _without_noise(
 
 
 def _mostly(group: Ints, true: NDArray[np.bool_], number: int) -> NDArray[np.bool_]:
-    """Whether there are members of each group, and at least half of them have a property; those of -1 are of none."""
+    """(number,) groups with members, at least half of which have a property; -1 is no group."""
     inside = group >= 0
     size = np.bincount(group[inside], minlength=number)
     return np.asarray((size > 0) & (2 * np.bincount(group[inside], true[inside], number) >= size))
@@ -173,9 +177,7 @@ def _mostly(group: Ints, true: NDArray[np.bool_], number: int) -> NDArray[np.boo
 
 def _groups(edges: Ints, count: int) -> Ints:
     """(e,) number of the connected group that each edge belongs to."""
-    a, b = edges.T
-    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    return np.unique(connected_components(links, directed=False)[1][a], return_inverse=True)[1].ravel()
+    return np.unique(connected_components(edges, count)[edges[:, 0]], return_inverse=True)[1].ravel()
 
 
 def curve_ends(points: Floats, edges: Ints, turn: float) -> NDArray[np.bool_]:

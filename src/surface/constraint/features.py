@@ -1,4 +1,4 @@
-"""Sharp edges, corners and boundary curves of a surface: where nodes may not leave.
+"""Feature curves and corners of a surface: sharp edges and boundaries, along which nodes slide, and where they stay.
 
 A node is *smooth* (moves in its tangent plane), on a *curve* (moves along it) or a *corner* (stays).
 """
@@ -9,22 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from hexconformal.common import OptionError, first_ids
+from hexconformal.mesh import connected_components
 
 from ..mesh import Cells, EdgeTable, Floats, Ints, edge_table, unit_vectors
 from .creases import curve_ends, find_creases
 
-__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "detect_features", "held_projectors"]
+__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "find_features", "held_projectors"]
 
 SMOOTH, CURVE, CORNER = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """What holds the nodes.
+    """Feature curves and corners of a surface, and its smooth patches.
 
     Attributes
     ----------
@@ -32,19 +31,19 @@ class Features:
         (n,) SMOOTH, CURVE or CORNER.
     edges
         (e, 2) edges of all feature curves, boundaries included.
-    chains
+    curves
         (e,) the curve each belongs to; curves end at corners.
     patches
-        (m,) smooth part of the surface each cell belongs to; parts end at curves.
+        (m,) smooth patch of each cell; patches end at curves.
     """
 
     kind: NDArray[np.int8]
     edges: Ints
-    chains: Ints
+    curves: Ints
     patches: Ints
 
 
-def detect_features(
+def find_features(
     points: Floats,
     cells: Cells,
     angle: float | None = 50.0,
@@ -80,13 +79,13 @@ def detect_features(
     --------
     >>> x, y = np.meshgrid(np.arange(3.0), np.arange(3.0))
     >>> grid = Cells(np.empty((0, 3), np.int64), np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]))
-    >>> detect_features(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), grid).kind
+    >>> find_features(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), grid).kind
     array([2, 1, 2, 1, 0, 1, 2, 1, 2], dtype=int8)
     """
     table = edge_table(cells)
     count = len(points)
-    rim = table.uses != 2
-    sharp = rim.copy()
+    border = table.uses != 2
+    sharp = border.copy()
     if angle is not None:
         sharp |= find_creases(points, cells, table, angle, turn)
     if edges is not None:
@@ -96,42 +95,41 @@ def detect_features(
     kind[feature] = CURVE
     kind[curve_ends(points, feature, turn)] = CORNER
     if boundary == "fixed":
-        kind[table.nodes[rim]] = CORNER
+        kind[table.nodes[border]] = CORNER
     if fixed is not None:
         kind[fixed] = CORNER
-    return Features(kind, feature, _chains(feature, kind), _patches(table, sharp, len(cells)))
+    return Features(kind, feature, _curves(feature, kind), _patches(table, sharp, len(cells)))
 
 
 def _given(table: EdgeTable, edges: ArrayLike, count: int) -> NDArray[np.bool_]:
-    asked = np.asarray(edges)
-    if asked.ndim != 2 or asked.shape[1] != 2 or asked.dtype.kind not in "iu":
-        raise OptionError(f"feature edges must be an integer array (k, 2), not {asked.dtype} {asked.shape}")
-    asked = np.sort(asked.astype(np.int64), axis=1)
-    keys, wanted = table.nodes @ [count, 1], asked @ [count, 1]
+    """(e,) edges of a table that a user gives as features."""
+    given = np.asarray(edges)
+    if given.ndim != 2 or given.shape[1] != 2 or given.dtype.kind not in "iu":
+        raise OptionError(f"feature edges must be an integer array (k, 2), not {given.dtype} {given.shape}")
+    keys, wanted = table.nodes @ [count, 1], np.sort(given.astype(np.int64), axis=1) @ [count, 1]
     bad = np.flatnonzero(~np.isin(wanted, keys))
     if len(bad):
-        raise OptionError(f"feature edges that are no edges of the surface: {first_ids(bad)}")
+        raise OptionError(f"feature edges must be edges of the surface, these are not: {first_ids(bad)}")
     return np.isin(keys, wanted)
 
 
-def _chains(edges: Ints, kind: NDArray[np.int8]) -> Ints:
-    """(e,) label of the curve of each edge: edges are joined at nodes that are no corners."""
+def _curves(edges: Ints, kind: NDArray[np.int8]) -> Ints:
+    """(e,) curve of each edge: edges are joined at nodes that are no corners."""
     if len(edges) == 0:
         return np.empty(0, dtype=np.int64)
     owner = np.tile(np.arange(len(edges)), 2)
     node = edges.T.ravel()
     free = kind[node] == CURVE
-    size = len(edges) + len(kind)
-    links = sparse.coo_matrix((np.ones(free.sum()), (owner[free], len(edges) + node[free])), shape=(size, size))
-    return np.asarray(connected_components(links, directed=False)[1][: len(edges)], dtype=np.int64)
+    # A graph of the edges, and of the nodes behind them.
+    return connected_components(np.stack([owner[free], len(edges) + node[free]]).T, len(edges) + len(kind))[
+        : len(edges)
+    ]
 
 
 def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
-    """(m,) label of the part of the surface each cell lies in: cells are joined across edges that are not sharp."""
+    """(m,) patch of each cell: cells are joined across edges that are not sharp."""
     inside = ~sharp & (table.cells >= 0).all(axis=1)
-    a, b = table.cells[inside].T
-    links = sparse.coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+    return connected_components(table.cells[inside], count)
 
 
 def held_projectors(vectors: Floats, points: Floats, features: Features) -> Floats:
@@ -153,7 +151,7 @@ def held_projectors(vectors: Floats, points: Floats, features: Features) -> Floa
 def curve_tangents(points: Floats, features: Features) -> Floats:
     """(n, 3) unit tangent at nodes that lie inside a curve, zero elsewhere."""
     edges = features.edges
-    # Squares of directions do not care which way an edge runs: the tangent is the main axis of their sum.
+    # Edges run either way along a curve: their directions are turned to agree before they are added.
     d = unit_vectors(points[edges[:, 1]] - points[edges[:, 0]])
     first = np.zeros((len(points), 3))
     first[edges.ravel()] = np.repeat(d, 2, axis=0)

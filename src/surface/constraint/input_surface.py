@@ -1,19 +1,20 @@
-"""What a step may not do: turn a cell over, leave the input surface, or cut off a part of it."""
+"""The input surface: how far others are from it, and which of their cells are turned over against it."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.elements import face_area_vectors
 from hexconformal.geometry import ClosestPoints, SurfaceLocator
-from hexconformal.mesh import corner_incidences
+from hexconformal.mesh import corner_incidences, face_edges, unique_edges
 
-from ..mesh import Cells, Floats, Ints, area_vectors, unit_vectors
+from ..mesh import Cells, Floats, Ints, area_vectors, fan_triangles, unit_vectors
 
-__all__ = ["InputSurface", "corner_normals", "fan_triangles"]
+__all__ = ["InputSurface", "corner_normals"]
 
 _MARGIN = 0.08  # of the bound
-_EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
+_ON_EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
 
 
 class InputSurface:
@@ -26,35 +27,38 @@ class InputSurface:
 
     Attributes
     ----------
-    strict
-        Whether a cell strays, too, that turns over.
-    careful
-        Whether at least one does that turns over because it comes closer to another sheet of the input than to its own;
-        who is held and in trouble then does not even move with the rest.
+    forbid_turning
+        Whether a cell is out of bounds, too, that turns over.
+    forbid_sheet_change
+        Whether at least one is that turns over because it comes closer to another sheet of the input than to its own.
     """
 
     def __init__(self, points: Floats, cells: Cells) -> None:
         self._cells = cells
         vertices, self._faces, self._owners = fan_triangles(points, cells)
         self._surface = SurfaceLocator(vertices, self._faces)
-        self._vectors = area_vectors(vertices, Cells(self._faces, _NO_QUADS))
+        self._vectors = face_area_vectors(vertices, self._faces)
         self._corners = corner_incidences(self._faces, len(vertices))
         self._samples = samples(points, cells)
-        # Where things were found last is where to look next.
-        self._below = self._stood = np.arange(len(cells))
+        # Where closest points were found last is where to look next.
+        self._centre_faces = self._accepted_faces = np.arange(len(cells))
         # Nodes and edge midpoints of the input, and a face each lies on.
-        ends = np.stack([self._faces.ravel(), np.roll(self._faces, -1, axis=1).ravel()], axis=1)
+        ends = face_edges(self._faces)
         place = np.repeat(np.arange(len(self._faces)), 3)
         vertex, node = np.unique(self._faces.ravel(), return_index=True)
-        _, edge = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
+        edge = unique_edges(ends).first
         self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
-        self._back = np.concatenate([place[node], place[edge]])
+        self._backward_faces = np.concatenate([place[node], place[edge]])
         self._nodes = vertex[vertex < len(points)]
-        self._under = place[node][: len(self._nodes)]
-        self._seen = self._last = (np.zeros(len(cells)), np.zeros(len(self._places)), np.zeros(len(self._nodes)))
-        self.strict = self.careful = False
-        self._looked_at: Floats | None = None
-        self._turning = self._turned = np.zeros(len(cells), dtype=bool)
+        self._node_faces = place[node][: len(self._nodes)]
+        self._distances = self._accepted = (
+            np.zeros(len(cells)),
+            np.zeros(len(self._places)),
+            np.zeros(len(self._nodes)),
+        )
+        self.forbid_turning = self.forbid_sheet_change = False
+        self._measured: Floats | None = None
+        self._turned = self._accepted_turned = np.zeros(len(cells), dtype=bool)
 
     def distances(self, points: Floats) -> tuple[Floats, Floats]:
         """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
@@ -67,8 +71,8 @@ class InputSurface:
         there, back = self.distances(points)
         return float(max(there.max(initial=0.0), back.max(initial=0.0)))
 
-    def beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
-        """(n,) nodes of cells with samples farther than `bound` from the input, or nearest to such samples of it."""
+    def nodes_out_of_bounds(self, points: Floats, bound: float) -> NDArray[np.bool_]:
+        """(n,) nodes of cells with samples farther than `bound` from the input, or closest to such samples of it."""
         result = np.zeros(len(points), dtype=bool)
         far = self._surface.closest(samples(points, self._cells)).distances > bound
         at, between, *inside = np.split(far, np.cumsum([len(self._cells.nodes()), len(self._cells.edges())]))
@@ -80,67 +84,68 @@ class InputSurface:
         result[self._cells.corners_of(cells)] = True
         return result
 
-    def strays(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(m,) cells whose centres or nodes leave the input by more than `bound`, or that leave a part of it uncovered.
+    def cells_out_of_bounds(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(m,) cells with centres or nodes farther than `bound` from the input, or closest to a part that is uncovered.
 
         Parameters
         ----------
         points
-            (n, 3) the surface in question.
+            (n, 3) the surface to measure.
         bound
             Largest distance.
         still
-            (m,) cells of which no node moves by itself: they have a margin, since all moves a little with the rest; so
+            (m,) cells of which no node moves by itself: they have a margin, since all move a little with the rest; so
             have all nodes.
         """
-        found = self._below_centres(points)
+        found = self._closest_to_centres(points)
         ahead = found.distances
-        self._back, behind, below = _walked(self._moved(points), self._places, self._back, bound)
-        self._under, above, _ = _walked(self._surface, points[self._nodes], self._under, bound)
-        self._seen = (ahead, behind, above)
+        self._backward_faces, behind, below = _walked(self._moved(points), self._places, self._backward_faces, bound)
+        self._node_faces, above, _ = _walked(self._surface, points[self._nodes], self._node_faces, bound)
+        self._distances = (ahead, behind, above)
         # What is out of bounds may stay there, but not go farther; what moves with the rest has a margin.
         limit = bound * (1 + _MARGIN * still)
-        bad = ahead > np.maximum(limit, self._last[0])
-        # Parts of the input that no cell comes near blame the cell that comes nearest.
+        bad = ahead > np.maximum(limit, self._accepted[0])
+        # A part of the input that no cell comes near counts against the closest cell.
         owners = self._owners[below]
-        bad[owners[behind > np.maximum(limit[owners], self._last[1])]] = True
+        bad[owners[behind > np.maximum(limit[owners], self._accepted[1])]] = True
         out = np.zeros(len(points), dtype=bool)
-        out[self._nodes] = above > np.maximum(bound * (1 + _MARGIN), self._last[2])
+        out[self._nodes] = above > np.maximum(bound * (1 + _MARGIN), self._accepted[2])
         bad |= np.concatenate([out[table].any(axis=1) for table in (self._cells.triangles, self._cells.quads)])
-        self._looked_at, self._turning = points, self._against(points, found)
-        over = self._turning & ~self._turned
-        if not self.strict:
-            over = self._lost(points, over) if self.careful else np.zeros_like(over)
+        self._measured, self._turned = points, self._against(points, found)
+        over = self._turned & ~self._accepted_turned
+        if not self.forbid_turning:
+            over = self._on_other_sheets(points, over) if self.forbid_sheet_change else np.zeros_like(over)
         return np.asarray(bad | over)
 
     def accept(self) -> None:
-        """Take the surface that was looked at last for the one to go on from."""
-        self._last, self._turned, self._stood = self._seen, self._turning, self._below
+        """Go on from the surface that was measured last."""
+        self._accepted, self._accepted_turned, self._accepted_faces = self._distances, self._turned, self._centre_faces
 
     @property
-    def reached(self) -> float:
-        """Largest distance of the surface that was accepted last, both ways, where the run measures it."""
-        return float(max(distances.max(initial=0.0) for distances in self._last))
+    def largest_distance(self) -> float:
+        """Largest distance, both ways, of the surface that was accepted last, at the samples of a step."""
+        return float(max(distances.max(initial=0.0) for distances in self._accepted))
 
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
-        return self._turning if points is self._looked_at else self._against(points, self._below_centres(points))
+        return self._turned if points is self._measured else self._against(points, self._closest_to_centres(points))
 
-    def _lost(self, points: Floats, over: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _on_other_sheets(self, points: Floats, over: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(m,) cells turned over only because another sheet of the input is closest, not the one they came from."""
         ids = np.flatnonzero(over)
-        below = self._surface.walked(_centres(points, self._cells)[ids], self._stood[ids])
+        below = self._surface.closest_by_walk(_centres(points, self._cells)[ids], self._accepted_faces[ids])
         result = np.zeros_like(over)
         result[ids] = (area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
         return result
 
     def _against(self, points: Floats, below: ClosestPoints) -> NDArray[np.bool_]:
+        """(m,) cells whose normal points against that of the input, of which the closest points are given."""
         own = area_vectors(points, self._cells)
         turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
         # All facets that share the corners between which a place on an edge or at a node lies.
         offsets, incidences = self._corners
-        cells = np.flatnonzero(below.weights.min(axis=1) < _EDGE)
-        nodes, near = self._faces[below.faces[cells]], below.weights[cells] >= _EDGE
+        cells = np.flatnonzero(below.weights.min(axis=1) < _ON_EDGE)
+        nodes, near = self._faces[below.faces[cells]], below.weights[cells] >= _ON_EDGE
         first = nodes[np.arange(len(cells)), below.weights[cells].argmax(axis=1)]
         count = offsets[first + 1] - offsets[first]
         each = np.repeat(np.arange(len(cells)), count)
@@ -150,18 +155,18 @@ class InputSurface:
         turned[cells[each[against]]] = True
         return np.asarray(turned)
 
-    def _below_centres(self, points: Floats) -> ClosestPoints:
-        found = self._surface.closest(_centres(points, self._cells), self._below)
-        self._below = found.faces
+    def _closest_to_centres(self, points: Floats) -> ClosestPoints:
+        found = self._surface.closest(_centres(points, self._cells), self._centre_faces)
+        self._centre_faces = found.faces
         return found
 
     def _moved(self, points: Floats) -> SurfaceLocator:
-        return self._surface.moved(fan_triangles(points, self._cells)[0])
+        return self._surface.with_points(fan_triangles(points, self._cells)[0])
 
 
 def _walked(surface: SurfaceLocator, places: Floats, start: Ints, bound: float) -> tuple[Ints, Floats, Ints]:
-    """Faces where walks from others end; distances, exact beyond a bound, and the faces they are measured from."""
-    found = surface.walked(places, start)
+    """Faces where walks end; distances, exact beyond a bound, and the faces they are measured from."""
+    found = surface.closest_by_walk(places, start)
     distances, faces = found.distances, found.faces.copy()
     far = np.flatnonzero(distances > bound)
     exact = surface.closest(places[far], faces[far])
@@ -171,8 +176,7 @@ def _walked(surface: SurfaceLocator, places: Floats, start: Ints, bound: float) 
 
 def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
     """(f, 3, 3) normal of the patch at each corner of triangles: the same for all of a patch around a node."""
-    x = points[faces]
-    vectors = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    vectors = face_area_vectors(points, faces)
     key = faces + len(points) * patches[:, None]
     _, inverse = np.unique(key.ravel(), return_inverse=True)
     weights = (np.repeat(vectors[:, i], 3) for i in range(3))
@@ -187,18 +191,3 @@ def samples(points: Floats, cells: Cells) -> Floats:
 
 def _centres(points: Floats, cells: Cells) -> Floats:
     return np.concatenate([points[table].mean(axis=1) for table in cells.groups()])
-
-
-_NO_QUADS = np.empty((0, 4), dtype=np.int64)
-
-
-def fan_triangles(points: Floats, cells: Cells) -> tuple[Floats, Ints, Ints]:
-    """The surface in triangles (four around the centre of a quadrilateral), and the cell each belongs to."""
-    t, q = len(cells.triangles), len(cells.quads)
-    centres = len(points) + np.arange(q)
-    fans = [np.stack([cells.quads[:, i], cells.quads[:, (i + 1) % 4], centres], axis=1) for i in range(4)]
-    return (
-        np.concatenate([points, points[cells.quads].mean(axis=1)]),
-        np.concatenate([cells.triangles, *fans]),
-        np.concatenate([np.arange(t), *([t + np.arange(q)] * 4)]),
-    )

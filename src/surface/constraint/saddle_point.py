@@ -1,4 +1,4 @@
-"""One remeshing step: the saddle-point problem of the note, solved for the displacement.
+"""The saddle-point problem of the note, solved for the displacement of one step.
 
     min_v  E(f + v) + int rho <v, N~> - eps/2 int rho^2
 
@@ -10,24 +10,26 @@ and equation (18) of docs/mathematics.md.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from hexconformal.energy import BlockMatrix
+from hexconformal.geometry import simpson_mean
 
 from ..energy import Distortion
-from ..mesh import Cells, Floats, nodal_areas, transport_vectors
+from ..mesh import Cells, Floats, nodal_area_vectors, nodal_areas
 from .features import Features, held_projectors
 
-__all__ = ["NORMALS", "ConstrainedSystem", "displacement", "system"]
+__all__ = ["NORMALS", "ConstrainedSystem", "constrained_system", "constraint_normals", "displacement"]
 
 NORMALS = ("middle", "simpson", "linear")
-DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
-_ROUNDS = 20
-_SETTLED = 1e-10
-_MOST, _PRECISE = 300, 1e-6  # iterations of conjugate gradients, and their residual where no factorization fits
+_DIRECT = 120_000  # nodes up to which a sparse factorization is the faster one
+_PICARD_ITERATIONS, _PICARD_TOLERANCE = 20, 1e-10
+_CG_ITERATIONS, _CG_TOLERANCE = 300, 1e-6  # the tolerance only where no factorization fits
 
 
 def displacement(
@@ -50,7 +52,7 @@ def displacement(
         Relaxation of the constraint: an area for the quaternionic energy, a fourth power of a length for the
         barrier.
     normal
-        Where N~ is taken, see :func:`surface.mesh.geometry.transport_vectors`: "middle" and "simpson" depend on v and
+        Where N~ is taken, see :func:`constraint_normals`: "middle" and "simpson" depend on v and
         are iterated to a fixed point (Picard).
 
     Returns
@@ -61,17 +63,17 @@ def displacement(
     everybody = np.ones(len(points), dtype=bool)
     v = np.zeros_like(points)
     solved = 0
-    while solved < _ROUNDS:
+    while solved < _PICARD_ITERATIONS:
         solved += 1
-        linear = system(hessian, points, v, cells, features, eps, normal, everybody)
-        before, v = v, linear.solved(-gradient)
+        system = constrained_system(hessian, points, v, cells, features, eps, normal, everybody)
+        before, v = v, system.solve_directly(-gradient)
         change = np.abs(v - before).max(initial=0.0)
-        if normal == "linear" or change <= _SETTLED * np.abs(v).max(initial=0.0):
+        if normal == "linear" or change <= _PICARD_TOLERANCE * np.abs(v).max(initial=0.0):
             break
     return v, solved
 
 
-def system(
+def constrained_system(
     hessian: sparse.bsr_matrix,
     points: Floats,
     v: Floats,
@@ -82,8 +84,29 @@ def system(
     moving: NDArray[np.bool_],
 ) -> ConstrainedSystem:
     """The linear system of equation (18), with the normal N~ and the tangents of curves for a displacement v."""
-    held = held_projectors(transport_vectors(points, points + v, cells, normal), points + v / 2, features)
+    held = held_projectors(constraint_normals(points, points + v, cells, normal), points + v / 2, features)
     return ConstrainedSystem(hessian, held, nodal_areas(points, cells) / eps, moving)
+
+
+def constraint_normals(points: Floats, moved: Floats, cells: Cells, normal: str = "middle") -> Floats:
+    """(n, 3) nodal area vectors N~ that a displacement should be orthogonal to.
+
+    Parameters
+    ----------
+    points, moved
+        (n, 3) positions before and after.
+    cells
+        The cells.
+    normal
+        "linear": of the old surface; "middle": of the half-way surface (Gruber & Aulisa: the difference vector is
+        orthogonal to it to third order); "simpson": (N0 + 4 N_half + N1) / 6, whose flux is exactly the change of
+        the enclosed volume, because the volume is a cubic polynomial along the way; equation (19).
+    """
+    if normal == "linear":
+        return nodal_area_vectors(points, cells)
+    if normal == "middle":
+        return nodal_area_vectors((points + moved) / 2, cells)
+    return simpson_mean(partial(nodal_area_vectors, cells=cells), points, moved)
 
 
 class ConstrainedSystem:
@@ -118,7 +141,7 @@ class ConstrainedSystem:
             diagonal = np.flatnonzero(hessian.indices[lower] == rows[lower])
             self._data[diagonal] += (held * stiffness[:, None, None])[rows[lower][diagonal]]
 
-    def solve(self, rhs: Floats, tolerance: float, moving: NDArray[np.bool_] | None = None) -> Floats:
+    def solve_iteratively(self, rhs: Floats, tolerance: float, moving: NDArray[np.bool_] | None = None) -> Floats:
         """(n, 3) solution by conjugate gradients with a symmetric block Gauss-Seidel preconditioner.
 
         The residual is `tolerance` in the norm of the preconditioner; only some nodes may move.
@@ -126,13 +149,13 @@ class ConstrainedSystem:
         projectors = self._projectors if moving is None else self._projectors * moving[:, None, None]
         matrix = BlockMatrix(*self._pattern)
         matrix.data[:] = self._data
-        return matrix.solve(rhs, projectors, tolerance, _MOST, 1e-9)[0]
+        return matrix.solve(rhs, projectors, tolerance, _CG_ITERATIONS, 1e-9)[0]
 
-    def solved(self, rhs: Floats) -> Floats:
-        """(n, 3) solution by a sparse factorization, for ordinary sizes, where all held directions have a stiffness."""
+    def solve_directly(self, rhs: Floats) -> Floats:
+        """(n, 3) solution by a sparse factorization up to 120 000 nodes; all held directions must have a stiffness."""
         indptr, indices = self._pattern
-        if np.count_nonzero(np.diff(indptr)) > DIRECT:
-            return self.solve(rhs, _PRECISE)
+        if np.count_nonzero(np.diff(indptr)) > _DIRECT:
+            return self.solve_iteratively(rhs, _CG_TOLERANCE)
         rows = np.repeat(np.arange(len(rhs)), np.diff(indptr))
         data = np.where((indices == rows)[:, None, None], 0.5 * self._data, self._data)
         lower = sparse.bsr_matrix((data, indices, indptr), shape=(rhs.size, rhs.size))

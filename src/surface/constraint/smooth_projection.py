@@ -1,4 +1,4 @@
-"""The surface to stay on: closest points on the input, smoothed between its nodes.
+"""Projection onto the input surface, smoothed between its nodes.
 
 A node that slides on flat facets cuts their edges, and the volume shrinks. So the target bulges over each facet as
 its corner normals say: p* = p + 1/2 sum_a lambda_a <x_a - p, n_a> n_a (Boubekeur & Alexa 2008, with the factor that
@@ -14,13 +14,13 @@ from hexconformal.geometry import closest_on_triangle
 from hexconformal.kernel import add, algebra, combine, dot, loop, parallel_ranges, scale, subtract
 from hexconformal.mesh import corner_incidences
 
-from ..mesh import Cells, Floats, Ints, unit_vectors
+from ..mesh import Cells, Floats, Ints, fan_triangles, unit_vectors
 from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
-from .input_surface import corner_normals, fan_triangles
+from .input_surface import corner_normals
 
 __all__ = ["SmoothProjection"]
 
-_STEPS = 60  # facets a node may walk over in one projection
+_MOST_FACETS = 60  # facets a node may walk over in one projection
 
 
 @algebra
@@ -32,7 +32,7 @@ def _row(array, i):  # type: ignore[no-untyped-def]
 def _nearest(query, place, points, facets, labels, offsets, incidences, best):  # type: ignore[no-untyped-def]
     """Walk from a facet to neighbours of the same label while that helps; weights of the closest point in `best`."""
     nearest, here, start = np.inf, place, -1
-    for _ in range(_STEPS):
+    for _ in range(_MOST_FACETS):
         if here == start:
             break
         start = here
@@ -84,7 +84,7 @@ def _bulging(first, last, points, facets, normals, labels, offsets, incidences, 
 
 
 class SmoothProjection:
-    """The input surface with its feature curves, and where on it each node is.
+    """The input surface with its feature curves, to project nodes onto it.
 
     Parameters
     ----------
@@ -92,6 +92,13 @@ class SmoothProjection:
         The input; a quadrilateral counts as four triangles around its centre.
     features
         Its curves and patches: a node on a curve stays on it, a smooth node in its patch.
+
+    Attributes
+    ----------
+    facets
+        (f, 3) triangles of the input, and behind them the edges of its curves, whose last node comes twice.
+    node_facets
+        (n,) the facet that each node lies on, where its next projection begins; -1 for nodes without a cell.
     """
 
     def __init__(self, points: Floats, cells: Cells, features: Features) -> None:
@@ -103,16 +110,16 @@ class SmoothProjection:
         curves = features.edges[:, [0, 1, 1]]
         tangents = self._curve_tangents(features)
         self.facets = np.concatenate([faces, curves])
-        self._labels = np.concatenate([patches, features.chains + patches.max(initial=0) + 1])
+        self._labels = np.concatenate([patches, features.curves + patches.max(initial=0) + 1])
         self._normals = np.concatenate([normals, tangents])
         self._offsets, self._incidences = corner_incidences(self.facets, len(self.points))
         self._kind = features.kind
-        self.places = self._first_places(count, len(faces))
-        self._asked: Floats | None = None
+        self.node_facets = self._first_facets(count, len(faces))
+        self._base: Floats | None = None
 
     def project(self, queries: Floats) -> tuple[Floats, Ints, Floats]:
         """Closest points of all nodes (n, 3), found by walking from where they are, their facets, and normals there."""
-        results, places, normals = np.empty_like(queries), self.places.copy(), np.empty_like(queries)
+        results, places, normals = np.empty_like(queries), self.node_facets.copy(), np.empty_like(queries)
         parallel_ranges(
             _bulging, len(queries), self.points, self.facets, self._normals, self._labels, self._offsets,
             self._incidences, np.ascontiguousarray(queries), places, results, normals,
@@ -120,12 +127,12 @@ class SmoothProjection:
         results[self._kind == CORNER] = self.points[: len(queries)][self._kind == CORNER]
         return results, places, normals
 
-    def below(self, base: Floats) -> tuple[Floats, Floats]:
-        """Closest points of where all nodes stand, and normals there; the same array is looked up once."""
-        if self._asked is not base:
+    def foot_points(self, base: Floats) -> tuple[Floats, Floats]:
+        """Closest points of all nodes (n, 3) and normals there, kept until they are wanted of another array."""
+        if self._base is not base:
             results, _, normals = self.project(base)
-            self._asked, self._answer = base, (results, normals)
-        return self._answer
+            self._base, self._foot_points = base, (results, normals)
+        return self._foot_points
 
     def _curve_tangents(self, features: Features) -> Floats:
         """(e, 3, 3) tangent of the curve at both ends of each of its edges, the last one twice."""
@@ -138,7 +145,7 @@ class SmoothProjection:
         ends = [np.where(inside[edges[:, i], None], tangents[edges[:, i]], direction) for i in (0, 1)]
         return np.stack([ends[0], ends[1], ends[1]], axis=1)
 
-    def _first_places(self, count: int, faces: int) -> Ints:
+    def _first_facets(self, count: int, faces: int) -> Ints:
         """A facet at each node, of a curve where it lies on one; -1 for nodes without a cell."""
         places = np.full(count, -1)
         for facets, start, kinds in ((slice(0, faces), 0, (SMOOTH, CORNER)), (slice(faces, None), faces, (CURVE,))):

@@ -1,19 +1,19 @@
-"""The conformal distortion of a surface (15), its barrier (16), and what cells shall be conformal to.
+"""The conformal distortion of a surface (15), its barrier (16), and what cells should be conformal to.
 
-Belongs here: energies with derivatives, reference shapes. Imports `hexconformal.common`, `hexconformal.kernel`,
+Belongs here: energies with derivatives, target shapes. Imports `hexconformal.common`, `hexconformal.kernel`,
 `hexconformal.mesh` and `mesh`.
 """
 
 from .barrier import Barrier
 from .distortion_energy import ENERGIES, Distortion, Quaternionic, corner_frames
-from .reference import REFERENCES, reference_shapes
+from .target import TARGETS, target_shapes
 
 __all__ = [
     "ENERGIES",
-    "REFERENCES",
+    "TARGETS",
     "Barrier",
     "Distortion",
     "Quaternionic",
     "corner_frames",
-    "reference_shapes",
+    "target_shapes",
 ]

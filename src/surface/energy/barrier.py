@@ -12,10 +12,10 @@ from .distortion_energy import Distortion, corner_frames
 __all__ = ["Barrier"]
 
 _TINY = 1e-300
-_SOFT = 4.0  # regularisation over the negative area: less is too stiff to turn a cell round
-_FLOOR = 0.02  # of a frame upside down, relative to its size
-_STIFFNESS = 0.1  # out of the plane, of that against a normal that stays
-_LIFTED, _MOST = 2.0, 100.0  # density that counts twice where the worst are lifted, and how often any may count
+_REGULARIZATION = 4.0  # over the negative area: less is too stiff to turn a cell round
+_SMALLEST_AREA = 0.02  # relative to the size of a frame: below it the area is regularised
+_TILT_STIFFNESS = 0.1  # out of the plane, of that against a normal that stays
+_DOUBLED, _LARGEST_FACTOR = 2.0, 100.0  # density that counts twice with `emphasize_worst`, and the most any may count
 
 
 class Barrier(Distortion):
@@ -28,24 +28,24 @@ class Barrier(Distortion):
     ----------
     cells, shapes, count
         See :class:`Distortion`.
-    mildness, severity
-        m and c in m (sqrt(1 + 2 g / m) - 1) + c g^3 / 3, the density of a cell of distortion g. Beyond m it grows as
-        the angles that are lost, so that a cell between others of other shapes does not spoil them all; the cube keeps
-        the worst cells from paying for that. By default the distortion itself.
+    m, c
+        Of the density phi(e) = m (sqrt(1 + 2 e / m) - 1) + c e^3 / 3 of a cell of distortion e, equation (16). Beyond m
+        it grows as the angles that are lost, so that a cell between others of other shapes does not spoil them all; the
+        cube keeps the worst cells from paying for that. By default the distortion itself.
 
     Attributes
     ----------
     normals
         (f, 3) unit normals of the frames, or None: each cell's own.
-    regular
-        (f,) by how much the area a = <N, f1 x f2> of a frame is regularised, (a + sqrt(a^2 + e^2)) / 2, so that a
+    regularization
+        (f,) r, by how much the area a = <N, f1 x f2> of a frame is regularised, (a + sqrt(a^2 + r^2)) / 2, so that a
         frame upside down has a finite density; 0 is the barrier.
-    lift
-        Whether the worst frames count more, not less, than their density; see :meth:`settle`.
-    ease
-        Factor of the mildness: large at first, since a mild energy hardly sees how to unfold a cell.
+    emphasize_worst
+        Whether the worst frames count more, not less, than their density; see :meth:`adapt`.
+    continuation
+        Factor of m: large at first, since with a small m the energy hardly sees how to unfold a cell.
     cap
-        Density from which on a frame counts less; see :meth:`settle`.
+        Density from which on a frame counts less; see :meth:`adapt`.
     damping
         (f,) or one number, added to the second derivative, relative to that of the frozen density.
     """
@@ -55,100 +55,95 @@ class Barrier(Distortion):
         cells: Cells,
         shapes: tuple[Floats, Floats],
         count: int,
-        mildness: float = np.inf,
-        severity: float = 0.0,
+        m: float = np.inf,
+        c: float = 0.0,
     ) -> None:
         super().__init__(corner_frames(cells, shapes), count)
-        self._mildness, self._severity = mildness, severity
+        self._m, self._c = m, c
         self.damping: float | Floats = 0.0
-        self.lift = False
-        self.ease, self.cap = 1.0, np.inf
+        self.emphasize_worst = False
+        self.continuation, self.cap = 1.0, np.inf
         self.normals: Floats | None = None
-        self.regular = np.zeros(len(self.frames.nodes))
+        self.regularization = np.zeros(len(self.frames.nodes))
         self._weights = self.frames.weights
 
-    def areas(self, points: Floats) -> Floats:
-        """(f,) signed area <N, f1 x f2> of every frame, relative to the mean square of f1 and f2: 1 is perfect."""
-        f1, f2 = self.frames.derivatives(points)
-        size = 0.5 * (dot(f1, f1) + dot(f2, f2))
-        return np.asarray(dot(self._upward(f1, f2), cross(f1, f2)) / np.maximum(size, _TINY))
-
-    def renew(self, points: Floats, normals: Floats, gain: float) -> None:
-        """Take new normals, those of which the energy falls or rises least first, as far as it rises by `gain`."""
+    def update_normals(self, points: Floats, normals: Floats, largest_rise: float) -> None:
+        """Take new normals, those that lower the energy first, as far as it rises by `largest_rise` at most."""
         kept, self.normals = self.normals, normals
-        if kept is None or gain == np.inf:
+        if kept is None or largest_rise == np.inf:
             return
         rise = self.densities(points)
         self.normals = kept
         rise -= self.densities(points)
         order = np.argsort(rise)
-        taken = order[np.cumsum(rise[order]) <= gain]
+        taken = order[np.cumsum(rise[order]) <= largest_rise]
         self.normals = kept.copy()
         self.normals[taken] = normals[taken]
 
-    def own(self, points: Floats) -> float:
+    def value_at_own_normals(self, points: Floats) -> float:
         """The energy against the cells' own normals, where what is beyond the cap counts by its logarithm only."""
         kept, self.normals = self.normals, None
         relative = self.densities(points) / self._weights
         self.normals = kept
         return float((self.frames.weights * self.cap * np.log1p(relative / self.cap)).sum())
 
-    def settle(self, points: Floats) -> None:
-        """Suit the energy to these points.
+    def adapt(self, points: Floats) -> None:
+        """Adapt the energy to these points: its regularization and the weights of the frames.
 
         Frames upside down, or nearly so, are regularised. The worst are kept from outweighing the rest; or, where
-        they are to be lifted, they count in proportion to how bad they are, which makes the energy of higher order.
+        they are emphasized, they count in proportion to how bad they are, which makes the energy of higher order.
         """
         f1, f2 = self.frames.derivatives(points)
-        area = np.asarray(dot(self._upward(f1, f2), cross(f1, f2)))
+        area = np.asarray(dot(self._normals_at(f1, f2), cross(f1, f2)))
         size = 0.5 * (dot(f1, f1) + dot(f2, f2))
-        self.regular = np.where(area > _FLOOR * size, 0.0, np.hypot(_SOFT * area, _FLOOR * size))
+        self.regularization = np.where(
+            area > _SMALLEST_AREA * size, 0.0, np.hypot(_REGULARIZATION * area, _SMALLEST_AREA * size)
+        )
         self._weights = self.frames.weights
         relative = self.densities(points) / self._weights
-        if self.lift:
-            self._weights = self._weights * (1 + np.minimum(relative / _LIFTED, _MOST))
+        if self.emphasize_worst:
+            self._weights = self._weights * (1 + np.minimum(relative / _DOUBLED, _LARGEST_FACTOR))
         else:
             self._weights = self._weights / (1 + relative / self.cap)
 
     def densities(self, points: Floats) -> Floats:
         f1, f2 = self.frames.derivatives(points)
-        n = self._upward(f1, f2)
-        area, _ = self._positive(np.asarray(dot(n, cross(f1, f2))))
+        n = self._normals_at(f1, f2)
+        area, _ = self._regularized(np.asarray(dot(n, cross(f1, f2))))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            g = plane_density(f1, f2, n) / area
-            g = self._counted(g)[0]
-        return np.asarray(self._weights * np.where(area > 0, g, np.inf))
+            phi = self._phi(plane_density(f1, f2, n) / area)[0]
+        return np.asarray(self._weights * np.where(area > 0, phi, np.inf))
 
-    def slopes(self, points: Floats) -> tuple[Vector, Vector]:
+    def density_gradients(self, points: Floats) -> tuple[Vector, Vector]:
         f1, f2 = self.frames.derivatives(points)
-        n = self._upward(f1, f2)
-        area, change = self._positive(np.asarray(dot(n, cross(f1, f2))))
+        n = self._normals_at(f1, f2)
+        area, change = self._regularized(np.asarray(dot(n, cross(f1, f2))))
         g1, g2 = plane_gradient(f1, f2, n)
         ratio = plane_density(f1, f2, n) / area
-        s = self._weights * self._counted(ratio)[1] / area
+        s = self._weights * self._phi(ratio)[1] / area
         ratio = ratio * change
         return (
             scale(s, subtract(g1, scale(ratio, cross(f2, n)))),
             scale(s, subtract(g2, scale(ratio, cross(n, f1)))),
         )
 
-    def _upward(self, f1: Vector, f2: Vector) -> Vector:
+    def _normals_at(self, f1: Vector, f2: Vector) -> Vector:
         if self.normals is None:
             return plane_normal(f1, f2)
         return (self.normals[:, 0], self.normals[:, 1], self.normals[:, 2])
 
-    def _counted(self, g: Floats) -> tuple[Floats, Floats, Floats]:
-        """The density of cells of distortion g, with its first and second derivative."""
-        m, c = self.ease * self._mildness, self._severity
-        root = np.sqrt(1 + 2 * g / m)
-        return 2 * g / (1 + root) + c * g**3 / 3, 1 / root + c * g**2, 2 * c * g - 1 / (m * root**3)
+    def _phi(self, e: Floats) -> tuple[Floats, Floats, Floats]:
+        """Density phi of cells of distortion e, equation (16), with its first and second derivative."""
+        m, c = self.continuation * self._m, self._c
+        root = np.sqrt(1 + 2 * e / m)
+        return 2 * e / (1 + root) + c * e**3 / 3, 1 / root + c * e**2, 2 * c * e - 1 / (m * root**3)
 
-    def _positive(self, area: Floats) -> tuple[Floats, Floats]:
+    def _regularized(self, area: Floats) -> tuple[Floats, Floats]:
         """The regularised area and its derivative."""
-        root = np.sqrt(area**2 + self.regular**2)
+        root = np.sqrt(area**2 + self.regularization**2)
         return 0.5 * (area + root), 0.5 * (1 + area / np.maximum(root, _TINY))
 
-    def second(self, points: Floats) -> Floats:
+    def density_hessians(self, points: Floats) -> Floats:
         """The part of positive curvature of the second derivative, in closed form.
 
         With a = (f1 - N x f2) / 2 and b = (f1 + N x f2) / 2 in the plane of N, the conformal and anticonformal
@@ -157,9 +152,9 @@ class Barrier(Distortion):
         positive curvature.
         """
         f1, f2 = self.frames.derivatives(points)
-        n = self._upward(f1, f2)
-        area, change = self._positive(np.asarray(dot(n, cross(f1, f2))))
-        _, slope, bend = self._counted(plane_density(f1, f2, n) / area)
+        n = self._normals_at(f1, f2)
+        area, change = self._regularized(np.asarray(dot(n, cross(f1, f2))))
+        _, slope, bend = self._phi(plane_density(f1, f2, n) / area)
         w = self._weights * slope
         f1, f2 = (subtract(f, scale(dot(f, n), n)) for f in (f1, f2))
         turned = cross(n, f2)
@@ -194,14 +189,14 @@ class Barrier(Distortion):
         square = self._weights * np.maximum(bend, 0.0) * (8 * alpha * beta / area**2) ** 2
         result += np.einsum("f,if,jf->fij", square, gradient, gradient)
         # Of a regularised frame the frozen density's, and the curvature of 1 / area.
-        folded = np.flatnonzero(self.regular > 0)
+        folded = np.flatnonzero(self.regularization > 0)
         if len(folded):
             along = np.concatenate([np.stack(cross(f2, n)), np.stack(cross(n, f1))])[:, folded]
             dip = w * 8 * beta**2 * 2 * change**2 / area**3
             result[folded] = np.einsum("f,if,jf->fij", dip[folded], along, along)
             result[folded] += (w * 4 / area)[folded, None, None] * np.eye(6)
         # Out of the plane a frozen normal gives 4 / area, but it turns with a cell that travels round a bend.
-        normal = np.einsum("f,if,jf->fij", w * _STIFFNESS * 4 / area, np.stack(n), np.stack(n))
+        normal = np.einsum("f,if,jf->fij", w * _TILT_STIFFNESS * 4 / area, np.stack(n), np.stack(n))
         result[:, :3, :3] += normal
         result[:, 3:, 3:] += normal
         result[:, range(6), range(6)] += (self.damping * 4 * w / area)[:, None]

@@ -27,7 +27,7 @@ from hexconformal.kernel import (
     plane_normal,
     scale,
 )
-from hexconformal.mesh import corner_incidences, find, node_pattern
+from hexconformal.mesh import binary_search, corner_incidences, node_pattern
 
 from ..mesh import Cells, Floats, Ints, corner_triangles
 
@@ -39,7 +39,7 @@ _GAUSS = 0.5 + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(12.0)
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Where derivatives are taken.
+    """Points of cells at which derivatives are taken, with their nodes, weights and cells.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ def _blocks(first, last, nodes, gradients, second, offsets, incidences, indptr, 
         for k in range(offsets[node], offsets[node + 1]):
             frame, a = incidences[k] // width, incidences[k] % width
             for b in range(width):
-                place = find(indices, indptr[node], indptr[node + 1], nodes[frame, b])
+                place = binary_search(indices, indptr[node], indptr[node + 1], nodes[frame, b])
                 for i in range(2):
                     for j in range(2):
                         weight = gradients[frame, a, i] * gradients[frame, b, j]
@@ -137,7 +137,7 @@ class Distortion:
     cells
         The cells.
     shapes
-        Their perfect shapes, see :func:`surface.energy.reference.reference_shapes`.
+        Their perfect shapes, see :func:`surface.energy.target.target_shapes`.
     count
         Number of nodes n.
     """
@@ -154,11 +154,11 @@ class Distortion:
         """(f,) weighted densities, whose sum is the energy."""
         raise NotImplementedError
 
-    def slopes(self, points: Floats) -> tuple[Vector, Vector]:
+    def density_gradients(self, points: Floats) -> tuple[Vector, Vector]:
         """Derivatives of the weighted densities with respect to f1 and f2."""
         raise NotImplementedError
 
-    def second(self, points: Floats) -> Floats:
+    def density_hessians(self, points: Floats) -> Floats:
         """(f, 6, 6) positive semidefinite second derivatives of the weighted densities in (f1, f2)."""
         raise NotImplementedError
 
@@ -168,7 +168,7 @@ class Distortion:
 
     def gradient(self, points: Floats) -> Floats:
         """(n, 3) derivative of the energy."""
-        g1, g2 = (np.stack(g, axis=1) for g in self.slopes(points))
+        g1, g2 = (np.stack(g, axis=1) for g in self.density_gradients(points))
         b = self.frames.gradients
         forces = b[:, :, :1] * g1[:, None] + b[:, :, 1:] * g2[:, None]
         result = np.empty((self._count, 3))
@@ -182,14 +182,14 @@ class Distortion:
         data = np.empty((len(indices), 3, 3))
         frames = self.frames
         parallel_ranges(
-            _blocks, self._count, frames.nodes, frames.gradients, self.second(points), *self._incidences, indptr,
-            indices, data,
+            _blocks, self._count, frames.nodes, frames.gradients, self.density_hessians(points), *self._incidences,
+            indptr, indices, data,
         )  # fmt: skip
         return sparse.bsr_matrix((data, indices, indptr), shape=(3 * self._count, 3 * self._count))
 
 
 class Quaternionic(Distortion):
-    """The note's conformal distortion int |*df - N df|^2 over the reference domain.
+    """The conformal distortion of the note int |*df - N df|^2 over the reference domain.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ class Quaternionic(Distortion):
         f1, f2 = self.frames.derivatives(points)
         return np.asarray(self._weights * plane_density(f1, f2, plane_normal(f1, f2)))
 
-    def slopes(self, points: Floats) -> tuple[Vector, Vector]:
+    def density_gradients(self, points: Floats) -> tuple[Vector, Vector]:
         f1, f2 = self.frames.derivatives(points)
         g1, g2 = plane_gradient(f1, f2, plane_normal(f1, f2))
         return scale(self._weights, g1), scale(self._weights, g2)
@@ -222,7 +222,7 @@ class Quaternionic(Distortion):
         f1, f2 = self.frames.derivatives(points)
         return plane_normal(f1, f2)
 
-    def second(self, points: Floats) -> Floats:
+    def density_hessians(self, points: Floats) -> Floats:
         """Second derivative with the normals frozen: its quadratic model lies above the energy everywhere."""
         n = self.normals(points)
         result = np.empty((len(self._weights), 6, 6))

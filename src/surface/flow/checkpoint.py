@@ -1,4 +1,4 @@
-"""A flow in a file, or a folder: a run that goes on from a checkpoint equals the one that never stopped."""
+"""Checkpoints of a flow: a run that is resumed from one equals the run that never stopped."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hexconformal.runs import RunState, load_state, problem_of, save_state
+from hexconformal.runs import RunState, load_state, run_fingerprint, save_state
 
 from ..io import as_pyvista, write
 from .evolve import Evolution
@@ -19,7 +19,7 @@ __all__ = ["FlowRun", "load", "save"]
 
 
 def save(path: str | os.PathLike[str], run: Evolution) -> None:
-    """Write where a run stands.
+    """Write the state of a run.
 
     Parameters
     ----------
@@ -34,16 +34,16 @@ def save(path: str | os.PathLike[str], run: Evolution) -> None:
         If the file cannot be written; an older one is still there then.
     """
     flow = FlowRun(run)
-    save_state(path, flow.version, flow.problem, flow.state())
+    save_state(path, flow.version, flow.fingerprint, flow.state())
 
 
 def load(path: str | os.PathLike[str], run: Evolution) -> None:
-    """Set a run to where the checkpoint stands.
+    """Set a run to the state of a checkpoint.
 
     Parameters
     ----------
     path
-        What :func:`surface.flow.save` has written.
+        The file that :func:`surface.flow.save` has written.
     run
         A run made for the same surface and flow, not begun yet.
 
@@ -55,7 +55,7 @@ def load(path: str | os.PathLike[str], run: Evolution) -> None:
         If it belongs to another surface or flow.
     """
     flow = FlowRun(run)
-    flow.resume(load_state(path, flow.version, flow.problem, flow.others))
+    flow.resume(load_state(path, flow.version, flow.fingerprint, flow.other_runs))
 
 
 class FlowRun:
@@ -67,7 +67,7 @@ class FlowRun:
         The flow.
     """
 
-    version, record, others = 2, Record, "another surface or another flow"
+    version, record, other_runs = 3, Record, "another surface or another flow"
 
     def __init__(self, run: Evolution) -> None:
         self._run = run
@@ -84,23 +84,23 @@ class FlowRun:
         return self._run.time
 
     @property
-    def problem(self) -> str:
-        """What has to be the same: input, energy, constraints."""
+    def fingerprint(self) -> str:
+        """A text that identifies input, energy and constraints, with which a checkpoint must agree."""
         mesh = self._run.mesh
-        return problem_of(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
+        return run_fingerprint(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
 
     def __iter__(self) -> Iterator[RunState]:
         for moment in self._run:
             self._moment, record = moment, moment.record
-            wanted = record.time in self._run.stepping.outputs
-            yield RunState(record.step, record.time, partial(_frame, moment), record, wanted)
+            frame_wanted = record.time in self._run.stepping.outputs
+            yield RunState(record.step, record.time, partial(_frame, moment), record, frame_wanted)
 
     def state(self) -> dict[str, Any]:
-        """Where the run stands."""
+        """The state of the run."""
         return self._run.state()
 
     def resume(self, state: Mapping[str, Any]) -> None:
-        """Go on from there."""
+        """Go on from a state."""
         self._run.resume(state)
 
     def write(self, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""How a flow is followed, and what is said of every step."""
+"""Options of a flow, and the record of a step."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class Record:
     energy
         After it.
     remesh_jump
-        What remeshing before the step added to the energy; nan where there was none.
+        Energy that remeshing before the step has added; nan where there was none.
     area, volume
         Of the surface; the volume of an open one is that of the cone over it.
     reduced_volume
@@ -123,7 +123,7 @@ class Record:
     conserved_error
         Largest relative deviation of what is conserved.
     halvings
-        How often the step had to be halved.
+        Number of times that the step had to be halved.
     """
 
     step: int

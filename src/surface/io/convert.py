@@ -7,14 +7,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import MeshError
-from hexconformal.io import MeshioOrigin, PyvistaOrigin, Selection, SourceFile, cell_offsets, to_pyvista
+from hexconformal.common import MeshError, first_ids
+from hexconformal.io import MeshioOrigin, PyvistaOrigin, Selection, SourceFile, cell_nodes, cell_offsets, to_pyvista
 from hexconformal.mesh import checked_points
 
 from ..mesh import ArraysOrigin, Cells, Ints, SurfaceMesh
-from .polygons import Polygons
 
-__all__ = ["as_pyvista", "carried", "from_arrays", "from_meshio", "from_pyvista", "in_runs", "polydata", "polygons"]
+__all__ = [
+    "as_pyvista",
+    "from_arrays",
+    "from_meshio",
+    "from_pyvista",
+    "meshio_in_cell_order",
+    "with_library_origin",
+]
 
 _CORNERS = {"triangle": 3, "quad": 4}
 _TRIANGLE, _QUAD = 5, 9
@@ -75,7 +81,7 @@ def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, 
     if other.any():
         kinds = zip(*np.unique(types[other], return_counts=True), strict=True)
         names = ", ".join(f"{count} {pv.CellType(code).name.lower()}" for code, count in kinds)
-        raise MeshError(f"cells of other types: {names}; {_ADVICE}")
+        raise MeshError(f"cells of other types: {first_ids(np.flatnonzero(other))}, namely {names}; {_ADVICE}")
     places = [np.flatnonzero(types == code) for code in (_TRIANGLE, _QUAD)]
     tables = [nodes[offsets[rows][:, None] + np.arange(k)] for rows, k in zip(places, (3, 4), strict=True)]
     rows = np.concatenate(places)
@@ -85,52 +91,19 @@ def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, 
     return SurfaceMesh(np.asarray(grid.points), Cells(*tables), point_data, cell_data, origin, rows)
 
 
-def carried(mesh: SurfaceMesh) -> Any:
+def with_library_origin(mesh: SurfaceMesh) -> Any:
     """The mesh as :mod:`hexconformal.io.convert` takes it, with an origin whatever it was made from."""
     if isinstance(mesh.origin, (MeshioOrigin, PyvistaOrigin)):
-        return mesh.carried(mesh.origin)
-    return mesh.carried(PyvistaOrigin(_plain_grid(mesh), _selection(np.arange(len(mesh.cells)))))
+        return mesh.for_origin(mesh.origin)
+    return mesh.for_origin(PyvistaOrigin(_plain_grid(mesh), _selection(np.arange(len(mesh.cells)))))
 
 
 def as_pyvista(mesh: SurfaceMesh) -> Any:
     """A new unstructured grid of pyvista that holds all of a surface."""
-    return to_pyvista(carried(mesh))[0].cast_to_unstructured_grid()
+    return to_pyvista(with_library_origin(mesh))[0].cast_to_unstructured_grid()
 
 
-def polygons(grid: Any) -> tuple[Polygons, list[str]]:
-    """The faces of a grid in their order, and what is left out."""
-    face = np.isin(grid.celltypes, (5, 9))
-    rows = np.flatnonzero(face)
-    point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
-    cell_data = {name: np.asarray(grid.cell_data[name])[rows] for name in grid.cell_data}
-    lost = [f"field data {name!r}" for name in grid.field_data]
-    if not face.all():
-        lost.append(f"{int((~face).sum())} vertices and lines")
-    return Polygons(np.asarray(grid.points, np.float64), *_ragged(grid, rows), point_data, cell_data), lost
-
-
-def polydata(grid: Any) -> Any:
-    """PolyData, which has vertices first, then lines, then faces in their order."""
-    import pyvista as pv
-
-    places = [np.flatnonzero(np.isin(grid.celltypes, codes)) for codes in ((1, 2), (3, 4), (5, 9))]
-    parts = []
-    for rows in places:
-        sizes, nodes = _ragged(grid, rows)
-        parts.append(np.insert(nodes, np.cumsum(sizes) - sizes, sizes) if len(rows) else None)
-    verts, lines, faces = parts
-    result = pv.PolyData(np.array(grid.points), faces=faces, lines=lines, verts=verts)
-    order = np.concatenate(places)
-    for name in grid.point_data:
-        result.point_data.set_array(np.asarray(grid.point_data[name]), name)
-    for name in grid.cell_data:
-        result.cell_data.set_array(np.asarray(grid.cell_data[name])[order], name)
-    for name in grid.field_data:
-        result.field_data.set_array(grid.field_data[name], name)
-    return result
-
-
-def in_runs(grid: Any) -> tuple[Any, list[str]]:
+def meshio_in_cell_order(grid: Any) -> tuple[Any, list[str]]:
     """A meshio.Mesh with a block for every run of cells of one type, which keeps their order, and what is left out."""
     import meshio
 
@@ -141,7 +114,7 @@ def in_runs(grid: Any) -> tuple[Any, list[str]]:
     if len(rows) < len(types):
         lost.append(f"{len(types) - len(rows)} lines and vertices of several points in one cell")
     runs = np.split(rows, np.flatnonzero(np.diff(types[rows])) + 1)
-    blocks = [(_TYPES[int(types[run[0]])], _ragged(grid, run)[1].reshape(len(run), -1)) for run in runs]
+    blocks = [(_TYPES[int(types[run[0]])], cell_nodes(grid, run)[1].reshape(len(run), -1)) for run in runs]
     mesh = meshio.Mesh(
         np.array(grid.points, dtype=np.float64),
         blocks,
@@ -180,11 +153,3 @@ def _table(parts: list[Any], width: int) -> Ints:
         if array.ndim != 2 or array.shape[1] != width:
             raise MeshError(f"cells must be integer arrays (m, {width}), not {array.shape}")
     return np.concatenate(arrays).astype(np.int64) if arrays else np.empty((0, width), dtype=np.int64)
-
-
-def _ragged(grid: Any, rows: Any) -> tuple[Any, Any]:
-    """Sizes of some cells, and their nodes in a row."""
-    offsets = cell_offsets(grid)
-    sizes = np.diff(offsets)[rows]
-    places = np.repeat(offsets[rows] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
-    return sizes, np.asarray(grid.cell_connectivity, dtype=np.int64)[places]

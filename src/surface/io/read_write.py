@@ -1,4 +1,4 @@
-"""Where surfaces come in, from files and other libraries, and go out, with what a format cannot keep."""
+"""Surfaces from files and other libraries, and to files, with what a format cannot keep."""
 
 from __future__ import annotations
 
@@ -6,33 +6,22 @@ import os
 from pathlib import Path
 from typing import Any
 
-from hexconformal.common import OptionError, check_writable, reading, saving
-from hexconformal.io import (
-    MeshioOrigin,
-    SourceFile,
-    read_meshio,
-    read_vtk,
-    to_pyvista,
-    write_meshio,
-    write_vtk,
-)
+from hexconformal.common import OptionError, check_writable, reading, save_atomically
+from hexconformal.io import FORMATS, MeshioOrigin, library_of, to_pyvista
 
 from ..mesh import SurfaceMesh
-from .convert import carried, from_arrays, from_meshio, from_pyvista, in_runs, polydata, polygons
-from .ply import read_ply, write_ply
-from .polygons import read_obj, read_off, read_stl, write_obj, write_off, write_stl
+from .convert import (
+    from_arrays,
+    from_meshio,
+    from_pyvista,
+    meshio_in_cell_order,
+    with_library_origin,
+)
 
 __all__ = ["EXTENSIONS", "as_surface_mesh", "read", "write"]
 
-_VTK = (".vtp", ".vtu", ".vtk")
-_POLYGONS = {
-    ".obj": (read_obj, write_obj),
-    ".off": (read_off, write_off),
-    ".ply": (read_ply, write_ply),
-    ".stl": (read_stl, write_stl),
-}
 _GMSH = ".msh"
-EXTENSIONS = tuple(sorted({*_VTK, *_POLYGONS, _GMSH}))
+EXTENSIONS = tuple(sorted((_GMSH, ".vtk", ".vtu", *(key for key, form in FORMATS.items() if form.surfaces_only))))
 
 
 def as_surface_mesh(source: Any) -> SurfaceMesh:
@@ -61,10 +50,10 @@ def as_surface_mesh(source: Any) -> SurfaceMesh:
         return read(source)
     if isinstance(source, tuple) and len(source) in (2, 3):
         return from_arrays(*source)
-    libraries = {base.__module__.partition(".")[0] for base in type(source).__mro__}
-    if "meshio" in libraries:
+    library = library_of(source)
+    if library == "meshio":
         return from_meshio(source)
-    if libraries & {"pyvista", "vtkmodules"}:
+    if library == "pyvista":
         return from_pyvista(source)
     raise OptionError(
         f"cannot make a surface of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista surface, or a tuple "
@@ -98,13 +87,10 @@ def read(path: str | os.PathLike[str]) -> SurfaceMesh:
     """
     path = Path(path)
     with reading(path, EXTENSIONS) as extension:
-        if extension in _VTK:
-            return from_pyvista(*read_vtk(path))
-        if extension == _GMSH:
-            mesh, file, notes = read_meshio(path, "gmsh")
-            return from_meshio(mesh, file, tuple(notes))
-        faces = _POLYGONS[extension][0](path)
-        return from_pyvista(faces.grid(), SourceFile(path), faces.notes)
+        contents = FORMATS[extension].read(path)
+        if library_of(contents.data) == "meshio":
+            return from_meshio(contents.data, contents.file, contents.notes)
+        return from_pyvista(contents.data, contents.file, contents.notes)
 
 
 def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
@@ -132,23 +118,14 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     path = Path(path)
     check_writable(path, EXTENSIONS)
     surface = as_surface_mesh(mesh)
-    return saving(path, lambda target: _put(target, surface))
+    return save_atomically(path, lambda target: _save(target, surface))
 
 
-def _put(target: Path, surface: SurfaceMesh) -> list[str]:
+def _save(target: Path, surface: SurfaceMesh) -> list[str]:
+    lost: list[str] = []
+    mesh = with_library_origin(surface)
     extension = target.suffix.lower()
-    full = carried(surface)
-    if extension == _GMSH:
-        if not isinstance(full.origin, MeshioOrigin):
-            mesh, lost = in_runs(to_pyvista(full)[0])
-            return [*lost, *write_meshio(target, carried(from_meshio(mesh)), "gmsh")]
-        return write_meshio(target, full, "gmsh")
-    data, lost = to_pyvista(full)
-    grid = data.cast_to_unstructured_grid()
-    if extension in _POLYGONS:
-        faces, others = polygons(grid)
-        return [*lost, *others, *_POLYGONS[extension][1](target, faces)]
-    if extension != ".vtk":
-        data = grid if extension == ".vtu" else polydata(grid)
-    write_vtk(target, data)
-    return lost
+    if extension == _GMSH and not isinstance(mesh.origin, MeshioOrigin):
+        ordered, lost = meshio_in_cell_order(to_pyvista(mesh)[0])
+        mesh = with_library_origin(from_meshio(ordered))
+    return [*lost, *FORMATS[extension].save(target, mesh)]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hexconformal.common import MeshError, first_ids
-from hexconformal.io import cell_table, points_of, updated
+from hexconformal.io import cell_table, points_of, updated_dataset
 
 from ..mesh import Cells, SurfaceMesh
 
@@ -47,4 +47,4 @@ def to_vtk(polydata: Any, mesh: SurfaceMesh) -> Any:
     """A new vtkPolyData that shares cells and arrays with the one that `mesh` was made from, and has its points and
     arrays besides."""
     rows = np.arange(len(mesh.cells)) if mesh.rows is None else mesh.rows
-    return updated(polydata, mesh.points, mesh.point_data, mesh.cell_data, rows)
+    return updated_dataset(polydata, mesh.points, mesh.point_data, mesh.cell_data, rows)

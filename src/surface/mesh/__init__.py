@@ -1,7 +1,7 @@
 """Surface meshes: the container, its geometry and its edges.
 
 Belongs here: what is known of triangles and quadrilaterals without asking for their quality. Imports
-`hexconformal.common`, `hexconformal.mesh` and `hexconformal.io`.
+`hexconformal.common`, `hexconformal.elements`, `hexconformal.mesh` and `hexconformal.io`.
 """
 
 from .edges import EdgeTable, edge_table
@@ -15,11 +15,11 @@ from .geometry import (
     cell_areas,
     corner_triangles,
     enclosed_volume,
+    fan_triangles,
     mean_edge_length,
+    nodal_area_vectors,
     nodal_areas,
-    nodal_vectors,
     slivers,
-    transport_vectors,
     unit_vectors,
 )
 from .surface_mesh import ArraysOrigin, SurfaceMesh
@@ -38,10 +38,10 @@ __all__ = [
     "corner_triangles",
     "edge_table",
     "enclosed_volume",
+    "fan_triangles",
     "mean_edge_length",
+    "nodal_area_vectors",
     "nodal_areas",
-    "nodal_vectors",
     "slivers",
-    "transport_vectors",
     "unit_vectors",
 ]

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hexconformal.mesh import face_edges, unique_edges
+
 from .geometry import Cells, Ints
 
 __all__ = ["EdgeTable", "edge_table"]
@@ -32,18 +34,11 @@ class EdgeTable:
 
 def edge_table(cells: Cells) -> EdgeTable:
     """Edges of a surface, with the cells beside them."""
-    tails, heads, owners, start = [], [], [], 0
-    for table in (cells.triangles, cells.quads):
-        tails.append(table.ravel())
-        heads.append(np.roll(table, -1, axis=1).ravel())
-        owners.append(start + np.repeat(np.arange(len(table)), table.shape[1]))
-        start += len(table)
-    tail, head, owner = (np.concatenate(parts) for parts in (tails, heads, owners))
-    low, high = np.minimum(tail, head), np.maximum(tail, head)
-    key = low * (int(high.max(initial=0)) + 1) + high
-    _, first, inverse, uses = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
-    sides = np.full((len(first), 2), -1)
-    forward = tail < head
-    sides[inverse[forward], 0] = owner[forward]
-    sides[inverse[~forward], 1] = owner[~forward]
-    return EdgeTable(np.stack([low[first], high[first]], axis=1), sides, uses)
+    pairs = np.concatenate([face_edges(cells.triangles), face_edges(cells.quads)])
+    owners = np.repeat(np.arange(len(cells)), np.repeat([3, 4], [len(cells.triangles), len(cells.quads)]))
+    edges = unique_edges(pairs)
+    sides = np.full((len(edges.nodes), 2), -1)
+    forward = pairs[:, 0] < pairs[:, 1]
+    sides[edges.of_pairs[forward], 0] = owners[forward]
+    sides[edges.of_pairs[~forward], 1] = owners[~forward]
+    return EdgeTable(edges.nodes, sides, edges.uses)

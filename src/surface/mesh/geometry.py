@@ -1,7 +1,7 @@
 """Geometry of triangle and bilinear quadrilateral surfaces: area vectors, normals, volume, angles.
 
 A surface is points (n, 3) and `Cells`: triangles (t, 3) and quadrilaterals (q, 4), both counter-clockwise seen
-from outside. Everything is exact for the bilinear patch of a quadrilateral unless it says otherwise.
+from outside. Everything is exact for the bilinear patch of a quadrilateral unless its docstring differs.
 """
 
 from __future__ import annotations
@@ -11,6 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.elements import face_area_vectors
+from hexconformal.mesh import face_edges, unique_edges
+
 __all__ = [
     "Cells",
     "area_gradient",
@@ -19,11 +22,11 @@ __all__ = [
     "cell_areas",
     "corner_triangles",
     "enclosed_volume",
+    "fan_triangles",
     "mean_edge_length",
+    "nodal_area_vectors",
     "nodal_areas",
-    "nodal_vectors",
     "slivers",
-    "transport_vectors",
     "unit_vectors",
 ]
 
@@ -66,10 +69,7 @@ class Cells:
 
     def edges(self) -> Ints:
         """(e, 2) every edge once, the lower id first."""
-        sides = [np.stack([table, np.roll(table, -1, axis=1)], axis=2).reshape(-1, 2) for table in self.groups()]
-        a, b = np.sort(np.concatenate(sides), axis=1).T
-        count = int(b.max(initial=0)) + 1
-        return np.stack(np.divmod(np.unique(a * count + b), count), axis=1)
+        return unique_edges(np.concatenate([face_edges(table) for table in self.groups()])).nodes
 
 
 def unit_vectors(vectors: Floats) -> Floats:
@@ -90,10 +90,7 @@ def area_vectors(points: Floats, cells: Cells) -> Floats:
     >>> area_vectors(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), cells)[:, 2]
     array([0.5, 1. ])
     """
-    x, y = points[cells.triangles], points[cells.quads]
-    return np.concatenate(
-        [np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) / 2, np.cross(y[:, 2] - y[:, 0], y[:, 3] - y[:, 1]) / 2]
-    )
+    return np.concatenate([face_area_vectors(points, cells.triangles), face_area_vectors(points, cells.quads)])
 
 
 def _corner_products(points: Floats, table: Ints) -> Floats:
@@ -132,7 +129,7 @@ def _triangle_pulls(x: Floats) -> Floats:
     return np.asarray(np.cross(normal[..., None, :], opposite) / 2)
 
 
-def nodal_vectors(points: Floats, cells: Cells) -> Floats:
+def nodal_area_vectors(points: Floats, cells: Cells) -> Floats:
     """(n, 3) integral of normal times shape function: the gradient of the enclosed volume.
 
     Its direction is the normal at a node (a lumped, area-weighted one).
@@ -164,28 +161,6 @@ def _scatter(result: Floats, table: Ints, values: Floats) -> None:
         result[:, component] += np.bincount(table.ravel(), values[:, :, component].ravel(), len(result))
 
 
-def transport_vectors(points: Floats, moved: Floats, cells: Cells, rule: str = "middle") -> Floats:
-    """(n, 3) nodal area vectors that a displacement should be orthogonal to.
-
-    Parameters
-    ----------
-    points, moved
-        (n, 3) positions before and after.
-    cells
-        The cells.
-    rule
-        "linear": of the old surface; "middle": of the half-way surface (Gruber & Aulisa: the difference vector is
-        orthogonal to it to third order); "simpson": (N0 + 4 N_half + N1) / 6, whose flux is exactly the change of
-        the enclosed volume, because the volume is a cubic polynomial along the way; equation (19).
-    """
-    if rule == "linear":
-        return nodal_vectors(points, cells)
-    half = nodal_vectors((points + moved) / 2, cells)
-    if rule == "middle":
-        return half
-    return (nodal_vectors(points, cells) + 4 * half + nodal_vectors(moved, cells)) / 6
-
-
 def enclosed_volume(points: Floats, cells: Cells) -> float:
     """Volume inside a closed surface; of an open one, of the cone over it from the mean of its nodes.
 
@@ -195,7 +170,7 @@ def enclosed_volume(points: Floats, cells: Cells) -> float:
     0.166666666667
     """
     centred = points - points[cells.nodes()].mean(axis=0)
-    return float(np.einsum("ij,ij->", centred, nodal_vectors(centred, cells)) / 3)
+    return float(np.einsum("ij,ij->", centred, nodal_area_vectors(centred, cells)) / 3)
 
 
 def cell_angles(points: Floats, table: Ints) -> Floats:
@@ -218,6 +193,18 @@ def slivers(points: Floats, table: Ints) -> NDArray[np.bool_]:
 def corner_triangles(table: Ints) -> Ints:
     """(4 q, 3) the corners of quadrilaterals as triangles (corner, next, previous), cell by cell."""
     return np.stack([table, np.roll(table, -1, axis=1), np.roll(table, 1, axis=1)], axis=2).reshape(-1, 3)
+
+
+def fan_triangles(points: Floats, cells: Cells) -> tuple[Floats, Ints, Ints]:
+    """The surface in triangles (four around the centre of a quadrilateral), and the cell each belongs to."""
+    t, q = len(cells.triangles), len(cells.quads)
+    centres = len(points) + np.arange(q)
+    fans = [np.stack([cells.quads[:, i], cells.quads[:, (i + 1) % 4], centres], axis=1) for i in range(4)]
+    return (
+        np.concatenate([points, points[cells.quads].mean(axis=1)]),
+        np.concatenate([cells.triangles, *fans]),
+        np.concatenate([np.arange(t), *([t + np.arange(q)] * 4)]),
+    )
 
 
 def mean_edge_length(points: Floats, cells: Cells) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import MeshError
 from hexconformal.io import MeshioOrigin, PyvistaOrigin
-from hexconformal.mesh import checked_cells, checked_data, checked_points, frozen
+from hexconformal.mesh import checked_cells, checked_data, checked_points, read_only
 
 from .geometry import Cells, Floats, Ints
 
@@ -32,7 +32,7 @@ class SurfaceMesh:
     point_data, cell_data
         Arrays by name with first axis n, or t + q: triangles first.
     origin
-        What the mesh was made from, for :meth:`restored`.
+        What the mesh was made from, for :meth:`to_source_type`.
     rows
         (t + q,) place of each cell among all cells of the origin.
 
@@ -72,7 +72,7 @@ class SurfaceMesh:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed or left out when the mesh was taken in, in words."""
+        """Changes and omissions when the mesh was converted, in words."""
         return self.origin.selection.notes if isinstance(self.origin, (MeshioOrigin, PyvistaOrigin)) else ()
 
     def replaced(
@@ -105,7 +105,7 @@ class SurfaceMesh:
             cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
         )
 
-    def restored(self) -> Any:
+    def to_source_type(self) -> Any:
         """The mesh as an object of the type it was made from, with everything that came in.
 
         Cells are in their old order, lines and vertices among them; arrays that are new have NaN there (0 for
@@ -113,14 +113,14 @@ class SurfaceMesh:
         returned as it is.
         """
         if isinstance(self.origin, ArraysOrigin):
-            return self.origin.built(self.points)
+            return self.origin.updated_source(self.points)
         if self.origin is None or self.origin.file is not None:
             return self
-        full = self.carried(self.origin)
+        full = self.for_origin(self.origin)
         full.points = full.points[:, : np.shape(self.origin.source.points)[1]]
-        return self.origin.built(full)
+        return self.origin.updated_source(full)
 
-    def carried(self, origin: Any) -> Any:
+    def for_origin(self, origin: Any) -> Any:
         """The mesh as the origins of hexahedral meshes take it: arrays in the order of the origin's cells."""
         order = np.arange(len(self.cells)) if self.rows is None else np.argsort(self.rows)
         return SimpleNamespace(
@@ -134,19 +134,19 @@ class SurfaceMesh:
 
 @dataclass(frozen=True)
 class ArraysOrigin:
-    """What was handed in as a tuple: its tables of cells, and the dimension of its points."""
+    """A tuple that a mesh was made from: its tables of cells, and the dimension of its points."""
 
     tables: tuple[Ints, ...]
     dimension: int
 
-    def built(self, points: Floats) -> tuple[Any, ...]:
+    def updated_source(self, points: Floats) -> tuple[Any, ...]:
         return (points[:, : self.dimension].copy(), *(table.copy() for table in self.tables))
 
 
 def positions(points: Any) -> Floats:
     """(n, 3) positions, read-only; those in the plane get z = 0."""
     given = checked_points(points, planar=True)
-    return given if given.shape[1] == 3 else frozen(np.pad(given, ((0, 0), (0, 1))), None)
+    return given if given.shape[1] == 3 else read_only(np.pad(given, ((0, 0), (0, 1))), None)
 
 
 def _checked(cells: Any) -> Cells:

@@ -1,8 +1,8 @@
-"""How good is every cell of a surface."""
+"""Measures of every cell of a surface."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -11,17 +11,12 @@ from numpy.typing import NDArray
 from hexconformal.common import Serializable
 from hexconformal.quality import Statistics, as_table, statistics
 
-from ..energy import corner_frames, reference_shapes
+from ..energy import corner_frames, target_shapes
 from ..io import as_surface_mesh
 from ..mesh import Cells, Floats, Ints, SurfaceMesh, area_vectors, cell_angles, cell_areas
 from .checks import require_numbers
 
 __all__ = ["MEASURES", "Quality", "Summary", "WorstCell", "quality", "smallest_angles"]
-
-MEASURES = (
-    "min_angle", "max_angle", "radius_ratio", "scaled_jacobian", "conformality", "dilatation", "conformal_distortion",
-    "area",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -106,7 +101,7 @@ class Quality:
     area
         In squares of the mesh's unit.
     mesh
-        What was measured.
+        The surface that was measured.
     """
 
     min_angle: Floats
@@ -173,6 +168,9 @@ class Quality:
         return {name: getattr(self, name) for name in MEASURES}
 
 
+MEASURES = tuple(field.name for field in fields(Quality) if field.name != "mesh")
+
+
 def smallest_angles(points: Floats, cells: Cells) -> Floats:
     """(m,) smallest corner angle of each cell, degrees."""
     return np.degrees(np.concatenate([cell_angles(points, table).min(axis=1) for table in cells.groups()]))
@@ -229,7 +227,7 @@ def _angles(points: Floats, cells: Cells) -> tuple[Floats, Floats]:
 
 def _corners(points: Floats, cells: Cells) -> tuple[Floats, Floats]:
     """Worst conformality and worst distortion of the corners of each cell."""
-    frames = corner_frames(cells, reference_shapes("equilateral", points, cells))
+    frames = corner_frames(cells, target_shapes("equilateral", points, cells))
     f1, f2 = (np.stack(f, axis=1) for f in frames.derivatives(points))
     normal = np.cross(f1, f2)
     area = np.linalg.norm(normal, axis=1)

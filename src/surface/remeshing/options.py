@@ -1,4 +1,4 @@
-"""Options of a remeshing, and the record of one iteration."""
+"""Options of a remeshing, and the record of an iteration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hexconformal.common import (
 )
 
 from ..constraint import NORMALS
-from ..energy import ENERGIES, REFERENCES
+from ..energy import ENERGIES, TARGETS
 
 __all__ = ["EMPHASES", "Options", "Record"]
 
@@ -96,8 +96,8 @@ class Options:
 
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
-        if isinstance(self.target, str) and self.target not in REFERENCES:
-            names = ", ".join(repr(name) for name in REFERENCES)
+        if isinstance(self.target, str) and self.target not in TARGETS:
+            names = ", ".join(repr(name) for name in TARGETS)
             raise OptionError(f"target must be {names} or an array, not {self.target!r}")
         require_numbers(self, "energy_tolerance", "eps", "hausdorff", optional=["feature_angle"])
         require_counts(self, "max_iterations")
@@ -143,7 +143,7 @@ class Record:
     turned
         Number of cells whose normal points against the input's below them.
     held
-        Number of nodes that were stopped to keep cells and shape.
+        Number of nodes that were held so that cells and shape are kept.
     seconds
         Since the run began.
     distance

@@ -5,8 +5,8 @@ import pytest
 from surface_shapes import none, quad_cube, scattered_sphere
 
 import surface
-from surface.constraint.creases import _lead_past, _without_whiskers
-from surface.constraint.features import CORNER, CURVE, SMOOTH, detect_features
+from surface.constraint.creases import _lead_past, _without_spurs
+from surface.constraint.features import CORNER, CURVE, SMOOTH, find_features
 from surface.mesh.geometry import Cells
 
 
@@ -41,7 +41,7 @@ def inserted(points, triangles, a, b, place):
 
 def creases(points, triangles, **options):
     cells = Cells(triangles, none(4))
-    features = detect_features(points, cells, **options)
+    features = find_features(points, cells, **options)
     return features, {tuple(edge) for edge in np.sort(features.edges, axis=1)}
 
 
@@ -116,12 +116,12 @@ def test_a_crease_that_ends_in_a_face_is_long():
         edges = np.stack([np.arange(224), np.arange(1, 225)], axis=1)
         edges = edges[edges[:, 1] != 25]
         sharp = edges[:, 1] < 25
-        assert _without_whiskers(np.concatenate([chain, far]), edges, sharp).sum() == expected
+        assert _without_spurs(np.concatenate([chain, far]), edges, sharp).sum() == expected
     # A ring that is as fine, such as the rim of a hole, has no end.
     t = 2 * np.pi * np.arange(25) / 25
     ring = 0.3 / (2 * np.sin(np.pi / 25)) * np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
     closed = np.concatenate([edges, [[0, 24]]])
-    assert _without_whiskers(np.concatenate([ring, far]), closed, (closed < 25).all(axis=1)).sum() == 25
+    assert _without_spurs(np.concatenate([ring, far]), closed, (closed < 25).all(axis=1)).sum() == 25
 
 
 def test_flat_facets_have_creases_however_many_their_corners():
@@ -129,7 +129,7 @@ def test_flat_facets_have_creases_however_many_their_corners():
     points, cells = quad_cube(1)
     halves = np.concatenate([cells.quads[:, [0, 1, 2]], cells.quads[:, [0, 2, 3]]])
     for box in (Cells(halves, none(4)), cells):
-        assert (detect_features(points, box).kind == CORNER).all()
+        assert (find_features(points, box).kind == CORNER).all()
 
 
 def drum(n):

@@ -4,24 +4,24 @@ import numpy as np
 import pytest
 from surface_shapes import grid, icosphere, mixed_sphere, none, shaken
 
-from surface.constraint.features import detect_features
+from surface.constraint.features import find_features
 from surface.constraint.saddle_point import displacement
 from surface.energy.barrier import Barrier
 from surface.energy.distortion_energy import Quaternionic
-from surface.energy.reference import reference_shapes
+from surface.energy.target import target_shapes
 from surface.mesh.geometry import Cells, enclosed_volume, mean_edge_length
 
 
 def energies(surface):
     points, cells = surface
-    shapes = reference_shapes("equilateral", points, cells)
+    shapes = target_shapes("equilateral", points, cells)
     n = len(points)
     return {
         "quaternionic": Quaternionic(cells, shapes, n),
         "metric": Quaternionic(cells, shapes, n, points),
         "barrier": Barrier(cells, shapes, n),
-        "severe": Barrier(cells, shapes, n, severity=0.5),
-        "mild": Barrier(cells, shapes, n, mildness=0.05, severity=0.1),
+        "severe": Barrier(cells, shapes, n, c=0.5),
+        "mild": Barrier(cells, shapes, n, m=0.05, c=0.1),
     }
 
 
@@ -40,7 +40,7 @@ def test_gradient_is_the_derivative(name):
 
 def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
     points, cells = shaken(mixed_sphere(5), 0.03)
-    shapes = reference_shapes("equilateral", points, cells)
+    shapes = target_shapes("equilateral", points, cells)
     own, given = (Barrier(cells, shapes, len(points), 0.1, 0.5) for _ in range(2))
     f1, f2 = (np.stack(f, axis=1) for f in own.frames.derivatives(points))
     n = np.cross(f1, f2) + 0.05 * np.random.default_rng(1).normal(size=f1.shape) * np.linalg.norm(f1, axis=1)[:, None]
@@ -50,7 +50,7 @@ def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
     given.normals[3] *= -1
     assert np.isinf(given.densities(points)[3])
     given.cap = 10.0
-    given.settle(points)
+    given.adapt(points)
     assert np.isfinite(given.value(points))
     assert given.densities(points).max() <= 10.0
     d = np.random.default_rng(3).normal(size=points.shape)
@@ -60,38 +60,27 @@ def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
     assert np.linalg.eigvalsh(hessian)[0] > -1e-10 * np.abs(hessian).max()
 
 
-def test_the_area_of_a_frame_is_one_where_it_is_perfect_in_every_unit():
-    x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.75**0.5, 0.0]])
-    cells = Cells(np.array([[0, 1, 2]]), none(4))
-    energy = Barrier(cells, reference_shapes("equilateral", x, cells), 3)
-    for unit in (1e-3, 1.0, 1e3):
-        assert energy.areas(unit * x) == pytest.approx(1.0, rel=1e-14)
-        assert energy.areas(unit * x * [2.0, 1.0, 1.0]) == pytest.approx(0.8, rel=1e-14)  # 2 s / (1 + s^2)
-    energy.normals = np.array([[0.0, 0.0, -1.0]])
-    assert energy.areas(x) == pytest.approx(-1.0, rel=1e-14)
-
-
-def test_where_the_worst_are_lifted_they_count_more_the_worse_they_are():
+def test_where_the_worst_are_emphasized_they_count_more_the_worse_they_are():
     points, cells = shaken(mixed_sphere(5), 0.05)
     energy = energies((points, cells))["barrier"]
     plain = energy.densities(points)
     relative = plain / energy.frames.weights
-    energy.lift = True
-    energy.settle(points)
+    energy.emphasize_worst = True
+    energy.adapt(points)
     counted = (energy.densities(points) / plain)[np.argsort(relative)]
     assert 1.0 <= counted[0] < 1.1
     assert (np.diff(counted) >= -1e-12).all()
     assert counted[-1] == pytest.approx(1 + relative.max() / 2, rel=1e-12)
 
 
-def test_ease_is_a_factor_of_the_mildness():
+def test_the_continuation_is_a_factor_of_m():
     points, cells = shaken(mixed_sphere(5), 0.05)
-    shapes = reference_shapes("equilateral", points, cells)
-    improve_folded, mild = (Barrier(cells, shapes, len(points), m, 0.1) for m in (0.05, 0.15))
-    improve_folded.ease = 3.0
-    np.testing.assert_allclose(improve_folded.densities(points), mild.densities(points), rtol=1e-12)
-    np.testing.assert_allclose(improve_folded.gradient(points), mild.gradient(points), rtol=1e-12, atol=1e-14)
-    np.testing.assert_allclose(improve_folded.second(points), mild.second(points), rtol=1e-12, atol=1e-12)
+    shapes = target_shapes("equilateral", points, cells)
+    eased, mild = (Barrier(cells, shapes, len(points), m, 0.1) for m in (0.05, 0.15))
+    eased.continuation = 3.0
+    np.testing.assert_allclose(eased.densities(points), mild.densities(points), rtol=1e-12)
+    np.testing.assert_allclose(eased.gradient(points), mild.gradient(points), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(eased.density_hessians(points), mild.density_hessians(points), rtol=1e-12, atol=1e-12)
 
 
 def test_frozen_normals_majorize():
@@ -113,13 +102,13 @@ def test_second_derivatives_are_symmetric_and_semidefinite(name):
     assert np.linalg.eigvalsh(hessian)[0] > -1e-10 * np.abs(hessian).max()
 
 
-@pytest.mark.parametrize(("mildness", "severity"), [(np.inf, 0.0), (np.inf, 1.5), (0.1, 0.0), (0.1, 1.5)])
-def test_barrier_curvature_in_the_plane_is_the_positive_part(mildness, severity):
+@pytest.mark.parametrize(("m", "c"), [(np.inf, 0.0), (np.inf, 1.5), (0.1, 0.0), (0.1, 1.5)])
+def test_barrier_curvature_in_the_plane_is_the_positive_part(m, c):
     """Of the eigenvalues of the exact Hessian of one frame at least the positive ones are kept."""
     x = np.zeros((3, 3))
     x[:, :2] = [[0.1, 0.0], [1.3, 0.2], [0.7, 0.5]]
     cells = Cells(np.array([[0, 1, 2]]), none(4))
-    energy = Barrier(cells, reference_shapes("equilateral", x, cells), 3, mildness, severity)
+    energy = Barrier(cells, target_shapes("equilateral", x, cells), 3, m, c)
     step, exact = 1e-5, np.empty((6, 6))
     for column in range(6):
         d = np.zeros((3, 3))
@@ -128,16 +117,16 @@ def test_barrier_curvature_in_the_plane_is_the_positive_part(mildness, severity)
     plane = [0, 1, 3, 4, 6, 7]
     kept = energy.hessian(x).toarray()[np.ix_(plane, plane)]
     assert np.linalg.eigvalsh(kept - exact)[0] > -1e-4 * np.abs(exact).max()
-    if severity == 0.0:
+    if c == 0.0:
         f = np.ix_([0, 1, 3, 4], [0, 1, 3, 4])
-        assert np.linalg.matrix_rank(energy.second(x)[0][f], tol=1e-9 * np.abs(kept).max()) == 2
+        assert np.linalg.matrix_rank(energy.density_hessians(x)[0][f], tol=1e-9 * np.abs(kept).max()) == 2
 
 
 def test_step_in_the_plane_is_the_graph_laplacian_embedding():
     """Tutte: equilateral reference, fixed boundary, one step; every inner node the mean of its neighbours."""
     points, cells, inner = grid(8, jitter=0.3)
-    energy = Quaternionic(cells, reference_shapes("equilateral", points, cells), len(points))
-    features = detect_features(points, cells, None, boundary="fixed")
+    energy = Quaternionic(cells, target_shapes("equilateral", points, cells), len(points))
+    features = find_features(points, cells, None, boundary="fixed")
     moved = points + displacement(energy, points, cells, features, 1e-5)[0]
     edges = cells.edges()
     total, degree = np.zeros_like(points), np.zeros(len(points))
@@ -154,7 +143,7 @@ def test_one_step_on_a_sphere_removes_most_of_the_distortion():
     assert len(points) == 642
     energy = energies((points, cells))["metric"]
     h = mean_edge_length(points, cells)
-    features = detect_features(points, cells, None)
+    features = find_features(points, cells, None)
     before = energy.value(points)
     v, _ = displacement(energy, points, cells, features, 1e-5 * h**2, "middle")
     after = energy.value(points + v)
@@ -167,7 +156,7 @@ def test_one_step_on_a_sphere_removes_most_of_the_distortion():
 
 def test_step_scales_with_the_unit_of_length():
     points, cells = shaken(icosphere(2), 0.05)
-    features = detect_features(points, cells, None)
+    features = find_features(points, cells, None)
     energy = energies((points, cells))["quaternionic"]
     v, _ = displacement(energy, points, cells, features, 1e-4)
     w, _ = displacement(energy, 1e3 * points, cells, features, 1e-4 * 1e6)
@@ -176,20 +165,20 @@ def test_step_scales_with_the_unit_of_length():
 
 def test_new_normals_raise_the_energy_by_no_more_than_they_may():
     points, cells, _ = grid(6, 0.2)
-    shapes = reference_shapes("equilateral", points, cells)
+    shapes = target_shapes("equilateral", points, cells)
     energy = Barrier(cells, shapes, len(points))
     count = len(cells.triangles)
     upright = np.tile([0.0, 0.0, 1.0], (count, 1))
     rng = np.random.default_rng(2)
     tilted = upright + 0.3 * rng.normal(size=(count, 3))
     tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
-    energy.renew(points, upright, np.inf)
+    energy.update_normals(points, upright, np.inf)
     before = energy.value(points)
-    energy.renew(points, tilted, np.inf)
+    energy.update_normals(points, tilted, np.inf)
     rise = energy.value(points) - before
-    energy.renew(points, upright, 0.0)
+    energy.update_normals(points, upright, 0.0)
     assert energy.value(points) == before  # what lowers it is always taken
-    energy.renew(points, tilted, rise / 4)
+    energy.update_normals(points, tilted, rise / 4)
     assert before < energy.value(points) <= before + rise / 4
     taken = (energy.normals == tilted).all(axis=1)
     assert 0 < taken.sum() < count

@@ -1,5 +1,7 @@
 """Surface files and objects: what goes in comes out, in its order; what a format cannot hold is said."""
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from surface_shapes import icosphere, mixed_sphere, quad_sphere
 
 import surface
 from hexconformal.common.errors import MeshError, ReadError, WriteError
+from hexconformal.io import FORMATS
 from surface.io.convert import as_pyvista
 from surface.io.read_write import EXTENSIONS
 
@@ -280,11 +283,15 @@ def test_nonsense_is_a_read_error(extension, tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nf 1 2 3 4 5\n", "neither triangles .*: 1 .ids 0"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "neither triangles nor quadrilaterals"),
+        (
+            "a.obj",
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nf 1 2 3 4 5\n",
+            "cells of other types: 1 .ids 0., namely 1 polygon",
+        ),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "three corners or more; fewer have: 1 .ids 0"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n", r"node ids outside 0\.\.1"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2 x\n", "not a sound .obj file"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\n", "no triangles"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\n", "no faces"),
         ("a.off", "OFF\n2 1 0\n0 0 0\n1 0 0\n3 0 1\n", "shorter than it says"),
         ("a.off", "NO\n", "does not begin with OFF"),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n0\n", "'property half x'"),
@@ -317,11 +324,11 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
     surface.write(path, (SQUARE, [[0, 1, 2]]))
     before = path.read_bytes()
 
-    def full(target, polygons):
+    def full(target, mesh):
         target.write_bytes(b"ply")
         raise OSError("no space left on device")
 
-    monkeypatch.setitem(surface.io.read_write._POLYGONS, ".ply", (None, full))
+    monkeypatch.setitem(FORMATS, ".ply", replace(FORMATS[".ply"], write=full))
     with pytest.raises(WriteError, match="no space left"):
         surface.write(path, (2 * SQUARE, [[0, 1, 2]]))
     assert path.read_bytes() == before

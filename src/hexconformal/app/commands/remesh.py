@@ -3,42 +3,39 @@
 from __future__ import annotations
 
 import os
-from argparse import BooleanOptionalAction, Namespace
+from argparse import ArgumentParser, BooleanOptionalAction, Namespace
 from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
 from surface.constraint import NORMALS
-from surface.energy import ENERGIES, REFERENCES
+from surface.energy import ENERGIES, TARGETS
 from surface.io import EXTENSIONS, as_pyvista, read
 from surface.mesh import SurfaceMesh
 from surface.quality import smallest_angles
 from surface.remeshing import EMPHASES, Options, Remeshing
 
 from ...common import OptionError
-from .arguments import add_choice, add_output, add_outputs, command
-from .surface_kind import SURFACES
-from .work import carry_out
+from .arguments import add_choice, add_output, add_outputs
+from .job import run_command
+from .kinds import SURFACES
 
-__all__ = ["add_remesh"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 
-def add_remesh(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "remesh",
-        _remesh,
-        "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over.",
-        f"""  hexconformal remesh statue.ply better.vtu
+SUMMARY = "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over."
+EXAMPLES = f"""  hexconformal remesh statue.ply better.vtu
   hexconformal remesh statue.ply better.vtu --target flat --max-iterations 20 --frames run.pvd
   hexconformal remesh part.stl better.stl --hausdorff 0.002 --feature-angle 30 --history run.csv
   hexconformal remesh sheet.vtp better.vtp --boundary fixed --plot quality.png --picture both.png
 
 formats: {" ".join(EXTENSIONS)}
-""",
-    )
+"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
     add_output(parser)
     shape = parser.add_argument_group("how the shape is kept")
@@ -58,7 +55,7 @@ formats: {" ".join(EXTENSIONS)}
     )  # fmt: skip
     what = parser.add_argument_group("what is minimized")
     what.add_argument(
-        "--target", default=Options.target, metavar="|".join([*REFERENCES, "FILE"]), help="perfect shape of the cells;"
+        "--target", default=Options.target, metavar="|".join([*TARGETS, "FILE"]), help="perfect shape of the cells;"
         " a file is a mesh with the same cells (default %(default)s)",
     )  # fmt: skip
     add_choice(what, "energy", "conformally invariant distortion, or the quaternionic one itself", ENERGIES, Options)
@@ -79,8 +76,8 @@ formats: {" ".join(EXTENSIONS)}
     add_outputs(parser, "the surface before and after")
 
 
-def _remesh(arguments: Namespace) -> int:
-    """Remesh a surface; an interruption leaves what was reached."""
+def run(arguments: Namespace) -> int:
+    """Remesh a surface; an interruption leaves the surface reached so far."""
     known = {
         name: value for name, value in vars(arguments).items() if name in {field.name for field in fields(Options)}
     }
@@ -88,12 +85,12 @@ def _remesh(arguments: Namespace) -> int:
         **{**known, "feature_angle": _angle(arguments.feature_angle), "target": _target(arguments.target)}
     )
 
-    return carry_out(arguments, SURFACES, lambda: _Remesh(read(arguments.input), options))
+    return run_command(arguments, SURFACES, lambda: RemeshJob(read(arguments.input), options))
 
 
 @dataclass(frozen=True)
-class _Remesh:
-    """Remesh a surface, as a :class:`hexconformal.app.commands.work.Work`."""
+class RemeshJob:
+    """Remeshes a surface, as a :class:`hexconformal.app.commands.job.Job`."""
 
     mesh: SurfaceMesh
     options: Options
@@ -102,11 +99,11 @@ class _Remesh:
     def start(self) -> Remeshing:
         return Remeshing(self.mesh, self.options)
 
-    def dry_run(self) -> SurfaceMesh:
+    def placeholder(self) -> SurfaceMesh:
         zero = np.zeros(len(self.mesh.cells))
         return self.mesh.replaced(cell_data={"min_angle": zero, "min_angle_change": zero})
 
-    def frame(self, run: Any) -> Any:
+    def snapshot(self, run: Any) -> Any:
         points = run.points
         return as_pyvista(self.mesh.replaced(points, cell_data={"min_angle": smallest_angles(points, self.mesh.cells)}))
 
@@ -122,4 +119,4 @@ def _angle(given: Any) -> float | None:
 
 def _target(given: str) -> Any:
     """A name, or the points of a mesh in a file."""
-    return given if given in REFERENCES or not os.path.splitext(given)[1] else read(given).points
+    return given if given in TARGETS or not os.path.splitext(given)[1] else read(given).points

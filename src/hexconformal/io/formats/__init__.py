@@ -1,1 +1,44 @@
-"""The formats, a module each: how it is read and written, and what it cannot keep."""
+"""The file formats, a module each, and the table of them: whatever is asked of a format is found by the extension."""
+
+from __future__ import annotations
+
+from ..format_tools.format import Format
+from .abaqus import ABAQUS
+from .exodus import EXODUS
+from .gmsh import GMSH
+from .med import MED
+from .medit import MEDIT
+from .meshio_read_only import MESHIO_READ_ONLY
+from .nastran import NASTRAN
+from .obj import OBJ
+from .off import OFF
+from .ply import PLY
+from .stl import STL
+from .vtk import VTK_GRID, VTK_POLYDATA, VTK_READ_ONLY
+from .xdmf import XDMF
+
+__all__ = ["FORMATS", "READ_EXTENSIONS", "SURFACE_EXTENSIONS", "WRITE_EXTENSIONS", "Format"]
+
+_ALL = (
+    ABAQUS,
+    EXODUS,
+    GMSH,
+    MED,
+    MEDIT,
+    NASTRAN,
+    OBJ,
+    OFF,
+    PLY,
+    STL,
+    VTK_GRID,
+    VTK_POLYDATA,
+    VTK_READ_ONLY,
+    XDMF,
+    *MESHIO_READ_ONLY,
+)
+FORMATS: dict[str, Format] = {extension: form for form in _ALL for extension in form.extensions}
+
+# Of volumes, read and written; and of all that a surface can be taken from.
+READ_EXTENSIONS = tuple(sorted(key for key, form in FORMATS.items() if not form.surfaces_only))
+WRITE_EXTENSIONS = tuple(key for key in READ_EXTENSIONS if FORMATS[key].write is not None)
+SURFACE_EXTENSIONS = tuple(sorted(FORMATS))

@@ -1,9 +1,10 @@
-"""Abaqus and CalculiX decks: their mesh is read, and new coordinates are put into the text around it."""
+"""Abaqus and CalculiX decks (.inp): their mesh is read, and new coordinates are put into the text around it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import ReadError, first_ids
+from ..cell_types import NODE_COUNTS
+from ..format_tools.capabilities import Capabilities, supported_part
+from ..format_tools.format import Format
+from ..format_tools.meshio_files import checked_contents, parsing, refuse_namesake, write_with_meshio
+from ..source_file import FileContents, SourceFile
 
-__all__ = ["read_deck", "replaced_nodes"]
+__all__ = ["ABAQUS"]
 
+_CAPABILITIES = Capabilities(
+    cell_types="line line3 triangle triangle6 quad quad8 quad9 tetra tetra10 wedge hexahedron hexahedron20",
+    point_sets=True,
+    cell_sets=True,
+)
+_AVS_UCD = rb"(#.*\s+)*\d+([ \t]+\d+){4}\s*\n", "this is an AVS UCD file: give it the extension .avs"
+
+# meshio writes the last name it knows for a type: a hybrid brick, an axisymmetric pore pressure quadrilateral.
+_PLAIN_TYPES = {"C3D8RH": "C3D8", "CAX4P": "S4", "R3D3": "S3", "B33H": "B31", "C3D10MH": "C3D10", "C3D20RH": "C3D20"}
 # Type of cell by the beginning of an element's name; what follows (R, H, I, T, ...) is about its formulation.
 _TYPES = {
     r"([AD]?C|F)3D8": "hexahedron",
@@ -32,15 +47,30 @@ _TYPES = {
 }
 
 
-def read_deck(path: Path) -> tuple[Any, str, list[str]]:
-    """Read the nodes, elements and sets of a deck.
+def _read(path: Path) -> FileContents:
+    with parsing("abaqus") as output:
+        refuse_namesake(path, *_AVS_UCD)
+        text = path.read_text(encoding="utf-8", errors="surrogateescape")
+        mesh, notes = _parsed(text)
+    contents = checked_contents(mesh, SourceFile(path, "abaqus", text=text), output)
+    return replace(contents, notes=tuple(notes))
+
+
+def _write(target: Path, mesh: Any) -> list[str]:
+    out, lost = supported_part(mesh, "abaqus", _CAPABILITIES)
+    write_with_meshio(target, out, "abaqus")
+    text = target.read_text()
+    target.write_text(re.sub(r"(?<=TYPE=)\w+", lambda match: _PLAIN_TYPES.get(match[0], match[0]), text))
+    return lost
+
+
+def _parsed(text: str) -> tuple[Any, list[str]]:
+    """The nodes, elements and sets of a deck.
 
     Returns
     -------
     mesh
         meshio.Mesh with point_sets and cell_sets.
-    text
-        The deck, for :func:`replaced_nodes`.
     notes
         What is set aside, in words.
 
@@ -50,9 +80,7 @@ def read_deck(path: Path) -> tuple[Any, str, list[str]]:
         If the deck is malformed, is spread over several files, or numbers nodes or elements twice (several parts).
     """
     import meshio
-    from meshio._common import num_nodes_per_cell
 
-    text = path.read_text(encoding="utf-8", errors="surrogateescape")
     ids: list[NDArray[np.int64]] = []
     points: list[NDArray[np.float64]] = []
     blocks: list[tuple[str, NDArray[np.int64], NDArray[np.int64]]] = []
@@ -62,7 +90,7 @@ def read_deck(path: Path) -> tuple[Any, str, list[str]]:
         if keyword == "INCLUDE":
             raise ReadError("the deck includes other files: put them into one")
         if keyword == "NODE" and lines:
-            # Coordinates that are left out are zero, further numbers are directions.
+            # Coordinates that are left out are zero; further numbers are directions.
             rows = [[field.strip() or "0" for field in f"{line},,,".split(",")[:4]] for line in lines]
             table = np.array(rows, dtype=np.float64)
             ids.append(table[:, 0].astype(np.int64))
@@ -75,7 +103,7 @@ def read_deck(path: Path) -> tuple[Any, str, list[str]]:
                 _extend(sets["ELSET"], options.get("ELSET"), _numbers([]))
                 continue
             numbers = _numbers(lines)
-            width = 1 + num_nodes_per_cell[name]
+            width = 1 + NODE_COUNTS[name]
             if len(numbers) % width:
                 raise ReadError(
                     f"elements of type {options['TYPE']} have {width - 1} nodes each: one has too few or too many, "
@@ -92,24 +120,24 @@ def read_deck(path: Path) -> tuple[Any, str, list[str]]:
             _extend(sets[keyword], options[keyword], _members(lines, "GENERATE" in options))
     if not points or not blocks:
         raise ReadError("the deck holds no nodes, or no elements of a known type")
-    node_place = _Places(np.concatenate(ids), "nodes")
-    cell_place = _Places(np.concatenate([numbers for _, numbers, _ in blocks]), "elements")
+    node_index = _IdIndex(np.concatenate(ids), "nodes")
+    cell_index = _IdIndex(np.concatenate([numbers for _, numbers, _ in blocks]), "elements")
     ends = np.cumsum([len(numbers) for _, numbers, _ in blocks])
     cell_sets = {}
     for name in sets["ELSET"]:
-        cells = cell_place.known(_resolved(sets["ELSET"], name))
+        cells = cell_index.of_present(_resolved(sets["ELSET"], name))
         cell_sets[name] = np.split(cells, np.searchsorted(cells, ends[:-1]))
         cell_sets[name] = [part - (end - len(b[1])) for part, end, b in zip(cell_sets[name], ends, blocks, strict=True)]
     mesh = meshio.Mesh(
         np.concatenate(points),
-        [(name, node_place.all(nodes)) for name, _, nodes in blocks],
-        point_sets={name: node_place.known(_resolved(sets["NSET"], name)) for name in sets["NSET"]},
+        [(name, node_index.of_all(nodes)) for name, _, nodes in blocks],
+        point_sets={name: node_index.of_present(_resolved(sets["NSET"], name)) for name in sets["NSET"]},
         cell_sets=cell_sets,
     )
-    return mesh, text, notes
+    return mesh, notes
 
 
-def replaced_nodes(text: str, points: NDArray[np.float64]) -> str:
+def _put_points(text: str, points: NDArray[np.float64]) -> str:
     """The deck with the coordinates of its nodes, in their order, replaced; all else stays as it is."""
     rows = iter(points.tolist())
     result = []
@@ -185,24 +213,27 @@ def _resolved(sets: dict[str, list[Any]], name: str, depth: int = 0) -> NDArray[
     return np.unique(np.concatenate(parts))
 
 
-class _Places:
-    """Where numbers of nodes or elements stand in the order of the file."""
+class _IdIndex:
+    """The indices, in the order of the file, of nodes or elements by their ids."""
 
     def __init__(self, ids: NDArray[np.int64], what: str) -> None:
         self.order = np.argsort(ids, kind="stable")
         self.ids, self.what = ids[self.order], what
         twice = self.ids[1:][self.ids[1:] == self.ids[:-1]]
         if len(twice):
-            raise ReadError(f"{what} numbered twice: {first_ids(twice)}; a deck of several parts has to be made flat")
+            raise ReadError(f"{what} numbered twice: {first_ids(twice)}; a deck of several parts must be made flat")
 
-    def all(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The places of numbers that all have to be there."""
-        places = np.minimum(np.searchsorted(self.ids, numbers), len(self.ids) - 1)
-        missing = np.unique(numbers[self.ids[places] != numbers])
+    def of_all(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Indices of ids that all must be there."""
+        places = np.minimum(np.searchsorted(self.ids, ids), len(self.ids) - 1)
+        missing = np.unique(ids[self.ids[places] != ids])
         if len(missing):
             raise ReadError(f"{self.what} that are referred to, but not there: {first_ids(missing)}")
         return np.asarray(self.order[places])
 
-    def known(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The places, sorted, of those of the numbers that are there."""
-        return np.sort(self.order[np.isin(self.ids, numbers)])
+    def of_present(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Indices, sorted, of those of the ids that are there."""
+        return np.sort(self.order[np.isin(self.ids, ids)])
+
+
+ABAQUS = Format("abaqus", (".inp",), _read, _write, _CAPABILITIES, put_points=_put_points)

@@ -1,4 +1,4 @@
-"""Parsers that print: what they say is collected, one thread at a time."""
+"""Output of parsers that print: it is captured, one thread at a time."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import threading
 import warnings
 from collections.abc import Iterator
 
-__all__ = ["quiet", "vtk_messages"]
+__all__ = ["captured_output", "captured_vtk_messages"]
 
 # The streams and VTK's window are those of the whole process: two threads would put them back in the wrong order.
 _LOCK = threading.RLock()
 
 
 @contextlib.contextmanager
-def quiet() -> Iterator[io.StringIO]:
-    """Keep parsers from printing, and return what they say."""
-    said = io.StringIO()
-    with _LOCK, contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+def captured_output() -> Iterator[io.StringIO]:
+    """Collect what is printed to the standard streams; warnings are ignored."""
+    output = io.StringIO()
+    with _LOCK, contextlib.redirect_stdout(output), contextlib.redirect_stderr(output), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        yield said
+        yield output
 
 
 @contextlib.contextmanager
-def vtk_messages() -> Iterator[list[str]]:
-    """Collect what VTK would print; meant for use within :func:`quiet`."""
+def captured_vtk_messages() -> Iterator[list[str]]:
+    """Collect what VTK would print; meant for use within :func:`captured_output`."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
     messages: list[str] = []
@@ -36,8 +36,8 @@ def vtk_messages() -> Iterator[list[str]]:
     try:
         yield messages
     finally:
-        said: str | bytes = window.GetOutput()
-        text = said if isinstance(said, str) else said.decode("utf-8", "replace")
+        output: str | bytes = window.GetOutput()
+        text = output if isinstance(output, str) else output.decode("utf-8", "replace")
         messages += [line for line in text.splitlines() if line.strip()]
         vtkOutputWindow.SetInstance(before)
         vtkLogger.SetStderrVerbosity(vtkLogger.ConvertToVerbosity(verbosity))

@@ -6,23 +6,25 @@ from pathlib import Path
 from typing import Any
 
 from ...common import ReadError, WriteError
-from ..selection import SourceFile
-from .silence import quiet, vtk_messages
-from .vtk_file_checks import require_announced, require_cells, require_survival, require_whole
+from ..convert import to_pyvista
+from ..format_tools.captured_output import captured_output, captured_vtk_messages
+from ..format_tools.format import Format
+from ..format_tools.vtk_file_checks import check_counts, check_last_array, check_reader_survives
+from ..pyvista_mesh import check_cell_nodes, to_polydata
+from ..source_file import FileContents, SourceFile
 
-__all__ = ["read_vtk", "write_vtk"]
+__all__ = ["VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
 
 
-def read_vtk(path: Path) -> tuple[Any, SourceFile]:
-    """Read a VTK file; what VTK only warns of is an error here."""
+def _read(path: Path) -> FileContents:
     import pyvista as pv
 
     if path.suffix.lower() == ".vtk":
-        require_whole(path)
-        require_survival(path)
-    elif path.suffix.lower().startswith((".vt", ".pvt")):
-        require_announced(path)
-    with quiet(), vtk_messages() as messages:
+        check_last_array(path)
+        check_reader_survives(path)
+    else:
+        check_counts(path)
+    with captured_output(), captured_vtk_messages() as messages:
         try:
             grid = pv.read(path)
         except (ImportError, MemoryError):
@@ -35,8 +37,20 @@ def read_vtk(path: Path) -> tuple[Any, SourceFile]:
     if isinstance(grid, pv.DataSet):
         if grid.n_points == 0 or grid.n_cells == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
-        require_cells(grid)
-    return grid, SourceFile(path)
+        check_cell_nodes(grid)
+    return FileContents(grid, SourceFile(path, "VTK"))
+
+
+def _write(target: Path, mesh: Any) -> list[str]:
+    grid, lost = to_pyvista(mesh)
+    write_vtk(target, grid if target.suffix.lower() == ".vtk" else grid.cast_to_unstructured_grid())
+    return lost
+
+
+def _write_polydata(target: Path, mesh: Any) -> list[str]:
+    grid, lost = to_pyvista(mesh)
+    write_vtk(target, to_polydata(grid.cast_to_unstructured_grid()))
+    return lost
 
 
 def write_vtk(target: Path, grid: Any) -> None:
@@ -49,7 +63,7 @@ def write_vtk(target: Path, grid: Any) -> None:
 
     writer: Any
     legacy = target.suffix.lower() == ".vtk"
-    with quiet(), vtk_messages() as messages:
+    with captured_output(), captured_vtk_messages() as messages:
         grid._store_metadata()  # which arrays are of booleans, or complex
         if legacy:
             writer = vtkDataSetWriter()
@@ -66,3 +80,8 @@ def write_vtk(target: Path, grid: Any) -> None:
     if bad:
         raise WriteError(bad[0].splitlines()[0])
     target.write_bytes(text if isinstance(text, bytes) else text.encode())
+
+
+VTK_GRID = Format("VTK", (".vtk", ".vtu"), _read, _write)
+VTK_READ_ONLY = Format("VTK", (".pvtu", ".vti", ".vtr", ".vts"), _read)
+VTK_POLYDATA = Format("VTK", (".vtp",), _read, _write_polydata, surfaces_only=True)

@@ -1,11 +1,13 @@
-"""Area normals of a surface of bilinear quads, and the volume that it encloses, of which they are the gradient."""
+"""Area vectors at the nodes of a surface, and the volume that it encloses, of which they are the gradient."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["area_normals", "enclosed_volume", "simpson_normals"]
+__all__ = ["enclosed_volume", "nodal_area_vectors", "simpson_mean"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -33,38 +35,40 @@ def enclosed_volume(points: Field, quads: Ints) -> float:
     return float(np.einsum("ki,ki->", total, np.cross(one, other))) / 24.0
 
 
-def area_normals(points: Field, quads: Ints) -> Field:
-    """(n, 3) normals of the nodes, as long as their share of the area: the gradient of the enclosed volume.
+def nodal_area_vectors(points: Field, quads: Ints) -> Field:
+    """(n, 3) integral of normal times shape function over bilinear quads: the gradient of the enclosed volume.
 
     Examples
     --------
     >>> from hexconformal.generate import box
     >>> from hexconformal.mesh.topology import boundary_quads
     >>> points, cells = box((1, 1, 1))
-    >>> area_normals(points, boundary_quads(cells)[0])[7]  # the corner (1, 1, 1)
+    >>> nodal_area_vectors(points, boundary_quads(cells)[0])[7]  # the corner (1, 1, 1)
     array([0.25, 0.25, 0.25])
     """
     total, one, other = _diagonals(points, quads)
     area, turned_one, turned_other = np.cross(one, other), np.cross(total, one), np.cross(other, total)
-    normals = np.zeros_like(points)
+    vectors = np.zeros_like(points)
     shares = (area - turned_other, area - turned_one, area + turned_other, area + turned_one)
     for corner, share in enumerate(shares):
-        np.add.at(normals, quads[:, corner], share / 24.0)
-    return normals
+        np.add.at(vectors, quads[:, corner], share / 24.0)
+    return vectors
 
 
-def simpson_normals(points: Field, moved: Field, quads: Ints) -> Field:
-    """(n, 3) Simpson mean N of the area normals on a straight way: the volume changes by the sum of <N, v> exactly.
+def simpson_mean(area_vectors: Callable[[Field], Field], points: Field, moved: Field) -> Field:
+    """(n, 3) Simpson mean N of area vectors along a straight path; equation (19).
+
+    The enclosed volume is a cubic polynomial along the path, so that it changes by the sum of <N, v> exactly.
 
     Parameters
     ----------
+    area_vectors
+        Takes positions (n, 3) to the area vectors (n, 3) of the nodes there.
     points, moved
-        (n, 3) the ends of the way v = moved - points.
-    quads
-        (k, 4) boundary quads.
+        (n, 3) the ends of the path, v = moved - points.
     """
-    half = 0.5 * (points + moved)
-    return (area_normals(points, quads) + 4.0 * area_normals(half, quads) + area_normals(moved, quads)) / 6.0
+    half = area_vectors(0.5 * (points + moved))
+    return (area_vectors(points) + 4.0 * half + area_vectors(moved)) / 6.0
 
 
 def _diagonals(points: Field, quads: Ints) -> tuple[Field, Field, Field]:

@@ -9,11 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hexconformal.common import ReadError
+from ...common import ReadError
+from ..format_tools.polygons import Polygons, polygon_format
 
-from .polygons import Polygons
-
-__all__ = ["read_ply", "write_ply"]
+__all__ = ["PLY"]
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
@@ -33,7 +32,7 @@ class _Element:
     properties: list[tuple[str, str, str]]
 
 
-def read_ply(path: Path) -> Polygons:
+def _read(path: Path) -> Polygons:
     """Read a polygon file."""
     data = path.read_bytes()
     match = re.match(rb"ply\s.*?^end_header[ \t]*\r?\n", data, re.DOTALL | re.MULTILINE)
@@ -171,24 +170,24 @@ def _within(starts: Any, sizes: Any) -> Any:
     return np.repeat(starts, sizes) + np.arange(int(sizes.sum())) - np.repeat(np.cumsum(sizes) - sizes, sizes)
 
 
-def write_ply(target: Path, surface: Polygons) -> list[str]:
+def _write(target: Path, polygons: Polygons) -> list[str]:
     """Write a binary polygon file."""
     lost: list[str] = []
-    vertex = {name: surface.points[:, i] for i, name in enumerate("xyz")}
-    vertex |= _scalars(surface.point_data, "point", lost)
-    face = _scalars(surface.cell_data, "cell", lost)
+    vertex = {name: polygons.points[:, i] for i, name in enumerate("xyz")}
+    vertex |= _scalars(polygons.point_data, "point", lost)
+    face = _scalars(polygons.cell_data, "cell", lost)
     head = ["ply", "format binary_little_endian 1.0"]
-    head += [f"element vertex {len(surface.points)}", *map(_property, vertex, vertex.values())]
-    head += [f"element face {len(surface.sizes)}", "property list uchar int vertex_indices"]
+    head += [f"element vertex {len(polygons.points)}", *map(_property, vertex, vertex.values())]
+    head += [f"element face {len(polygons.sizes)}", "property list uchar int vertex_indices"]
     head += [*map(_property, face, face.values()), "end_header", ""]
-    starts, rows = surface.starts, []
-    for size in np.unique(surface.sizes).tolist():
-        mine = np.flatnonzero(surface.sizes == size)
-        corners = {str(i): surface.nodes[starts[mine] + i].astype("i4") for i in range(size)}
+    starts, rows = polygons.starts, []
+    for size in np.unique(polygons.sizes).tolist():
+        mine = np.flatnonzero(polygons.sizes == size)
+        corners = {str(i): polygons.nodes[starts[mine] + i].astype("i4") for i in range(size)}
         counted = {"count": np.full(len(mine), size, dtype="u1"), **corners}
         rows.append((mine, _records({**counted, **{name: values[mine] for name, values in face.items()}})))
     # Rows of different length: each goes where those before it end.
-    width = np.empty(len(surface.sizes), dtype=np.int64)
+    width = np.empty(len(polygons.sizes), dtype=np.int64)
     for mine, records in rows:
         width[mine] = records.shape[1]
     offsets = np.cumsum(width) - width
@@ -235,3 +234,6 @@ def _scalars(data: dict[str, Any], what: str, lost: list[str]) -> dict[str, Any]
             result |= {f"{key}_{i}": flat[:, i] for i in range(flat.shape[1])}
             lost.append(f"the shape of the {what} array {name!r} (kept as {key}_0, {key}_1, ...)")
     return result
+
+
+PLY = polygon_format("ply", _read, _write)

@@ -1,4 +1,4 @@
-"""What VTK does not see in a damaged file, or dies of: looked for before and after its readers have it."""
+"""Damage of files that VTK does not see, or dies of: looked for before its readers get the file."""
 
 from __future__ import annotations
 
@@ -6,22 +6,18 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ...common import MeshError, ReadError, first_ids
-from ..vtk_mesh import cell_table
+from ...common import ReadError
 
-__all__ = ["require_announced", "require_cells", "require_survival", "require_whole"]
+__all__ = ["check_counts", "check_last_array", "check_reader_survives"]
 
-_NUMBERS = re.compile(rb"\b(?:NumberOf\w+|\w*Extent)\s*=\s*[\"']([^\"']*)[\"']")
+_COUNTS = re.compile(rb"\b(?:NumberOf\w+|\w*Extent)\s*=\s*[\"']([^\"']*)[\"']")
 _PIECES = re.compile(rb"<Piece[^>]*\bSource\s*=\s*[\"']([^\"']+)[\"']")
-_ENTRIES = 2**34  # points of an image
-_RATIO = 1100  # bytes that a compressed byte may stand for; zlib has 1032
-_SIZES = {1: 1, 3: 2, 5: 3, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12}
-_SIZES |= {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27}
-_TRIAL = """
+_MOST_IMAGE_POINTS = 2**34
+_MOST_EXPANSION = 1100  # bytes that a compressed byte may stand for; zlib has 1032
+_READING = """
 import sys
 from vtkmodules.vtkIOLegacy import vtkDataSetReader
 reader = vtkDataSetReader()
@@ -31,42 +27,42 @@ for name in dir(reader):
 reader.SetFileName(sys.argv[1])
 reader.Update()
 """
-_PATIENCE = 60.0, 1e-6  # seconds for a trial, and for every byte of the file
+_TIME_LIMIT = 60.0, 1e-6  # seconds for reading a file in a process of its own: at least, and for every byte
 
 
-def require_announced(path: Path) -> None:
+def check_counts(path: Path) -> None:
     """Raise a ReadError if an XML file announces more than its size can hold: VTK would end the process."""
     data = path.read_bytes()
     head = data[: data.find(b"<AppendedData") % (len(data) + 1)]
-    for match in _NUMBERS.finditer(head):
+    for match in _COUNTS.finditer(head):
         what = match[0].decode("ascii", "replace")
         try:
             numbers = [int(word) for word in match[1].split()] or [0]
         except ValueError:
-            raise ReadError(f"it has a count that is no number: {what}") from None
+            raise ReadError(f"counts must be numbers: {what}") from None
         if b"Extent" in match[0]:
             # Points of an image need no bytes of the file.
-            too_many = float(np.prod(np.abs(np.diff(numbers)[::2]) + 1.0)) > _ENTRIES
+            too_many = float(np.prod(np.abs(np.diff(numbers)[::2]) + 1.0)) > _MOST_IMAGE_POINTS
         else:
-            too_many = min(numbers) < 0 or max(numbers) > _RATIO * len(data)
+            too_many = min(numbers) < 0 or max(numbers) > _MOST_EXPANSION * len(data)
         if too_many:
-            raise ReadError(f"it announces more than it can hold: {what}")
+            raise ReadError(f"it announces more than a file of its size can hold: {what}")
     for piece in _PIECES.findall(head):
         place = path.parent / piece.decode("utf-8", "replace")
         if path.suffix.lower().startswith(".pvt") and place.is_file():
-            require_announced(place)
+            check_counts(place)
 
 
-def require_survival(path: Path) -> None:
+def check_reader_survives(path: Path) -> None:
     """Raise a ReadError if VTK's reader of legacy files dies of this one, in a process of its own."""
     # Inside another program the interpreter may not be what can be started.
     if not Path(sys.executable or "none").name.lower().startswith(("python", "pypy")):
         return
-    patience = _PATIENCE[0] + _PATIENCE[1] * path.stat().st_size
-    command = [sys.executable, "-c", _TRIAL, str(path)]
+    limit = _TIME_LIMIT[0] + _TIME_LIMIT[1] * path.stat().st_size
+    command = [sys.executable, "-c", _READING, str(path)]
     try:
         code = subprocess.run(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=patience
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=limit
         ).returncode
     except subprocess.TimeoutExpired:
         raise ReadError("the file is malformed: VTK does not come to an end with it") from None
@@ -74,7 +70,7 @@ def require_survival(path: Path) -> None:
         raise ReadError("the file is malformed: VTK crashes on it")
 
 
-def require_whole(path: Path) -> None:
+def check_last_array(path: Path) -> None:
     """Raise a ReadError if the last array of a legacy text file is too short: VTK makes up what it lacks at its end."""
     data = path.read_bytes()
     if b"".join(data.split(b"\n", 3)[2:3]).strip().upper() != b"ASCII":
@@ -105,35 +101,3 @@ def require_whole(path: Path) -> None:
     tail = re.sub(rb"(?m)^(LOOKUP_TABLE|METADATA|INFORMATION|NAME|DATA)\b.*$", b"", data[end:])
     if fields > 0 or (not text and len(tail.split()) < expected):
         raise ReadError("the file is truncated: its last array is shorter than its header says")
-
-
-def require_cells(dataset: Any) -> None:
-    """Raise a MeshError if cells of a VTK dataset have a wrong number of nodes, or nodes that are no points.
-
-    VTK itself follows them wherever they lead.
-    """
-    count = dataset.GetNumberOfPoints()
-    if dataset.IsA("vtkPolyData"):
-        tables = [dataset.GetVerts(), dataset.GetLines(), dataset.GetPolys(), dataset.GetStrips()]
-    elif dataset.IsA("vtkUnstructuredGrid"):
-        tables = [dataset.GetCells()]
-    else:
-        tables = []
-        if dataset.IsA("vtkStructuredGrid") and np.prod(dataset.dimensions) != count:
-            raise MeshError(f"{count} points are not those of a grid of {dataset.dimensions}")
-    for cells in tables:
-        offsets, nodes = cell_table(cells)
-        sizes = np.diff(offsets)
-        if len(offsets) and (offsets[0] != 0 or (sizes < 0).any() or offsets[-1] > len(nodes)):
-            raise MeshError("the sizes of its cells make no sense")
-        bad = (nodes < 0) | (nodes >= count)
-        if bad.any():
-            ids = np.searchsorted(offsets, np.flatnonzero(bad), side="right") - 1
-            raise MeshError(f"cells with node ids outside 0..{count - 1}: {first_ids(np.unique(ids))}")
-    if dataset.IsA("vtkUnstructuredGrid"):
-        wanted = np.array([_SIZES.get(code, 0) for code in range(256)])[dataset.celltypes]
-        if len(wanted) != len(sizes):
-            raise MeshError(f"{len(wanted)} types are given for {len(sizes)} cells")
-        odd = np.flatnonzero((wanted > 0) & (wanted != sizes))
-        if len(odd):
-            raise MeshError(f"cells whose number of nodes is not that of their type: {first_ids(odd)}")

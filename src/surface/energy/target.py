@@ -1,4 +1,4 @@
-"""The reference domain: what the cells of a surface shall be conformal to.
+"""Targets: what the cells of a surface should be conformal to, the reference domain of the energies.
 
 Every cell has a perfect shape in the plane. Of a triangle two edge vectors suffice, of a quadrilateral its four
 corners; what the energies need is the inverse of the reference frame, so that f_i = sum_a x_a B_ai.
@@ -12,25 +12,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.common import OptionError, array_of_numbers, first_ids
+from hexconformal.mesh import face_edges, unique_edges
 
 from ..mesh import Cells, Floats, Ints, cell_angles
 
-__all__ = ["REFERENCES", "flat_angles", "reference_shapes", "triangle_from_angles"]
+__all__ = ["TARGETS", "flat_angles", "target_shapes", "triangle_from_angles"]
 
-REFERENCES = ("flat", "equilateral", "input")
+TARGETS = ("flat", "equilateral", "input")
 
 _AREA = np.sqrt(3.0) / 4.0
 _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
-def reference_shapes(reference: Any, points: Floats, cells: Cells) -> tuple[Floats, Floats]:
+def target_shapes(target: Any, points: Floats, cells: Cells) -> tuple[Floats, Floats]:
     """Perfect shapes of all cells.
 
     Parameters
     ----------
-    reference
+    target
         "flat": as flat as the valences allow, see :func:`flat_angles`; "equilateral"; "input": the cells' own
-        shapes; an (n, 3) array of points of a reference mesh with the same cells (its conformal class is kept), or
+        shapes; an (n, 3) array of points of a target mesh with the same cells (its conformal class is kept), or
         a pair of arrays (t, 3, 2) and (q, 4, 2) of planar corners. Quadrilaterals are unit squares in the first two.
     points
         (n, 3) points of the mesh itself.
@@ -44,28 +45,28 @@ def reference_shapes(reference: Any, points: Floats, cells: Cells) -> tuple[Floa
     Raises
     ------
     OptionError
-        If `reference` is none of those, or a shape has no area or is turned over.
+        If `target` is none of those, or a shape has no area or is turned over.
     """
     squares = np.broadcast_to(_SQUARE, (len(cells.quads), 4, 2))
-    if isinstance(reference, str):
-        if reference not in REFERENCES:
-            names = ", ".join(repr(name) for name in REFERENCES)
-            raise OptionError(f"target must be {names} or an array, not {reference!r}")
-        if reference == "equilateral":
+    if isinstance(target, str):
+        if target not in TARGETS:
+            names = ", ".join(repr(name) for name in TARGETS)
+            raise OptionError(f"target must be {names} or an array, not {target!r}")
+        if target == "equilateral":
             angles = np.full(cells.triangles.shape, np.pi / 3)
             return triangle_from_angles(angles), squares
-        if reference == "flat":
+        if target == "flat":
             return triangle_from_angles(flat_angles(cells, len(points))), squares
-        reference = points
-    if isinstance(reference, tuple) and len(reference) == 2:
-        triangles, quads = (array_of_numbers("target", part) for part in reference)
+        target = points
+    if isinstance(target, tuple) and len(target) == 2:
+        triangles, quads = (array_of_numbers("target", part) for part in target)
         if triangles.shape != (len(cells.triangles), 3, 2) or quads.shape != (len(cells.quads), 4, 2):
             raise OptionError(
                 f"target shapes must be ({len(cells.triangles)}, 3, 2) and ({len(cells.quads)}, 4, 2), "
                 f"not {triangles.shape} and {quads.shape}"
             )
     else:
-        given = array_of_numbers("target", getattr(reference, "points", reference))
+        given = array_of_numbers("target", getattr(target, "points", target))
         if given.shape != points.shape:
             raise OptionError(f"a target mesh must have points {points.shape}, not {given.shape}")
         triangles = triangle_from_angles(cell_angles(given, cells.triangles))
@@ -141,10 +142,9 @@ def _unfolded(points: Floats, quads: Ints) -> Floats:
 
 def _on_boundary(cells: Cells, count: int) -> NDArray[np.bool_]:
     """(n,) nodes on an edge that belongs to one cell only."""
-    sides = [np.stack([table, np.roll(table, -1, axis=1)], axis=2).reshape(-1, 2) for table in cells.groups()]
-    edges, uses = np.unique(np.sort(np.concatenate(sides), axis=1), axis=0, return_counts=True)
+    edges = unique_edges(np.concatenate([face_edges(table) for table in cells.groups()]))
     mask = np.zeros(count, dtype=bool)
-    mask[edges[uses == 1]] = True
+    mask[edges.nodes[edges.uses == 1]] = True
     return mask
 
 
@@ -156,4 +156,4 @@ def _require_area(shapes: Floats, name: str) -> None:
     size = (a**2).sum(axis=2) + (b**2).sum(axis=2)
     bad = np.flatnonzero(~(corner > 1e-9 * size).all(axis=1))
     if len(bad):
-        raise OptionError(f"reference {name} without area, folded or not convex: {first_ids(bad)}")
+        raise OptionError(f"target {name} must have an area and be convex, these are not: {first_ids(bad)}")

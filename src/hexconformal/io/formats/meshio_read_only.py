@@ -1,0 +1,36 @@
+"""Formats that are only read, by meshio: AVS UCD, CGNS, FLAC3D, H5M, Kratos, Netgen, SU2, Tecplot, UGRID."""
+
+from __future__ import annotations
+
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+
+from ..format_tools.format import Format
+from ..format_tools.meshio_files import checked_contents, parsing
+from ..source_file import FileContents, SourceFile
+
+__all__ = ["MESHIO_READ_ONLY"]
+
+_EXTENSIONS = {
+    "avsucd": (".avs",),
+    "cgns": (".cgns",),
+    "flac3d": (".f3grid",),
+    "h5m": (".h5m",),
+    "mdpa": (".mdpa",),
+    "netgen": (".vol",),
+    "su2": (".su2",),
+    "tecplot": (".dat", ".tec"),
+    "ugrid": (".ugrid",),
+}
+
+
+def _read(path: Path, name: str) -> FileContents:
+    with parsing(name) as output:
+        mesh = import_module(f"meshio.{name}").read(str(path))
+    return checked_contents(mesh, SourceFile(path, name), output)
+
+
+MESHIO_READ_ONLY = tuple(
+    Format(name, extensions, partial(_read, name=name)) for name, extensions in _EXTENSIONS.items()
+)

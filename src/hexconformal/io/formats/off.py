@@ -1,0 +1,48 @@
+"""Object File Format (.off): points and faces as text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...common import ReadError
+from ..format_tools.polygons import Polygons, polygon_format
+
+__all__ = ["OFF"]
+
+
+def _read(path: Path) -> Polygons:
+    """Read an Object File Format file; colours are left out."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    rows = [words for line in text.splitlines() if (words := line.partition("#")[0].split())]
+    head = rows.pop(0) if rows else [""]
+    if not head[0].endswith("OFF"):
+        raise ReadError("it does not begin with OFF")
+    counts = head[1:] or (rows.pop(0) if rows else [])
+    if len(counts) < 2:
+        raise ReadError("the numbers of points and faces are missing")
+    n, m = int(counts[0]), int(counts[1])
+    if len(rows) < n + m:
+        raise ReadError(f"{n} points and {m} faces are announced, {len(rows)} lines are there")
+    if any(len(row) <= int(row[0]) for row in rows[n : n + m]):
+        # Faces that go over several lines have no colours.
+        words, at = [word for row in rows[n:] for word in row], 0
+        rows = rows[:n]
+        for _ in range(m):
+            rows.append(words[at : at + 1 + int(words[at])] if at < len(words) else ["1"])
+            at += len(rows[-1])
+    faces = [[int(word) for word in row[1 : 1 + int(row[0])]] for row in rows[n : n + m]]
+    if any(len(face) < int(row[0]) for face, row in zip(faces, rows[n:], strict=False)):
+        raise ReadError("a face is shorter than it says")
+    return Polygons.from_lists([[float(word) for word in row[:3]] for row in rows[:n]], faces)
+
+
+def _write(target: Path, polygons: Polygons) -> list[str]:
+    """Write an Object File Format file."""
+    lines = ["OFF", f"{len(polygons.points)} {len(polygons.sizes)} 0"]
+    lines += [f"{x!r} {y!r} {z!r}" for x, y, z in polygons.points.tolist()]
+    lines += [" ".join(str(i) for i in [len(face), *face]) for face in polygons.face_lists()]
+    target.write_text("\n".join(lines) + "\n", encoding="ascii")
+    return polygons.array_names()
+
+
+OFF = polygon_format("off", _read, _write)

@@ -1,0 +1,39 @@
+"""XDMF (.xdmf, .xmf), with its numbers in an HDF5 file beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ..format_tools.capabilities import Capabilities, supported_part
+from ..format_tools.format import Format
+from ..format_tools.meshio_files import checked_contents, parsing, require_disk_space, write_with_meshio
+from ..source_file import FileContents, SourceFile
+
+__all__ = ["XDMF"]
+
+_CAPABILITIES = Capabilities(
+    cell_types="""vertex line line3 triangle triangle6 quad quad8 quad9 tetra tetra10 pyramid wedge wedge18 hexahedron
+        hexahedron20 hexahedron27 hexahedron64 hexahedron125 hexahedron216 hexahedron343 hexahedron512 hexahedron729
+        hexahedron1000""",
+    point_arrays="all",
+    cell_arrays="all",
+)
+
+
+def _read(path: Path) -> FileContents:
+    with parsing("xdmf") as output:
+        import meshio
+
+        mesh = meshio.xdmf.read(str(path))
+    return checked_contents(mesh, SourceFile(path, "xdmf"), output)
+
+
+def _write(target: Path, mesh: Any) -> list[str]:
+    out, lost = supported_part(mesh, "xdmf", _CAPABILITIES)
+    require_disk_space(target, out)
+    write_with_meshio(target, out, "xdmf")
+    return lost
+
+
+XDMF = Format("xdmf", (".xdmf", ".xmf"), _read, _write, _CAPABILITIES)

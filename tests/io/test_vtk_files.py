@@ -1,0 +1,68 @@
+"""VTK's files: everything is kept, and legacy text that ends too early is noticed."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+from hex_meshes import block, mixed_grid, mixed_meshio
+
+from hexconformal import as_hex_mesh
+from hexconformal.common.errors import ReadError
+from hexconformal.io import read_write as io
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk"])
+def test_vtk_keeps_everything(extension, tmp_path):
+    path = tmp_path / f"a b{extension}"
+    assert io.write(path, as_hex_mesh(mixed_grid())) == []
+    again = pv.read(path)
+    grid = mixed_grid()
+    np.testing.assert_array_equal(again.cells, grid.cells)
+    np.testing.assert_array_equal(again.cell_data["id"], np.arange(16))
+    assert list(again.field_data["units"]) == ["mm"]
+    # A mesh read from a file is handed back as it is, and writes all it came with.
+    mesh = io.read(path)
+    assert mesh.to_source_type() is mesh
+    io.write(path, mesh.replaced(points=mesh.points + 1))
+    np.testing.assert_array_equal(pv.read(path).points, grid.points + 1)
+    assert list(pv.read(path).field_data["units"]) == ["mm"]
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk"])
+def test_named_sets_become_arrays_in_vtk(extension, tmp_path):
+    path = tmp_path / f"mesh{extension}"
+    assert io.write(path, as_hex_mesh(mixed_meshio())) == []
+    grid = pv.read(path)
+    assert np.flatnonzero(grid.point_data["inlet"]).tolist() == [0, 5]
+    assert np.flatnonzero(grid.cell_data["some"]).tolist() == [1, 3, 7, 12]
+    np.testing.assert_array_equal(grid.field_data["fluid"], [11, 3])
+
+
+@pytest.mark.parametrize("last", ["scalar", "vector", "field"])
+def test_the_last_numbers_of_a_legacy_text_file(last, tmp_path):
+    path = tmp_path / "mesh.vtk"
+    points, cells = block(1)
+    head = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n"
+    mesh = "\n".join(" ".join(map(str, row)) for row in points) + "\nCELLS 1 9\n8 " + " ".join(map(str, cells[0]))
+    array = {
+        "scalar": "SCALARS a double 3\nLOOKUP_TABLE default\n" + "1 2 3 " * 8,
+        "vector": "VECTORS a double\n" + "1 2 3\n" * 8,
+        "field": "FIELD FieldData 2\na 1 8 double\n" + "1 " * 8 + "\nb 2 8 double\n" + "1 2\n" * 8,
+    }[last]
+    text = head + mesh + "\nCELL_TYPES 1\n12\nPOINT_DATA 8\n" + array
+    path.write_text(text)
+    assert "a" in io.read(path).point_data
+    # VTK itself notices only some of these.
+    for missing in range(4, 30):
+        path.write_text(text.rstrip()[:-missing])
+        with pytest.raises(ReadError, match="truncated"):
+            io.read(path)
+
+
+def test_ranges_in_a_legacy_text_file_are_no_arrays(tmp_path):
+    # VTK notes the range of an array once it knows it; whole numbers must not pass for the header of an array.
+    grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: block(2)[1]}, block(2)[0])
+    grid.point_data["v"] = np.tile([1.0, 0.0, 0.0], (grid.n_points, 1))
+    grid.point_data.GetArray("v").GetRange(-1)
+    grid.save(tmp_path / "a.vtk", binary=False)
+    assert "DATA 2 1 1" in (tmp_path / "a.vtk").read_text()
+    assert len(io.read(tmp_path / "a.vtk").cells) == 8
