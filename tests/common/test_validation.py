@@ -28,7 +28,7 @@ def flow(**options):
     return list(surface.evolve(surface.MeanCurvature(FAN), **{"steps": 1, **options}))
 
 
-ASKED = [
+CALLS = [
     *[(lambda **o: hc.regularize(HEXAHEDRA, **{"max_iterations": 1, **o}), name) for name in names(hc.Options)],
     *[(lambda **o: surface.remesh(FAN, **{"max_iterations": 1, **o}), name) for name in names(surface.Options)],
     *[(flow, name) for name in names(surface.Stepping)],
@@ -46,7 +46,7 @@ ASKED = [
     "odd", [object(), 1j, np.array(["a"]), [[1], [2, 3]], {"a": object()}], ids=lambda odd: type(odd).__name__
 )
 def test_nothing_else_is_raised_than_what_is_promised(odd):
-    for call, name in ASKED:
+    for call, name in CALLS:
         if name != "remesh_options" or not isinstance(odd, dict):
             with pytest.raises((OptionError, MeshError)):
                 call(**{name: odd})

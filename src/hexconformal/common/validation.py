@@ -137,7 +137,7 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     count
         Number of points n.
     name
-        What to call it in messages.
+        Name of the option in messages.
     arrays
         Arrays over the points, where these have names.
 

@@ -30,7 +30,7 @@ class Harmonic:
     normalized
         The mesh.
     admissible
-        Where nodes may go; those whose displacement is given are held.
+        Directions nodes may go in; those whose displacement is given are held.
     tolerance
         Of the linear solver.
 

@@ -64,7 +64,7 @@ class MotionReport:
     blocked
         Cells that would be inverted by going on; empty unless the step was refused.
     reason
-        Why it was refused, in words; "" otherwise.
+        Reason of a refusal, in words; "" otherwise.
     seconds
         Wall time.
     """
@@ -93,7 +93,7 @@ class MotionStep:
     points
         (n, 3) all of them, in their old order.
     velocity
-        (n, 3) the way of this step over its time, equation (28); None where no time was given.
+        (n, 3) displacement of this step over its time, equation (28); None where no time was given.
     report
         Share of the step that was made, quality, and why it was refused.
     """

@@ -49,14 +49,14 @@ class MotionRun:
     motion
         At its start.
     boundary
-        Where its moving nodes go.
+        Displacements of its moving nodes.
 
     Attributes
     ----------
     step
         The last one that was made completely.
     refusal
-        Why the motion ended early; "" if it did not.
+        Reason of an early end; "" if there was none.
     """
 
     version, record, other_runs = 1, MotionRecord, "another mesh, or to other options"

@@ -55,9 +55,9 @@ def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
     times, counts = np.unique(table[:, 0], return_counts=True)
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
     nodes = table[: counts[0], 1].astype(np.int64)
-    odd = np.flatnonzero(counts != counts[0])
-    if len(odd) == 0:
-        odd = np.flatnonzero((table[:, 1].reshape(len(times), -1) != nodes).any(axis=1))
-    if len(odd) or len(np.unique(nodes)) < len(nodes):
-        raise ReadError(f"{path}: every {when} names the same nodes, each once; {when}s that do not: {first_ids(odd)}")
+    bad = np.flatnonzero(counts != counts[0])
+    if len(bad) == 0:
+        bad = np.flatnonzero((table[:, 1].reshape(len(times), -1) != nodes).any(axis=1))
+    if len(bad) or len(np.unique(nodes)) < len(nodes):
+        raise ReadError(f"{path}: every {when} names the same nodes, each once; {when}s that do not: {first_ids(bad)}")
     return BoundaryMotion(nodes, times, table[:, 2:].reshape(len(times), -1, 3))

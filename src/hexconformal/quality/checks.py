@@ -137,7 +137,7 @@ def _wrapped(mesh: HexMesh, inverted: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _sampling_stride(mesh: HexMesh) -> int:
-    # What holds for most cells is asked of a sample.
+    # A sample tells what holds for most cells.
     return max(len(mesh.cells) // _SAMPLED_CELLS, 1)
 
 
@@ -190,12 +190,12 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
     if (faces.uses > 1).all():
         return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
     order = detect_order(mesh.points, mesh.cells[:: _sampling_stride(mesh)])
-    odd = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
+    opposed = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
         found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
-    elif len(odd):
-        ids = np.unique(odd)
+    elif len(opposed):
+        ids = np.unique(opposed)
         text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids)}"
         found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
     elif order.mirrored:

@@ -79,7 +79,7 @@ def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     mesh : HexMesh
         The mesh with cells in VTK order; as it was if there was nothing to do.
     report : OrientReport
-        What was done.
+        Order and mirrored cells that were found.
 
     Raises
     ------

@@ -36,7 +36,7 @@ class Boundary:
     barrier
         Keeps curved parts near the surface; None where there are none that may move.
     notes
-        What was decided, in words.
+        Decisions, in words.
     """
 
     admissible: AdmissibleDirections

@@ -1,4 +1,4 @@
-"""Minimize the distortion of a valid mesh, or the quaternionic energy of any: L-BFGS, Newton, or the note's method."""
+"""Minimize the distortion of a valid mesh, or the quaternionic energy of any: L-BFGS, Newton, or majorization."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Minimization:
     normalized
         The mesh.
     admissible
-        Where nodes may go.
+        Directions nodes may go in.
     options
         Energy, target, weights, quadrature, method, tolerance.
     points
@@ -42,7 +42,7 @@ class Minimization:
     Attributes
     ----------
     reason
-        Why it stopped, in words.
+        Reason of its end, in words.
     converged
         True where the tolerance was reached.
     """

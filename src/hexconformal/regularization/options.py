@@ -34,7 +34,7 @@ class Options:
         "slide": boundary nodes move in the flat faces and along the straight edges they lie on, and along
         curved parts within `hausdorff`; "fixed": they stay; "free": nothing holds them but `fixed`.
     hausdorff
-        How far a curved boundary may move, in both directions, as a share of the bounding box's diagonal.
+        Distance that a curved boundary may move, in both directions, as a share of the bounding box's diagonal.
         0: curved parts stay. With the quaternionic energy curved parts always stay.
     features
         Sharp edges and corners: "keep"; "soft": they may be rounded within `hausdorff`; "auto": kept unless
@@ -55,14 +55,14 @@ class Options:
         cells' own shapes), (m, 3) edge lengths of a box for every cell, or the (n, 3) points of a reference mesh
         with the same cells.
     sizes
-        How large cells should be: "input": as they are, so that valid cells do not shrink or swell more than
+        Volumes of cells: "input": as they are, so that valid cells do not shrink or swell more than
         their shape is worth, inverted ones having no size; "free"; (m,) wanted volumes, in the mesh's unit of length
         cubed, or the name of a cell array with them: quality may be lost on the way to these, but no cell folds.
         What counts is the ratio of the two; the report has the smallest and largest. Without effect where the
         distortion alone is minimized: with the quaternionic energy, and in valid meshes with flat or fixed boundary
         until the worst cells are raised.
     weight
-        "reference": every cell counts the same; "volume": by its volume in the input, the dV of the note.
+        "reference": every cell counts the same; "volume": by its volume in the input, the dV of Gruber & Aulisa.
     energy
         "barrier": the conformally invariant distortion: every cell counts the same whatever its size, and none can
         collapse; "quaternionic": the distortion int |*df - N df|^2 of Gruber & Aulisa itself, blind to orientation,
@@ -71,7 +71,7 @@ class Options:
         "gauss" (2 x 2 x 2), "corners", or "auto": Gauss points for the quaternionic energy; corners for the barrier,
         which at the Gauss points would not see a corner fold.
     method
-        "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", the note's method
+        "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", that of Gruber & Aulisa
         (quaternionic energy only).
     emphasis
         "mean" makes the cells good on the whole, "worst" raises the worst ones once the distortion is low: from then

@@ -31,13 +31,13 @@ class Report(Serializable):
     iterations, seconds
         Work done.
     reason
-        Why the run stopped, in words.
+        Reason of its end, in words.
     converged
         True where that was a stopping criterion, not a limit.
     options
-        What was chosen, defaults included.
+        Options of the run, defaults included.
     notes
-        What else the user should know.
+        Decisions and warnings, in words.
     hausdorff
         Hausdorff distance between the boundaries before and after, relative to `diagonal`; from the surface that
         was given to slide on, if one was. None where it was not measured.

@@ -77,12 +77,12 @@ class Regularization:
     mesh
         Anything :func:`hexconformal.as_hex_mesh` takes.
     options
-        What to do; the defaults suit an unknown mesh.
+        Options of the run; the defaults suit an unknown mesh.
 
     Attributes
     ----------
     options, mesh
-        What was given, the mesh as a :class:`hexconformal.HexMesh`.
+        Options and mesh of the run, the mesh as a :class:`hexconformal.HexMesh`.
     history
         The records so far.
 

@@ -51,13 +51,13 @@ class Stages:
     Attributes
     ----------
     reason
-        Why it stopped, in words.
+        Reason of its end, in words.
     converged
-        Whether that was a stopping criterion, not a limit.
+        True where that was a stopping criterion, not a limit.
     boundary
-        How the boundary is kept; decided anew where cells cannot be unfolded.
+        Constraint and barrier of the boundary; decided anew where cells cannot be unfolded.
     notes
-        What the user should know about the outcome.
+        Decisions and warnings, in words.
     corner_energy
         That of all cells that are not folded, once there is one; None before, and where none is needed.
     wanted

@@ -36,13 +36,13 @@ def restore_volume(problem: CornerEnergy, points: Field, quads: Ints, volume: fl
     Parameters
     ----------
     problem
-        What resists; none of its cells may be folded.
+        Energy that resists; none of its cells may be folded.
     points
         (n, 3) where to begin.
     quads
         (k, 4) boundary quads.
     volume
-        What they should enclose.
+        Volume to enclose.
     """
     valid = is_valid(points, problem.cells)
     for _ in range(_STEPS):

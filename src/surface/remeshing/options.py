@@ -55,8 +55,8 @@ class Options:
         Put the nodes back onto the input surface, keep the volume, and the area within 0.8 %: right for a surface
         that does not move.
     hausdorff
-        How far the result may be from the input, as a share of the bounding box's diagonal; for project=True only:
-        otherwise the report has a note where the distance is larger.
+        Distance that the surface may move, in both directions, as a share of the bounding box's diagonal; for
+        project=True only: otherwise the report has a note where the distance is larger.
     feature_angle
         Edges whose cells meet at more than this (degrees) are sharp, unless they are few, or full of corners on a rough
         surface: nodes on them slide along them, corners stay. None: no edge is.
