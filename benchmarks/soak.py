@@ -154,13 +154,13 @@ def _hexahedral_case(points: np.ndarray, cells: np.ndarray, traits: list[str], r
         weight=["volume"],
         quadrature=["gauss", "corners"],
         method=["lbfgs", "newton"],
-        lift=[True, False],
+        emphasis=["worst", "mean"],
         conserve_volume=[True],
         max_iterations=[3, 200],
     )
     if rng.random() < 0.15:
         options |= {"energy": "quaternionic", "boundary": "fixed" if options.get("boundary") == "free" else "slide"}
-        for name in ("lift", "sizes"):
+        for name in ("emphasis", "sizes"):
             options.pop(name, None)
     if options.get("boundary") == "free":
         options.pop("conserve_volume", None)
@@ -206,7 +206,7 @@ def judge_hexahedra(case: Case, rng: np.random.Generator) -> list[str]:
     hold("no more cells are inverted", inverted[1] <= inverted[0])
     if (
         case.options.get("energy") != "quaternionic"
-        and case.options.get("lift") is not False
+        and case.options.get("emphasis") != "mean"
         and inverted[0] == inverted[1]
     ):
         hold("the smallest is not lower", quality[1].min() >= quality[0].min() - LEVEL)
@@ -258,16 +258,16 @@ def surfaces(rng: np.random.Generator) -> Case:
     cells = [place[table][rng.permutation(len(table))] for table in (triangles, quads)]
     options = _options(
         rng,
-        reference=["flat", "input"],
+        target=["flat", "input"],
         energy=["quaternionic"],
         emphasis=["worst"],
         hausdorff=[0.001, 0.05],
-        features=[None, 30.0],
+        feature_angle=[None, 30.0],
         boundary=["fixed"],
         normal=["middle", "simpson"],
-        iterations=[3],
+        max_iterations=[3],
     )
-    options.setdefault("iterations", 25)
+    options.setdefault("max_iterations", 25)
     if rng.random() < 0.3:
         options["fixed"] = rng.random(len(points)) < 0.2
         traits.append("nodes held")
@@ -295,7 +295,7 @@ def judge_surfaces(case: Case, rng: np.random.Generator) -> list[str]:
     # A sheet that hangs nowhere over must not do so afterwards.
     up = [area_vectors(points, cells) @ area_vectors(x, cells).sum(axis=0) for points in (x, y)]
     hold("no cell of a sheet lies upside down", "sheet" not in case.traits or up[0].min() <= 0 or up[1].min() > 0)
-    if case.options.get("reference") == "input":  # regular cells are not what is wanted
+    if case.options.get("target") == "input":  # regular cells are not what is wanted
         hold("the energy is not higher", result.report.energy_after <= result.report.energy_before)
     else:
         angles = [smallest_angles(points, cells) for points in (x, y)]

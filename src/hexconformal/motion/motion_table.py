@@ -1,4 +1,4 @@
-"""The table that says where the boundary of a motion goes."""
+"""Reader of the table of boundary displacements of a motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["BoundaryMotion", "read_boundary"]
 
 @dataclass(frozen=True)
 class BoundaryMotion:
-    """Where nodes (k,) of the boundary go: at times (t,) above 0, displacements (t, k, 3) from the initial place."""
+    """Motion of boundary nodes (k,): at times (t,) above 0, displacements (t, k, 3) from the initial place."""
 
     nodes: NDArray[np.int64]
     times: NDArray[np.float64]
@@ -55,9 +55,9 @@ def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
     times, counts = np.unique(table[:, 0], return_counts=True)
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
     nodes = table[: counts[0], 1].astype(np.int64)
-    odd = np.flatnonzero(counts != counts[0])
-    if len(odd) == 0:
-        odd = np.flatnonzero((table[:, 1].reshape(len(times), -1) != nodes).any(axis=1))
-    if len(odd) or len(np.unique(nodes)) < len(nodes):
-        raise ReadError(f"{path}: every {when} names the same nodes, each once; {when}s that do not: {first_ids(odd)}")
+    bad = np.flatnonzero(counts != counts[0])
+    if len(bad) == 0:
+        bad = np.flatnonzero((table[:, 1].reshape(len(times), -1) != nodes).any(axis=1))
+    if len(bad) or len(np.unique(nodes)) < len(nodes):
+        raise ReadError(f"{path}: every {when} names the same nodes, each once; {when}s that do not: {first_ids(bad)}")
     return BoundaryMotion(nodes, times, table[:, 2:].reshape(len(times), -1, 3))
