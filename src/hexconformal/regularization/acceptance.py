@@ -52,11 +52,13 @@ def with_volume_restored(
     else:
         why = "hausdorff and the cells leave no room for more"
         same = restore_volume(problem, points, normalized.quads, volume)
-    left = enclosed_volume(same, normalized.quads) / volume - 1.0
+    # Where cells upside down take away as much as the others enclose, changes are told in cubes of the mean edge.
+    scale = abs(volume) or 1.0
+    left = (enclosed_volume(same, normalized.quads) - volume) / scale
     notes = []
     if same is not points:
         moved = np.linalg.norm(same - points, axis=1).max() / normalized.diagonal
-        before = f"a change of {changed / volume - 1.0:+.1e}"
+        before = f"a change of {(changed - volume) / scale:+.1e}"
         notes.append(f"volume: {before} was made up for by moving nodes, at most by {moved:.1e} diagonals")
     if abs(left) > _SAME_VOLUME:
         notes.append(f"the volume is not that of the input, but differs by {left:+.1e}: {why}")

@@ -101,7 +101,7 @@ class Minimization:
         normalized, options, scales = self._normalized, self._options, None
         if options.weight == "volume":
             volumes = np.abs(cell_volumes(normalized.points, normalized.cells))
-            scales = volumes / volumes.mean()
+            scales = volumes / volumes.mean() if volumes.any() else None
         target, rule = normalized_target(options.target, normalized), options.quadrature_rule
         inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_ids)
         eps = None if options.energy == "quaternionic" else 0.0

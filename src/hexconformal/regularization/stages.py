@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import first_ids
-from ..elements import corner_scaled_jacobian
+from ..elements import all_valid, corner_scaled_jacobian, is_valid
 from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights, inverse_targets, normalized_target, target_volumes
 from ..geometry import DistanceBarrier
 from ..mesh import NormalizedMesh
@@ -71,15 +71,24 @@ class Stages:
         self._normalized, self.boundary, self._options = normalized, boundary, options
         self._sufficient_hausdorff = np.inf
         self.wanted = self._wanted_volumes()
+        self._valid = np.flatnonzero(is_valid(normalized.mesh.points, normalized.mesh.cells))
 
     def __iter__(self) -> Iterator[Iteration]:
-        yield Iteration("input", self._normalized.points)
+        kept = self._normalized.points
+        yield Iteration("input", kept)
         left = most = self._options.max_iterations
         for iteration in islice(self._iterations(), most):
             left -= 1
-            yield iteration
+            # The way out of a tangle may lead through cells that were valid: what is seen of it is what was before.
+            if iteration.points is not kept and self.keeps_valid(iteration.points):
+                kept = iteration.points
+            yield iteration if iteration.points is kept else Iteration(iteration.phase, kept)
         if left == 0:
             self.reason, self.converged = f"reached max_iterations = {most}", False
+
+    def keeps_valid(self, points: Field) -> bool:
+        """True where every cell that is valid in the mesh as it came is so at these points."""
+        return all_valid(self._normalized.to_user(points), self._normalized.mesh.cells, self._valid)
 
     def _iterations(self) -> Iterator[Iteration]:
         points = self._normalized.points
@@ -160,6 +169,10 @@ class Stages:
                 self.notes.append(f"features={features!r} instead, which left fewer cells folded")
         points = untangle_interior(corner_energy, points)
         yield Iteration("untangle interior", points)
+        lost = self._normalized.valid & ~is_valid(points, corner_energy.cells)
+        if lost.any() and not bad.any():
+            points = pull_back(points, self._normalized.points, corner_energy.cells, self._within_bound)
+            bad = folded_cells(corner_energy, points)
         return corner_energy, points, bad
 
     def _untangle_with_room(
@@ -257,7 +270,9 @@ class Stages:
         others = folded_cells(corner_energy, points) & ~bad
         if others.any():
             ids = first_ids(self._ids(others))
-            self.notes.append(f"others around them stay inverted, so that the worst is no worse than it was: {ids}")
+            self.notes.append(
+                f"others around them stay inverted, so that no valid cell is lost and the worst is no worse: {ids}"
+            )
         bad = folded_cells(corner_energy, points)
         projectors = corner_energy.projectors.copy()
         projectors[corner_energy.cells[bad]] = 0.0

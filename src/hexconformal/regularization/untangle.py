@@ -17,7 +17,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
-from ..elements import EDGES, corner_scaled_jacobian
+from ..elements import EDGES, corner_scaled_jacobian, is_valid
 from ..energy import CornerEnergy, Weights
 from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import newton_step, next_shift
@@ -68,14 +68,19 @@ def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> I
 
 
 def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
-    """Points at which the worst cell is no worse than it was at the start, and the boundary near enough.
+    """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
-    Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
-    of their way back, such that the fewest cells are inverted, never more than at the start; all of them go back where
-    that is not to be had.
+    Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
+    around these are taken some of their way back, such that the fewest cells are inverted, never more than at the
+    start; all of them go back where that is not to be had.
     """
-    first, now = corner_scaled_jacobian(start, cells), corner_scaled_jacobian(points, cells)
-    worse = now < first.min()
+    first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
+
+    def spoiled(trial: Field, quality: Field) -> Mask:
+        return np.asarray((quality < first.min()) | (valid & ~is_valid(trial, cells)))
+
+    now = corner_scaled_jacobian(points, cells)
+    worse = spoiled(points, now)
     if not near(points):
         worse |= now <= 0.0
     elif not worse.any():
@@ -88,7 +93,7 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
             fewer = inverted < fewest or (inverted == fewest and best is start)
-            if fewer and quality.min() >= first.min() and near(trial):
+            if fewer and not spoiled(trial, quality).any() and near(trial):
                 best, fewest = trial, inverted
     return best
 
@@ -138,7 +143,8 @@ def _least_eps(smallest: float) -> float:
 
 def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps: float) -> float:
     """Equation (9), Garanzha et al. (2021): as much closer to zero as the last step has lowered the energy."""
-    sigma = max(_LEAST_SIGMA, 1.0 - last[1] / last[0])
+    # Perfect cells have no energy to lose, and mirrored they are as perfect.
+    sigma = max(_LEAST_SIGMA, 1.0 - last[1] / last[0] if last[0] > 0.0 else 0.0)
     m = (1.0 - sigma) * 0.5 * (smallest + np.sqrt(eps**2 + smallest**2))
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 
@@ -169,6 +175,8 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, region: Ma
         return points
     start = points[nodes]
     best, amount = start, _tangledness(patch, start)
+    # What is valid in the input and has not been given up on the way stays unfolded.
+    protected = is_valid(first[nodes], patch.cells) & ~folded_cells(patch, start)
     everywhere = np.ones(len(nodes), dtype=bool)
     starts = [start, harmonic(patch, start, everywhere)]
     moving = patch.free
@@ -179,7 +187,7 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, region: Ma
         for first_eps in _FIRST_EPS:
             steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
             attempt = steps[-1][0] if steps else local
-            if _tangledness(patch, attempt) < amount:
+            if _tangledness(patch, attempt) < amount and not folded_cells(patch, attempt)[protected].any():
                 best, amount = attempt, _tangledness(patch, attempt)
             if amount[0] == 0:
                 break

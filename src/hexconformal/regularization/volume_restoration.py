@@ -72,7 +72,10 @@ def _move_by_volume(points: Field, direction: Field, quads: Ints, gap: float) ->
     length = 0.0
     for _ in range(30):
         moved = points + length * direction
-        longer = gap / float(np.einsum("ij,ij->", simpson_mean(area_vectors, points, moved), direction))
+        growth = float(np.einsum("ij,ij->", simpson_mean(area_vectors, points, moved), direction))
+        if growth == 0.0:
+            break
+        longer = gap / growth
         if abs(longer - length) <= 1e-15 * abs(longer):
             break
         length = longer
