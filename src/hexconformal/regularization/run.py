@@ -187,7 +187,8 @@ class Regularization:
         notes: list[str] = []
         if points is not normalized.points and self.options.conserve_volume:
             points, notes = with_volume_restored(points, normalized, self._stages.corner_energy)
-            if not (self._stages.keeps_valid(points) and self._acceptable(self._record(Iteration("volume", points)))):
+            keeps_valid = self._stages.keeps_valid(points)
+            if not (keeps_valid and self._acceptable(self._record(Iteration("volume", points)))):
                 points, notes = normalized.points, []
         if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"

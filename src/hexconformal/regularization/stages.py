@@ -79,7 +79,7 @@ class Stages:
         left = most = self._options.max_iterations
         for iteration in islice(self._iterations(), most):
             left -= 1
-            # The way out of a tangle may lead through meshes that lose valid cells: the last one before is yielded.
+            # The way out of a tangle may lead through cells that were valid: what is seen of it is what was before.
             if iteration.points is not kept and self.keeps_valid(iteration.points):
                 kept = iteration.points
             yield iteration if iteration.points is kept else Iteration(iteration.phase, kept)
@@ -169,7 +169,8 @@ class Stages:
                 self.notes.append(f"features={features!r} instead, which left fewer cells folded")
         points = untangle_interior(corner_energy, points)
         yield Iteration("untangle interior", points)
-        if not bad.any() and not is_valid(points, corner_energy.cells)[self._normalized.valid].all():
+        lost = self._normalized.valid & ~is_valid(points, corner_energy.cells)
+        if lost.any() and not bad.any():
             points = pull_back(points, self._normalized.points, corner_energy.cells, self._within_bound)
             bad = folded_cells(corner_energy, points)
         return corner_energy, points, bad

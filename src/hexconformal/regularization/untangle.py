@@ -76,11 +76,11 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
     """
     first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
 
-    def worsened(trial: Field, quality: Field) -> Mask:
+    def spoiled(trial: Field, quality: Field) -> Mask:
         return np.asarray((quality < first.min()) | (valid & ~is_valid(trial, cells)))
 
     now = corner_scaled_jacobian(points, cells)
-    worse = worsened(points, now)
+    worse = spoiled(points, now)
     if not near(points):
         worse |= now <= 0.0
     elif not worse.any():
@@ -93,7 +93,7 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
             fewer = inverted < fewest or (inverted == fewest and best is start)
-            if fewer and not worsened(trial, quality).any() and near(trial):
+            if fewer and not spoiled(trial, quality).any() and near(trial):
                 best, fewest = trial, inverted
     return best
 
@@ -176,7 +176,7 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, region: Ma
     start = points[nodes]
     best, amount = start, _tangledness(patch, start)
     # What is valid in the input and has not been given up on the way stays unfolded.
-    kept = is_valid(first[nodes], patch.cells) & ~folded_cells(patch, start)
+    protected = is_valid(first[nodes], patch.cells) & ~folded_cells(patch, start)
     everywhere = np.ones(len(nodes), dtype=bool)
     starts = [start, harmonic(patch, start, everywhere)]
     moving = patch.free
@@ -187,7 +187,7 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, region: Ma
         for first_eps in _FIRST_EPS:
             steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
             attempt = steps[-1][0] if steps else local
-            if _tangledness(patch, attempt) < amount and not folded_cells(patch, attempt)[kept].any():
+            if _tangledness(patch, attempt) < amount and not folded_cells(patch, attempt)[protected].any():
                 best, amount = attempt, _tangledness(patch, attempt)
             if amount[0] == 0:
                 break
