@@ -28,7 +28,7 @@ def test_promises_are_kept(kind):
 
 
 def test_a_broken_promise_is_noticed(monkeypatch):
-    def spoiled(self, leave=None):
+    def spoiled(self, leave=None, meshes=None):
         """The input, but for the first cell turned inside out."""
         for _ in self:
             break
