@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
-__all__ = ["REPLACED", "gmsh_reader", "med_reader", "med_writer", "nastran_writer", "with_globals"]
+__all__ = ["REPLACED", "gmsh_reader", "med_reader", "med_writer", "with_globals"]
 
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
@@ -19,7 +19,6 @@ REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
     ("meshio.gmsh._gmsh22", "read_buffer"): {"cell_data_from_raw": ("cells", "cell_data_raw")},
     ("meshio.med._med", "read"): {"_read_families": ("fas_data",)},
     ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags")},
-    ("meshio.nastran._nastran", "write"): {"_float_to_nastran_string": ("value", "length")},
 }
 
 
@@ -59,10 +58,3 @@ def med_writer(write_families: Callable[[Any, dict[int, list[str]]], None]) -> A
     import meshio
 
     return with_globals(meshio.med.write, _write_families=write_families)
-
-
-def nastran_writer(format_real: Callable[[float], str]) -> Any:
-    """meshio.nastran.write, where another function spells out coordinates."""
-    import meshio
-
-    return with_globals(meshio.nastran.write, _float_to_nastran_string=format_real)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TAG_ARRAYS", "cell_tags", "tag_names"]
+__all__ = ["TAG_ARRAYS", "cell_tags", "element_numbers", "tag_names"]
 
 TAG_ARRAYS = ("gmsh:physical", "nastran:ref", "medit:ref", "cell_tags")
 
@@ -37,3 +37,23 @@ def tag_names(mesh: Any) -> dict[tuple[int, int], str]:
     for tag, groups in getattr(mesh, "cell_tags", {}).items():
         names.update({(dimension, int(tag)): "_".join(groups) for dimension in range(4) if groups})
     return names
+
+
+def element_numbers(mesh: Any, out: Any) -> list[NDArray[np.int64]]:
+    """The numbers of the cells of a meshio.Mesh, block by block: hexahedra keep their labels, the others follow.
+
+    Parameters
+    ----------
+    mesh
+        The HexMesh that it was made from.
+    out
+        The meshio.Mesh.
+    """
+    sizes = [len(block.data) for block in out.cells]
+    hexes = np.concatenate([np.full(len(b.data), b.type.startswith("hexahedron")) for b in out.cells])
+    labels = mesh.cell_labels
+    numbers = np.arange(1, len(hexes) + 1)
+    if labels is not None and len(labels) == hexes.sum() and labels.min() > 0 and len(np.unique(labels)) == len(labels):
+        numbers[hexes] = labels
+        numbers[~hexes] = labels.max() + 1 + np.arange((~hexes).sum())
+    return np.split(numbers, np.cumsum(sizes)[:-1])

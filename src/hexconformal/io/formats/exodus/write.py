@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.captured_output import captured_output
 from ...format_tools.meshio_files import permuted_nodes
-from ...format_tools.tags import cell_tags
+from ...format_tools.tags import cell_tags, element_numbers
 from .blocks import CellGroup, cell_groups, with_ids
 from .elements import ELEMENT_NAMES, NODE_ORDERS
 from .netcdf import as_characters, component_names
@@ -102,7 +102,7 @@ class _Writer:
     def write_sets(self) -> None:
         """Node sets; element sets and side sets, of tags and of named sets of cells."""
         sides = [(group.tag, group.name, *self.sides.of(group.rows, self.places)) for group in self.sides.tagged()]
-        elements = []
+        elements: list[tuple[int, str, Ints]] = []
         free = max([0, *(number for number, *_ in sides)])
         for name, parts in self.mesh.cell_sets.items():
             # Names of tags repeat as sets.
@@ -151,14 +151,10 @@ class _Writer:
         """The numbers that nodes and hexahedra had; other cells are numbered after them."""
         if mesh.node_labels is not None:
             self._create("node_num_map", "i4", ("num_nodes",), mesh.node_labels)
-        hexes = [self.places[k] for k, block in enumerate(self.mesh.cells) if block.type.startswith("hexahedron")]
-        at = np.concatenate(hexes)
-        labels = np.arange(1, len(at) + 1) if mesh.cell_labels is None else mesh.cell_labels
-        if len(labels) == len(at) and (mesh.cell_labels is not None or (np.diff(at) < 0).any()):
-            numbers = np.zeros(sum(group.size for group in self.blocks), dtype=np.int64)
-            numbers[at] = labels
-            others = np.setdiff1d(np.arange(len(numbers)), at)
-            numbers[others] = labels.max(initial=0) + 1 + np.arange(len(others))
+        numbers = np.zeros(sum(group.size for group in self.blocks), dtype=np.int64)
+        for at, part in zip(self.places, element_numbers(mesh, self.mesh), strict=True):
+            numbers[at[at >= 0]] = part[at >= 0]
+        if (numbers != np.arange(1, len(numbers) + 1)).any():
             self._create("elem_num_map", "i4", ("num_elem",), numbers)
 
     def _create(self, name: str, kind: str, dimensions: tuple[str, ...], values: Any = None) -> Any:
