@@ -29,6 +29,8 @@ class SourceFile:
     node_labels, cell_labels
         The numbers that the file itself gives to the points, and to all cells (0 to those that it has no numbers for);
         None if it gives none.
+    model
+        What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     """
 
     path: Path
@@ -39,12 +41,27 @@ class SourceFile:
     data: bytes = field(default=b"", repr=False)
     node_labels: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
     cell_labels: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
+    model: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class FileContents:
-    """A meshio.Mesh or a pyvista dataset, the file it was read from, and remarks of the reader."""
+    """What was read from a file.
+
+    Attributes
+    ----------
+    data
+        A meshio.Mesh or a pyvista dataset.
+    file
+        The file.
+    notes
+        Remarks of the reader.
+    held
+        Points that must stay, since cells that are not in `data` hang on them: booleans (n,) or ids; None if no
+        such cells were set aside.
+    """
 
     data: Any
     file: SourceFile
     notes: tuple[str, ...] = ()
+    held: NDArray[Any] | None = field(default=None, repr=False, compare=False)

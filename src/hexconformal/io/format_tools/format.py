@@ -55,7 +55,9 @@ class Format:
         if self.write is None:
             raise WriteError(f"{self.name} files are only read")
         file = getattr(mesh.origin, "file", None)
-        if self.put_points is None or file is None or file.format != self.name:
+        if file is not None and file.format != self.name:
+            return [*(f"{what} of the {file.format} file" for what in file.model), *self.write(target, mesh)]
+        if self.put_points is None or file is None:
             return self.write(target, mesh)
         if not np.array_equal(mesh.cells, mesh.origin.selection.cells):
             reason = "because the node order of elements changed"

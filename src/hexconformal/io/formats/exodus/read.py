@@ -27,10 +27,11 @@ def read(path: Path) -> FileContents:
             reader = _Reader(data)
             mesh = reader.mesh()
             labels = _labels(data, "node", length_of(data, "num_nodes"))
+            model = _model(data)
             cell_labels = _labels(data, "elem", reader.element_count)
     sides = sum(len(block.data) for block in mesh.cells) - len(cell_labels)
     cell_labels = np.append(cell_labels, np.zeros(sides, dtype=np.int64))
-    file = SourceFile(path, "exodus", data=content, node_labels=labels, cell_labels=cell_labels)
+    file = SourceFile(path, "exodus", data=content, node_labels=labels, cell_labels=cell_labels, model=model)
     contents = checked_contents(mesh, file, output)
     return FileContents(contents.data, file, tuple(reader.notes))
 
@@ -219,3 +220,16 @@ def _labels(data: Any, kind: str, count: int) -> Ints:
     if name in data.variables and data[name].shape == (count,):
         return np.asarray(data[name][:]).astype(np.int64)
     return np.arange(1, count + 1)
+
+
+def _model(data: Any) -> tuple[str, ...]:
+    """What no other format has, by number and name."""
+    counts = {
+        "later times": length_of(data, "time_step") - 1,
+        "global variables": length_of(data, "num_glo_var"),
+        "QA records": length_of(data, "num_qa_rec") * ("qa_records" in data.variables),
+        "lines of information": length_of(data, "num_info") * ("info_records" in data.variables),
+        "tables of attributes": sum(name.startswith("attrib") for name in data.variables),
+        "tables of distribution factors": sum(name.startswith("dist_fact") for name in data.variables),
+    }
+    return tuple(f"{count} {what}" for what, count in counts.items() if count > 0)

@@ -33,8 +33,10 @@ def read(path: Path) -> FileContents:
             raise ReadError("there is no bulk data in it")
         nodes = Nodes(cards)
         mesh, labels, notes = _mesh(cards, nodes)
-    file = SourceFile(path, "nastran", text=text, node_labels=nodes.labels, cell_labels=labels)
-    return FileContents(checked_contents(mesh, file, output).data, file, tuple(notes))
+    others = Counter(card.name for card in cards if card.name not in ELEMENTS and card.name != "GRID")
+    model = tuple(f"{count} {name}" for name, count in others.items())
+    file = SourceFile(path, "nastran", text=text, node_labels=nodes.labels, cell_labels=labels, model=model)
+    return FileContents(checked_contents(mesh, file, output).data, file, tuple(notes), _held(cards, nodes.labels))
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ def _mesh(cards: list[Card], nodes: Nodes) -> tuple[Any, Ints, list[str]]:
     """The mesh, the numbers of its elements, and remarks."""
     import meshio
 
-    unsupported = Counter(card.name for card in cards if card.name in UNSUPPORTED_SOLIDS)
+    unsupported = Counter(card.name for card in cards if card.name.startswith(UNSUPPORTED_SOLIDS))
     if unsupported:
         raise ReadError(f"solid elements that are not supported: {_counts(unsupported)}")
     elements: list[_Element] = []
@@ -109,16 +111,16 @@ def _mesh(cards: list[Card], nodes: Nodes) -> tuple[Any, Ints, list[str]]:
                 aside[card.name] += 1
             else:
                 elements.append(element)
-        elif card.name in COUPLING_CARDS:
+        elif card.name.startswith(COUPLING_CARDS):
             aside[card.name] += 1
     if not elements or not len(nodes.labels):
         raise ReadError("the deck holds no nodes, or no elements of a known type")
     notes = [f"elements taken by their corners: {_counts(by_corners)}; they stay in the deck"] if by_corners else []
     if aside:
-        notes.append(f"set aside: {_counts(aside)}; they stay in the deck")
-    moving = sorted({card.name for card in cards if card.name.startswith("CORD1")})
-    if moving:
-        notes.append(f"coordinate systems that are defined by nodes follow them: {', '.join(moving)}")
+        notes.append(f"set aside, their nodes held: {_counts(aside)}; they stay in the deck")
+    defined = Counter(card.name for card in cards if card.name.startswith("CORD1"))
+    if defined:
+        notes.append(f"nodes that define coordinate systems are held: {_counts(defined)}")
     starts = [k for k, one in enumerate(elements) if k == 0 or one.kind != elements[k - 1].kind]
     runs = [elements[start:end] for start, end in zip(starts, [*starts[1:], len(elements)], strict=True)]
     blocks = [(run[0].kind, _places(nodes.labels, np.array([one.nodes for one in run], np.int64))) for run in runs]
@@ -147,6 +149,18 @@ def _element(card: Card, by_corners: Counter[str]) -> _Element | None:
         kind, given = shape.types[corners], numbers[:corners]
     reference = card.integer(1, 0) if shape.first == 2 else 0
     return _Element(kind, card.integer(0), reference, given)
+
+
+def _held(cards: list[Card], labels: Ints) -> NDArray[np.bool_]:
+    """(n,) nodes of cards that are set aside, and those that define coordinate systems."""
+    found = [
+        int(text)
+        for card in cards
+        if card.name.startswith((*COUPLING_CARDS, "CORD1")) or (card.name in ELEMENTS and not all(card.fields[2:4]))
+        for text in card.fields[1:]
+        if text.isdigit()
+    ]
+    return np.isin(labels, np.array(found, dtype=np.int64))
 
 
 def _places(labels: Ints, nodes: Ints) -> Ints:
