@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh
+from .node_groups import NodeGroups, grid_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
@@ -36,6 +37,13 @@ class VtkOrigin:
         """A new grid that shares cells and arrays with the source, with the points and the arrays of `mesh`."""
         points = with_straight_edges(mesh.points, self.selection)
         return updated_dataset(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
+
+    @property
+    def node_groups(self) -> NodeGroups:
+        """Nodes by the names of cell arrays."""
+        import pyvista
+
+        return grid_groups(pyvista.wrap(self.source), *cell_table(self.source.GetCells()))
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""

@@ -59,7 +59,7 @@ def boundary_of(frame: NormalizedMesh, options: Options) -> Boundary:
     """
     fixed = fixed_components(frame.mesh, options.fixed)[frame.node_ids]
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
-        return Boundary(boundary_directions(frame.points, frame.quads, options.boundary, fixed, frame.node_ids))
+        return Boundary(boundary_directions(frame.points, frame.quads, options.boundary, fixed, frame.node_labels))
     tolerance = options.hausdorff * frame.diagonal
     reference = _reference(frame, options.surface)
     tags = surface_tags(frame.mesh, frame.node_ids[frame.quads])

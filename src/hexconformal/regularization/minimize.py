@@ -103,7 +103,7 @@ class Minimization:
             volumes = np.abs(cell_volumes(frame.points, frame.cells))
             scales = volumes / volumes.mean()
         inverses = inverse_targets(
-            normalized_target(options.target, frame), frame.points, frame.cells, options.rule, frame.cell_ids
+            normalized_target(options.target, frame), frame.points, frame.cells, options.rule, frame.cell_labels
         )
         eps = None if options.energy == "quaternionic" else 0.0
         return Distortion(frame.cells, len(frame.points), scales, inverses, eps, options.rule)

@@ -209,7 +209,7 @@ class Regularization:
         held = np.asarray(~self._stages.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
         bound, cell = attainable_scaled_jacobian(self._frame.points, self._frame.cells, held)
         if bound < _WORTH_TELLING:
-            which = self._frame.cell_ids[cell]
+            which = self._frame.cell_labels[cell]
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
         return tuple(notes)
 

@@ -212,7 +212,7 @@ class Stages:
     def _shaping(self, boundary: Boundary | None = None) -> CornerEnergy:
         frame, boundary = self._frame, self.boundary if boundary is None else boundary
         inverses = inverse_targets(
-            normalized_target(self._options.target, frame), frame.points, frame.cells, "corners", frame.cell_ids
+            normalized_target(self._options.target, frame), frame.points, frame.cells, "corners", frame.cell_labels
         )
         return CornerEnergy(
             frame.cells,
@@ -229,19 +229,21 @@ class Stages:
         cells = np.flatnonzero(bad)
         held = ~shaping.free[shaping.cells[cells]]
         why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
-        self.notes.append(f"cells that cannot be unfolded: {first_ids(self._ids(bad))}; {why}")
+        ids = first_ids(self._ids(bad), self._frame.mesh.cell_labels)
+        self.notes.append(f"cells that cannot be unfolded: {ids}; {why}")
         quads = self._frame.quads
         found = inside_out(points, quads, np.flatnonzero(np.isin(quads, shaping.cells[cells]).any(axis=1)))
         if len(found):
             nodes = np.unique(self._frame.node_ids[quads[found]])
-            self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
+            ids = first_ids(nodes, self._frame.mesh.node_labels)
+            self.notes.append(f"the surface is turned inside out at nodes {ids}: no valid mesh has it")
         if np.isfinite(self._hausdorff_needed):
             away = f"up to {self._hausdorff_needed:.2g} diagonals away"
             self.notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
         points = bring_back(points, self._frame.points, shaping.cells, self._near)
         others = folded(shaping, points) & ~bad
         if others.any():
-            ids = first_ids(self._ids(others))
+            ids = first_ids(self._ids(others), self._frame.mesh.cell_labels)
             self.notes.append(f"others around them stay inverted, so that the worst is no worse than it was: {ids}")
         bad = folded(shaping, points)
         projectors = shaping.projectors.copy()
