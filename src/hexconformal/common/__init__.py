@@ -1,9 +1,9 @@
-"""What every room needs: errors, validation of options, files that are written whole or not at all, interruption.
+"""Common to every room: errors, validation of options, files that are written whole or not at all, interruption.
 
 Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
-from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, odd_points
+from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, unusable_points
 from .files import check_writable, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
 from .serialization import Serializable, json_safe
@@ -34,7 +34,6 @@ __all__ = [
     "interruptible",
     "is_number",
     "json_safe",
-    "odd_points",
     "options_from",
     "reading",
     "require_choice",
@@ -46,5 +45,6 @@ __all__ = [
     "save_atomically",
     "temporary_folder_beside",
     "uninterrupted",
+    "unusable_points",
     "write_text",
 ]

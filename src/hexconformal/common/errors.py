@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "odd_points"]
+__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "unusable_points"]
 
 _NAMED = 5  # ids in a message
 _LARGEST = 1e50  # a coordinate whose sixth power is a number still
@@ -33,10 +33,10 @@ for _error in (MeshError, OptionError, ReadError, WriteError):
     _error.__module__ = "hexconformal"  # where users find them, and what messages call them
 
 
-def odd_points(points: NDArray[np.float64], labels: NDArray[Any] | None = None) -> tuple[NDArray[np.int64], str]:
+def unusable_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], str]:
     """Ids of points that cannot be worked with, and what is wrong with them, for an error message.
 
-    >>> odd_points(np.array([[0.0, 0.0, 1.0], [np.nan, 0.0, 0.0]]))[1]
+    >>> unusable_points(np.array([[0.0, 0.0, 1.0], [np.nan, 0.0, 0.0]]))[1]
     'points with NaN or infinite coordinates: 1 (ids 1)'
     """
     bad = np.flatnonzero(~(np.abs(points) <= _LARGEST).all(axis=1))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, first_ids, odd_points
+from ..common import MeshError, first_ids, unusable_points
 from ..mesh import HexMesh
 from .node_groups import NodeGroups, grid_groups
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
@@ -156,7 +156,7 @@ def triangles(dataset: Any) -> Any:
     if len(faces) == 0:
         raise MeshError("there are no faces")
     points = np.array(joined.points, dtype=np.float64)
-    bad, text = odd_points(points)
+    bad, text = unusable_points(points)
     if len(bad):
         raise MeshError(text)
     return pv.PolyData.from_regular_faces(points, faces)

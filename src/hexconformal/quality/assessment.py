@@ -1,4 +1,4 @@
-"""How good is every cell: measures at the corners of each hexahedron, and certified ones inside it."""
+"""Quality of every cell: measures at the corners of each hexahedron, and certified ones inside it."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Quality:
     volume
         Integral of det J, in the mesh's unit of length cubed; exact.
     valid
-        Whether det J > 0 is proved everywhere in the cell.
+        True where det J > 0 is proved everywhere in the cell.
     points, cells
         The mesh that was measured.
     labels

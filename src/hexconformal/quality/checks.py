@@ -1,4 +1,4 @@
-"""Is this a mesh that can be worked on? Every reason why not, found before the work starts."""
+"""Checks of a mesh before work on it: every reason why it is impossible or doubtful."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import MeshError, first_ids, odd_points
+from ..common import MeshError, first_ids, unusable_points
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, components, face_table
 from .impossible_corners import impossible_corners
-from .node_order import NO_BOUNDARY, best_order, center_determinants
+from .node_order import NO_BOUNDARY, centre_determinants, detect_order
 
 __all__ = ["Finding", "check", "require_sound"]
 
 # Relative to the size of the mesh, and of a cell.
-_COINCIDENT = 1e-12
-_FLAT = 1e-10
-_HANGING = 1e-6
-_SAMPLE = 20_000
-# Of the bounding box: what reaches across it, and what the usual cell is short of.
-_SPANNING, _SHORT = 0.95, 0.7
+_COINCIDENT_DISTANCE = 1e-12
+_FLAT_VOLUME = 1e-10
+_HANGING_DISTANCE = 1e-6
+_SAMPLED_CELLS = 20_000
+# Of the bounding box: what reaches across it, and what the typical cell is short of.
+_SPANNING_SHARE, _SHORT_SHARE = 0.95, 0.7
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """One thing found in a mesh.
+    """One finding of a check.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Finding:
     ids
         The points or cells concerned.
     message
-        What is wrong, how many, the first ids, and what to do.
+        Problem, number, first ids, and what to do.
     """
 
     kind: str
@@ -59,7 +59,7 @@ def require_sound(mesh: HexMesh) -> tuple[Finding, ...]:
 
 
 def check(mesh: Any) -> tuple[Finding, ...]:
-    """Look for everything in a mesh that makes work on it impossible or doubtful.
+    """Find everything in a mesh that makes work on it impossible or doubtful.
 
     Inverted cells are not among it: those are what the work is for.
 
@@ -91,8 +91,7 @@ def check(mesh: Any) -> tuple[Finding, ...]:
 
 def _check_numbers(mesh: HexMesh) -> list[Finding]:
     found = []
-    cell_labels = mesh.cell_labels
-    bad, text = odd_points(mesh.points, mesh.node_labels)
+    bad, text = unusable_points(mesh.points)
     if len(bad):
         found.append(_error("not finite", bad, text))
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
@@ -112,12 +111,12 @@ def _check_cells(mesh: HexMesh) -> list[Finding]:
     if len(bad):
         text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad, cell_labels)}"
         found.append(_error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
-    twins = _twins(nodes)
-    if len(twins):
-        text = f"cells with the same nodes as an earlier one: {first_ids(twins, cell_labels)}; remove them"
-        found.append(_error("duplicate cells", twins, text))
-    volumes, sizes = center_determinants(mesh.points, mesh.cells)
-    flat = np.flatnonzero(np.abs(volumes) <= _FLAT * sizes)
+    repeated = _repeated_cells(nodes)
+    if len(repeated):
+        text = f"cells with the same nodes as an earlier one: {first_ids(repeated)}; remove them"
+        found.append(_error("duplicate cells", repeated, text))
+    volumes, sizes = centre_determinants(mesh.points, mesh.cells)
+    flat = np.flatnonzero(np.abs(volumes) <= _FLAT_VOLUME * sizes)
     if len(flat):
         found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat, cell_labels)}"))
     wrapped = _wrapped(mesh, np.flatnonzero(volumes < 0))
@@ -133,17 +132,17 @@ def _wrapped(mesh: HexMesh, inverted: NDArray[np.int64]) -> NDArray[np.int64]:
     if not 0 < len(inverted) < len(mesh.cells) / 2:
         return inverted[:0]
     whole = np.ptp(mesh.points, axis=0)
-    usual = np.median(np.ptp(mesh.points[mesh.cells[:: _stride(mesh)]], axis=1), axis=0)
-    spans = np.ptp(mesh.points[mesh.cells[inverted]], axis=1) > _SPANNING * whole
-    return inverted[(spans & (usual < _SHORT * whole)).any(axis=1)]
+    typical = np.median(np.ptp(mesh.points[mesh.cells[:: _sampling_stride(mesh)]], axis=1), axis=0)
+    spans = np.ptp(mesh.points[mesh.cells[inverted]], axis=1) > _SPANNING_SHARE * whole
+    return inverted[(spans & (typical < _SHORT_SHARE * whole)).any(axis=1)]
 
 
-def _stride(mesh: HexMesh) -> int:
-    # What holds for most cells is asked of a sample.
-    return max(len(mesh.cells) // _SAMPLE, 1)
+def _sampling_stride(mesh: HexMesh) -> int:
+    # A sample tells what holds for most cells.
+    return max(len(mesh.cells) // _SAMPLED_CELLS, 1)
 
 
-def _twins(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+def _repeated_cells(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
     # Cells with equal sums of their ids and of their squares are candidates; few, so they can be compared.
     keys = (nodes * (nodes + 7919)).sum(axis=1)
     order = np.argsort(keys, kind="stable")
@@ -173,9 +172,9 @@ def _check_points(mesh: HexMesh) -> list[Finding]:
     key = places @ np.array([0.7390851332, 0.5671432904, 0.3637586203])
     order = np.argsort(key)
     order = order[used[order]]
-    close = np.abs(np.diff(key[order])) <= 2 * _COINCIDENT * size
+    close = np.abs(np.diff(key[order])) <= 2 * _COINCIDENT_DISTANCE * size
     pairs = np.stack([order[:-1][close], order[1:][close]])
-    pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT * size]
+    pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT_DISTANCE * size]
     if pairs.shape[1]:
         ids = np.unique(pairs)
         text = f"points that coincide with another: {first_ids(ids, node_labels)}; if they are one, merge them"
@@ -197,14 +196,14 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         found.append(_error("crowded faces", cells, text))
     if (faces.uses > 1).all():
         return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
-    order = best_order(mesh.points, mesh.cells[:: _stride(mesh)])
-    odd = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
+    order = detect_order(mesh.points, mesh.cells[:: _sampling_stride(mesh)])
+    opposed = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
         found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
-    elif len(odd):
-        ids = np.unique(odd)
-        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids, cell_labels)}"
+    elif len(opposed):
+        ids = np.unique(opposed)
+        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids)}"
         found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
     elif order.mirrored:
         text = "the cells are mirrored (negative volume); orient() turns them round"
@@ -238,7 +237,7 @@ def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[n
     ends = points[quads[edge]], points[after[edge]]
     middles = np.concatenate([(ends[0] + ends[1]) / 2, points[quads].mean(axis=1)])
     lengths = np.linalg.norm(points[quads[:, 2]] - points[quads[:, 0]], axis=1)
-    reach = _HANGING * np.concatenate([np.linalg.norm(ends[1] - ends[0], axis=1), lengths])
+    reach = _HANGING_DISTANCE * np.concatenate([np.linalg.norm(ends[1] - ends[0], axis=1), lengths])
     owner = np.concatenate([np.nonzero(edge)[0], np.arange(len(quads))])
     nodes = np.unique(quads)
     distances, nearest = cKDTree(points[nodes]).query(middles, distance_upper_bound=float(reach.max()))

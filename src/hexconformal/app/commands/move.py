@@ -48,7 +48,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
     )
     parser.add_argument(
-        "--reference", default="initial", metavar="initial|current", help="what cells shall look like (default initial)"
+        "--target", default="input", metavar="input|current", help="perfect shape of the cells (default %(default)s)"
     )
     parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
     parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
@@ -73,8 +73,7 @@ def run(arguments: Namespace) -> int:
 
         progress.show(f"reading {arguments.input}")
         mesh = read_hexahedra(arguments)
-        boundary = boundary.on_mesh(mesh, arguments.moving)
-        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
+        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator)
         motion_run = MotionRun(motion, boundary)
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)
     if not arguments.quiet:

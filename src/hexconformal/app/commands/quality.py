@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ...common import MeshError, OptionError, check_writable, odd_points, write_text
+from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
 from ..progress import Progress
 from .arguments import STDOUT, add_input, add_overwrite, note_dropped
 from .kinds import read_any_mesh
@@ -37,14 +37,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Measure a mesh, or a surface where there are no hexahedra."""
     if arguments.worst < 0:
-        raise OptionError(f"worst must not be negative, not {arguments.worst}")
+        raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
     check_paths([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
     check_pictures(arguments.plot, arguments.picture)
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
         kind, mesh = read_any_mesh(arguments)
-        odd, text = odd_points(mesh.points, getattr(mesh, "node_labels", None))
+        odd, text = unusable_points(mesh.points)
         if len(odd):
             raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:
