@@ -33,7 +33,7 @@ for _error in (MeshError, OptionError, ReadError, WriteError):
     _error.__module__ = "hexconformal"  # where users find them, and what messages call them
 
 
-def unusable_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], str]:
+def unusable_points(points: NDArray[np.float64], labels: NDArray[Any] | None = None) -> tuple[NDArray[np.int64], str]:
     """Ids of points that cannot be worked with, and what is wrong with them, for an error message.
 
     >>> unusable_points(np.array([[0.0, 0.0, 1.0], [np.nan, 0.0, 0.0]]))[1]

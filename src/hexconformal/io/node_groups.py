@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NodeGroups", "grid_groups", "meshio_groups"]
+__all__ = ["NodeGroups", "cell_array_groups", "meshio_groups"]
 
 Mask = NDArray[np.bool_]
 
@@ -83,11 +83,13 @@ def _of_family(mesh: Any, tag: int) -> Any:
     return _nodes_of(mesh, [np.asarray(part) == tag for part in mesh.cell_data["cell_tags"]])
 
 
-def grid_groups(grid: Any, offsets: NDArray[np.int64], nodes: NDArray[np.int64]) -> NodeGroups:
-    """The arrays of integers on the cells of an unstructured pyvista grid: the nodes of cells where they are not 0."""
-    groups = NodeGroups(grid.n_points)
-    for name in grid.cell_data:
-        values = np.asarray(grid.cell_data[name])
+def cell_array_groups(
+    count: int, arrays: Mapping[str, Any], offsets: NDArray[np.int64], nodes: NDArray[np.int64]
+) -> NodeGroups:
+    """By the names of arrays of integers on the cells of a grid, nodes of cells where these are not 0."""
+    groups = NodeGroups(count)
+    for name, array in arrays.items():
+        values = np.asarray(array)
         if values.ndim == 1 and values.dtype.kind in "biu":
             groups.add(name, partial(_where, nodes, np.repeat(values != 0, np.diff(offsets))))
     return groups

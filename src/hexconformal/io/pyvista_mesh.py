@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids, unusable_points
 from ..mesh import HexMesh
-from .node_groups import NodeGroups, grid_groups
+from .node_groups import NodeGroups, cell_array_groups
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 from .vtk_mesh import SOLIDS, cell_blocks, cell_table
@@ -58,7 +58,8 @@ class PyvistaOrigin:
     def node_groups(self) -> NodeGroups:
         """Nodes by the names of cell arrays."""
         grid = self.source.cast_to_unstructured_grid()
-        return grid_groups(grid, cell_offsets(grid), np.asarray(grid.cell_connectivity, dtype=np.int64))
+        nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
+        return cell_array_groups(grid.n_points, dict(grid.cell_data), cell_offsets(grid), nodes)
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""

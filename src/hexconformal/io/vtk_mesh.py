@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh
-from .node_groups import NodeGroups, grid_groups
+from .node_groups import NodeGroups, cell_array_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
@@ -41,9 +41,12 @@ class VtkOrigin:
     @property
     def node_groups(self) -> NodeGroups:
         """Nodes by the names of cell arrays."""
-        import pyvista
+        from vtkmodules.util.numpy_support import vtk_to_numpy
 
-        return grid_groups(pyvista.wrap(self.source), *cell_table(self.source.GetCells()))
+        data = self.source.GetCellData()
+        names = [data.GetArrayName(number) for number in range(data.GetNumberOfArrays())]
+        arrays = {name: vtk_to_numpy(data.GetArray(name)) for name in names if data.GetArray(name) is not None}
+        return cell_array_groups(self.source.GetNumberOfPoints(), arrays, *cell_table(self.source.GetCells()))
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""

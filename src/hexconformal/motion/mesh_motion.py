@@ -117,8 +117,9 @@ class MeshMotion:
         Nodes whose displacement will be given: ids, in the order of the displacements, (n,) booleans, or the name of
         a point array or of a set or group of the file.
     fixed
-        Nodes that stay: ids, booleans (n,) or per component (n, 3), or the name of a point array. Other nodes of
-        the boundary slide on its flat faces and along its straight edges, and stay where it is curved.
+        Nodes that stay: ids, booleans (n,) or per component (n, 3), or the name of a point array or of a set
+        or group of the file. Other nodes of the boundary slide on its flat faces and along its straight edges, and
+        stay where it is curved.
     target
         Perfect shape of the cells: "input", their own as they came, so that nothing adds up over a run and the way back
         leads to the initial mesh; or "current", their own at the last step.
@@ -173,14 +174,15 @@ class MeshMotion:
         if not normalized.valid.all():
             raise MeshError(
                 "a mesh that moves must be valid at the start: "
-                f"{first_ids(np.flatnonzero(~normalized.valid))} are not; untangle it first (regularize)"
+                f"{first_ids(np.flatnonzero(~normalized.valid), self.mesh.cell_labels)} are not; "
+                "untangle it first (regularize)"
             )
-        self.moving = _moving_ids(moving, len(normalized.points))
+        self.moving = _moving_ids(moving, self.mesh)
         self._target, self._operator, self._energy_tolerance = target, operator, energy_tolerance
         prescribed = np.zeros((len(normalized.points), 1), dtype=bool)
         prescribed[self.moving] = True
         self.held = fixed_components(self.mesh, fixed) | prescribed
-        sums = planar_normal_sums(normalized.points, normalized.quads)
+        sums = planar_normal_sums(normalized.points, normalized.quads, normalized.node_labels)
         self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
@@ -326,12 +328,12 @@ class MeshMotion:
         )
 
 
-def _moving_ids(moving: Any, count: int) -> NDArray[np.int64]:
+def _moving_ids(moving: Any, mesh: HexMesh) -> NDArray[np.int64]:
     """The moving nodes in the order given."""
-    mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes())
+    mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes() if isinstance(moving, str) else None)
     if mask.ndim != 1:
         raise OptionError("moving must be whole nodes: ids, or one boolean per point")
-    given = np.asarray([] if moving is None else moving)
+    given = mask if isinstance(moving, str) else np.asarray([] if moving is None else moving)
     ids = np.flatnonzero(mask) if given.dtype == bool else given.astype(np.int64).ravel()
     if len(np.unique(ids)) < len(ids):
         raise OptionError("moving must name every node once")

@@ -18,7 +18,7 @@ __all__ = ["BoundaryMotion", "read_boundary"]
 
 @dataclass(frozen=True)
 class BoundaryMotion:
-    """Motion of boundary nodes (k,): at times (t,) above 0, displacements (t, k, 3) from the initial place."""
+    """Motion of boundary nodes.
 
     Attributes
     ----------
@@ -97,11 +97,28 @@ def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
             f"{path} needs rows of finite numbers, whole node ids, and times above 0, where the mesh starts"
         )
     times, counts = np.unique(table[:, 0], return_counts=True)
-    table = table[np.lexsort((table[:, 1], table[:, 0]))]
-    nodes = table[: counts[0], 1].astype(np.int64)
+    order = np.lexsort((nodes, table[:, 0]))
+    table, nodes = table[order], nodes[order]
+    first = nodes[: counts[0]]
     bad = np.flatnonzero(counts != counts[0])
     if len(bad) == 0:
-        bad = np.flatnonzero((table[:, 1].reshape(len(times), -1) != nodes).any(axis=1))
-    if len(bad) or len(np.unique(nodes)) < len(nodes):
+        bad = np.flatnonzero((nodes.reshape(len(times), -1) != first).any(axis=1))
+    if len(bad) or len(np.unique(first)) < len(first):
         raise ReadError(f"{path}: every {when} names the same nodes, each once; {when}s that do not: {first_ids(bad)}")
-    return BoundaryMotion(nodes, times, table[:, 2:].reshape(len(times), -1, 3))
+    displacements = table[:, 1:].reshape(len(times), -1, 3)
+    return BoundaryMotion(first if "node" in names else None, times, displacements)
+
+
+def _labels(names: list[str]) -> NDArray[Any]:
+    """Integers if they all are whole numbers, otherwise strings such as PART-1.5."""
+    try:
+        numbers = np.array([float(name) for name in names])
+    except ValueError:
+        return np.array([name.strip() for name in names])
+    if not np.isfinite(numbers).all() or (numbers % 1 != 0).any() or (np.abs(numbers) >= 2.0**53).any():
+        raise ValueError("nodes must be whole node ids, or labels such as PART-1.5")
+    return numbers.astype(np.int64)
+
+
+def _example(labels: NDArray[Any]) -> str:
+    return f"its nodes are called {', '.join(str(label) for label in labels[:3].tolist())}, ..."

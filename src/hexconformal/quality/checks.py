@@ -91,12 +91,12 @@ def check(mesh: Any) -> tuple[Finding, ...]:
 
 def _check_numbers(mesh: HexMesh) -> list[Finding]:
     found = []
-    bad, text = unusable_points(mesh.points)
+    bad, text = unusable_points(mesh.points, mesh.node_labels)
     if len(bad):
         found.append(_error("not finite", bad, text))
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
         bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
-        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad, cell_labels)}"
+        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad, mesh.cell_labels)}"
         if mesh.cells.min() == 1 and mesh.cells.max() == len(mesh.points):
             text += "; ids start at 1 here, subtract 1"
         found.append(_error("bad index", bad, text))
@@ -113,7 +113,7 @@ def _check_cells(mesh: HexMesh) -> list[Finding]:
         found.append(_error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
     repeated = _repeated_cells(nodes)
     if len(repeated):
-        text = f"cells with the same nodes as an earlier one: {first_ids(repeated)}; remove them"
+        text = f"cells with the same nodes as an earlier one: {first_ids(repeated, cell_labels)}; remove them"
         found.append(_error("duplicate cells", repeated, text))
     volumes, sizes = centre_determinants(mesh.points, mesh.cells)
     flat = np.flatnonzero(np.abs(volumes) <= _FLAT_VOLUME * sizes)
@@ -203,7 +203,7 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
     elif len(opposed):
         ids = np.unique(opposed)
-        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids)}"
+        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids, cell_labels)}"
         found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
     elif order.mirrored:
         text = "the cells are mirrored (negative volume); orient() turns them round"

@@ -106,7 +106,7 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
         If the name is unknown, or the mask has another length.
     """
     held = mesh.held[:, None] | np.zeros((1, 3), dtype=bool)
-    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.named_nodes())
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.named_nodes() if isinstance(fixed, str) else None)
     return held | (mask if mask.ndim == 2 else mask[:, None])
 
 

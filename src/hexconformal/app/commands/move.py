@@ -73,6 +73,7 @@ def run(arguments: Namespace) -> int:
 
         progress.show(f"reading {arguments.input}")
         mesh = read_hexahedra(arguments)
+        boundary = boundary.on_mesh(mesh, arguments.moving)
         motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator)
         motion_run = MotionRun(motion, boundary)
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)

@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> int:
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
         kind, mesh = read_any_mesh(arguments)
-        odd, text = unusable_points(mesh.points)
+        odd, text = unusable_points(mesh.points, getattr(mesh, "node_labels", None))
         if len(odd):
             raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:
