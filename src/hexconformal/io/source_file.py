@@ -23,13 +23,13 @@ class SourceFile:
         Name of its :class:`Format`.
     version, ascii
         Its variant, where a format has several: Gmsh 4.1 as text.
-    text
-        All of it, where writing puts new coordinates into the text that came; empty for other formats.
+    text, data
+        All of it, as text or as bytes, where writing puts new coordinates into what came; empty for other formats.
     node_labels
         What the file calls its points, in their order: integers, or strings where these are not unique; None if
         it counts from 0.
     cell_labels
-        What it calls its cells, of all types, in their order; None likewise.
+        What it calls its cells, of all types, in their order (0 for those it has no number for); None likewise.
     model
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     """
@@ -39,6 +39,7 @@ class SourceFile:
     version: str = ""
     ascii: bool = False
     text: str = field(default="", repr=False)
+    data: bytes = field(default=b"", repr=False)
     node_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     model: tuple[str, ...] = ()
