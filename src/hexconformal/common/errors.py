@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "unusable_points"]
+__all__ = ["MeshError", "OptionError", "ReadError", "WriteError", "first_ids", "first_names", "unusable_points"]
 
 _NAMED = 5  # ids in a message
 _LARGEST = 1e50  # a coordinate whose sixth power is a number still
@@ -60,3 +61,14 @@ def first_ids(ids: ArrayLike, labels: NDArray[Any] | None = None) -> str:
     named = ids[:_NAMED] if labels is None else labels[ids[:_NAMED]]
     names = ", ".join(str(i) for i in named.tolist())
     return f"{len(ids)} ({'first ids' if len(ids) > _NAMED else 'ids'} {names})"
+
+
+def first_names(names: Iterable[str]) -> str:
+    """Say the first of some names, and how many more there are, for a message; what cannot be printed is left out.
+
+    >>> first_names(["a", "b\\n"]), first_names(map(str, range(12)))
+    ('a, b', '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 2 more')
+    """
+    clean = ["".join(filter(str.isprintable, name)) for name in names]
+    more = f" and {len(clean) - 2 * _NAMED} more" if len(clean) > 2 * _NAMED else ""
+    return ", ".join(clean[: 2 * _NAMED]) + more
