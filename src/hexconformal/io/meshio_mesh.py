@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..common import MeshError
 from ..mesh import HexMesh
+from .node_groups import NodeGroups, meshio_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
@@ -67,6 +68,11 @@ class MeshioOrigin:
         for name in vars(old).keys() - vars(result).keys():
             setattr(result, name, copy.deepcopy(getattr(old, name)))
         return result
+
+    @property
+    def node_groups(self) -> NodeGroups:
+        """Nodes by the names of sets and groups."""
+        return meshio_groups(self.source)
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids, unusable_points
 from ..mesh import HexMesh
+from .node_groups import NodeGroups, cell_array_groups
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 from .vtk_mesh import QUADS, SOLIDS, cell_blocks, cell_table
@@ -52,6 +53,13 @@ class PyvistaOrigin:
             old = self.source.cell_data.get(name)
             grid.cell_data.set_array(scatter_to_cells(old, _flat(array), rows, grid.n_cells), name)
         return grid
+
+    @property
+    def node_groups(self) -> NodeGroups:
+        """Nodes by the names of cell arrays."""
+        grid = self.source.cast_to_unstructured_grid()
+        nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
+        return cell_array_groups(grid.n_points, dict(grid.cell_data), cell_offsets(grid), nodes)
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh
+from .node_groups import NodeGroups, cell_array_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
@@ -37,6 +38,16 @@ class VtkOrigin:
         """A new grid that shares cells and arrays with the source, with the points and the arrays of `mesh`."""
         points = with_straight_edges(mesh.points, self.selection)
         return updated_dataset(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
+
+    @property
+    def node_groups(self) -> NodeGroups:
+        """Nodes by the names of cell arrays."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        data = self.source.GetCellData()
+        names = [data.GetArrayName(number) for number in range(data.GetNumberOfArrays())]
+        arrays = {name: vtk_to_numpy(data.GetArray(name)) for name in names if data.GetArray(name) is not None}
+        return cell_array_groups(self.source.GetNumberOfPoints(), arrays, *cell_table(self.source.GetCells()))
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""

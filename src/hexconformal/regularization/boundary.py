@@ -60,7 +60,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
         mode = options.boundary
-        return Boundary(boundary_directions(normalized.points, normalized.quads, mode, fixed, normalized.node_ids))
+        return Boundary(boundary_directions(normalized.points, normalized.quads, mode, fixed, normalized.node_labels))
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
     tags = surface_tags(normalized.mesh, normalized.node_ids[normalized.quads])

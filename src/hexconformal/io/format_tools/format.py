@@ -55,13 +55,12 @@ class Format:
         if self.write is None:
             raise WriteError(f"{self.name} files are only read")
         file = getattr(mesh.origin, "file", None)
-        if file is not None and file.format != self.name:
-            return [*(f"{what} of the {file.format} file" for what in file.model), *self.write(target, mesh)]
-        if self.put_points is None or file is None:
-            return self.write(target, mesh)
+        model = [] if file is None else [f"{what} of the {file.format} file" for what in file.model]
+        if self.put_points is None or file is None or file.format != self.name:
+            return [*model, *self.write(target, mesh)]
         if not np.array_equal(mesh.cells, mesh.origin.selection.cells):
             reason = "because the node order of elements changed"
-            return [f"all of the file but nodes, elements and sets, {reason}", *self.write(target, mesh)]
+            return [f"all of the file but nodes, elements and sets, {reason}", *model, *self.write(target, mesh)]
         out, lost = to_meshio(mesh)
         if self.capabilities is not None:
             lost += drop_unsupported_data(out, self.capabilities)
