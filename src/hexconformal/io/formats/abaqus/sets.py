@@ -133,7 +133,7 @@ def _joined(ranges: Iterable[tuple[int, int, int]]) -> list[tuple[int, int, int]
     """Ranges of the same step and phase that overlap or adjoin, as one.
 
     >>> _joined([(1, 9, 1), (5, 20, 1), (1, 9, 2), (11, 13, 2), (2, 8, 2)])
-    [(1, 20, 1), (1, 13, 2), (2, 8, 2)]
+    [(1, 20, 1), (2, 8, 2), (1, 13, 2)]
     """
     result: list[tuple[int, int, int]] = []
     for step, _, first, last in sorted((step, first % step, first, last) for first, last, step in ranges):
