@@ -53,7 +53,8 @@ class BoundaryMotion:
             there = "the table names its nodes" if self.nodes is not None else "the table has no column node"
             raise OptionError(f"either the table or moving must name the nodes: {there}, moving is {moving!r}")
         if self.nodes is None:
-            ids = np.flatnonzero(as_mask(moving, len(mesh.points), "moving", mesh.named_nodes()).any(axis=-1))
+            mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes())
+            ids = np.flatnonzero(mask.reshape(len(mask), -1).any(axis=1))
             return replace(self, nodes=ids, displacements=np.repeat(self.displacements, len(ids), axis=1))
         labels = np.arange(len(mesh.points)) if mesh.node_labels is None else mesh.node_labels
         wanted = self.nodes if labels.dtype.kind == self.nodes.dtype.kind else self.nodes.astype(str)
