@@ -44,11 +44,11 @@ def test_what_a_record_tells_is_true_of_a_mesh_without_loss():
     valid = cells[surely_valid(points, cells)]
     run = hc.Regularization((points, cells))
     hidden = 0
-    for step in run._stages._steps():
-        hidden += surely_invalid(run._frame.to_user(step.points), valid).any()
+    for iteration in run._stages._iterations():
+        hidden += surely_invalid(run._normalized.to_user(iteration.points), valid).any()
     assert hidden > 0  # the way leads through meshes that have lost cells,
-    for step in hc.Regularization((points, cells))._stages:
-        assert not surely_invalid(run._frame.to_user(step.points), valid).any()  # of which nothing is seen
+    for iteration in hc.Regularization((points, cells))._stages:
+        assert not surely_invalid(run._normalized.to_user(iteration.points), valid).any()  # of which nothing is seen
     assert hc.regularize((points, cells)).report.after.invalid == 0
 
 
