@@ -30,7 +30,7 @@ def test_the_text_stays_but_for_coordinates_that_changed(tmp_path):
     text, lost = rewritten(tmp_path, mesh, points)
     assert lost == []
     assert text == deck.decode("latin-1").replace("7, 1.0, 1.0, 1.0", "7, 1.25, 1.0, 1.0")
-    assert hc.write(tmp_path / "c.vtu", mesh) == ["1 *SURFACE", "1 *STEP"]
+    assert hc.write(tmp_path / "c.vtu", mesh) == ["1 *SURFACE of the abaqus file", "1 *STEP of the abaqus file"]
 
 
 CAE = f"""*Part, name=B

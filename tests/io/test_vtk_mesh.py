@@ -65,7 +65,7 @@ def test_what_a_grid_carries_comes_back_untouched():
     source = plain(carrying)
     source.GetCellData().AddArray(names)
     result = hc.regularize(from_vtk(source))
-    out = result.mesh
+    out = result.mesh.to_source_type()
     assert type(out) is vtkUnstructuredGrid
     np.testing.assert_array_equal(positions(out), result.points)
     assert array(out.GetPointData(), "pressure").dtype == np.float32
@@ -203,7 +203,7 @@ image.SetDimensions(3, 3, 3)
 append.SetInputData(image)
 append.Update()
 ball.Update()
-out = hexconformal.regularize(from_vtk(append.GetOutput()), max_iterations=1).mesh
+out = hexconformal.regularize(from_vtk(append.GetOutput()), max_iterations=1).mesh.to_source_type()
 assert out.IsA("vtkUnstructuredGrid")
 source = ball.GetOutput()
 result = surface.remesh(surface.io.vtk_mesh.from_vtk(source), max_iterations=1)
