@@ -4,8 +4,9 @@ Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, odd_points
-from .files import check_writable, reading, save_atomically, temporary_folder_beside, write_text
+from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
+from .output_places import OutputPlace, require_distinct_places, same_file
 from .serialization import Serializable, json_safe
 from .validation import (
     array_of_numbers,
@@ -23,6 +24,7 @@ from .validation import (
 __all__ = [
     "MeshError",
     "OptionError",
+    "OutputPlace",
     "ReadError",
     "Serializable",
     "WriteError",
@@ -30,6 +32,7 @@ __all__ = [
     "as_interruption",
     "as_mask",
     "check_writable",
+    "companion_file",
     "first_ids",
     "interruptible",
     "is_number",
@@ -40,9 +43,11 @@ __all__ = [
     "require_choice",
     "require_choices",
     "require_counts",
+    "require_distinct_places",
     "require_flags",
     "require_number",
     "require_numbers",
+    "same_file",
     "save_atomically",
     "temporary_folder_beside",
     "uninterrupted",

@@ -12,7 +12,7 @@ from typing import Any
 from .errors import MeshError, OptionError, ReadError, WriteError
 from .interruption import uninterrupted
 
-__all__ = ["check_writable", "reading", "save_atomically", "temporary_folder_beside", "write_text"]
+__all__ = ["check_writable", "companion_file", "reading", "save_atomically", "temporary_folder_beside", "write_text"]
 
 _COMPANION_EXTENSIONS = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
 _SURFACE_EXTENSIONS = (".obj", ".off", ".ply", ".stl", ".vtp")
@@ -77,9 +77,14 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | N
         raise WriteError(f"cannot write {path}: it is a folder")
     if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise WriteError(f"cannot write {path}: permission denied")
-    companion = _real_path(path).with_suffix(".h5")
-    if path.suffix.lower() in _COMPANION_EXTENSIONS and companion.exists() and not path.exists():
+    companion = companion_file(path)
+    if companion is not None and companion.exists() and not path.exists():
         raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
+
+
+def companion_file(path: Path) -> Path | None:
+    """The file that is written along with one of this name; None if there is none."""
+    return _real_path(path).with_suffix(".h5") if path.suffix.lower() in _COMPANION_EXTENSIONS else None
 
 
 def _unknown_extension(extension: str, known: tuple[str, ...]) -> str:

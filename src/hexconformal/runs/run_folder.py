@@ -7,10 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ..common import OptionError, WriteError, as_interruption, uninterrupted
+from ..common import (
+    OptionError,
+    OutputPlace,
+    WriteError,
+    as_interruption,
+    require_distinct_places,
+    uninterrupted,
+)
 from .checkpoint import load_state, save_state
 from .history import HistoryFile, rows_until
-from .series import Series, frames_folder
+from .series import Series, frames_folder, series_place
 
 __all__ = ["FolderRun", "RunFolder", "RunState"]
 
@@ -115,19 +122,21 @@ class RunFolder:
         """The history drawn, by a command that does so."""
         return self.path / "history.png"
 
-    def prepare(self, resume: bool, overwrite: bool) -> None:
+    def prepare(self, resume: bool, overwrite: bool, inputs: Mapping[Path, str]) -> None:
         """Make the folder, or see that the run in it may be gone on with, or replaced.
 
         Raises
         ------
         OptionError
-            If there is a run already, or a file of a name that it would write, and neither is asked for; or if there is
-            no run to go on with.
+            If there is a run already, or a file of a name that it would write, and neither is asked for; if there is
+            no run to go on with; or if one of `inputs`, the files that are read with what they are, would be replaced.
         WriteError
             If the folder cannot be made.
         """
         if self.path.is_file():
             raise WriteError(f"cannot make the folder {self.path}: it is a file")
+        files = (self.history, self.plot, self.last, self.checkpoint)
+        require_distinct_places([*map(OutputPlace, files), series_place(self.frames)], inputs)
         there = self.checkpoint.exists()
         if resume and not there:
             raise OptionError(f"there is no run in {self.path} to resume: {self.checkpoint.name} is missing")

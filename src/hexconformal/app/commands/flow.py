@@ -13,6 +13,7 @@ from surface.plots import plot_history
 from ...common import OptionError
 from ...runs import RunFolder
 from ..progress import Progress
+from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -89,7 +90,7 @@ def run(arguments: Namespace) -> int:
         remesh_below=arguments.remesh_below,
     )
     folder = RunFolder(Path(arguments.folder))
-    folder.prepare(arguments.resume, arguments.overwrite)
+    folder.prepare(arguments.resume, arguments.overwrite, named_inputs(arguments.input))
     with Progress(arguments.quiet) as progress:
         progress.show(f"reading {arguments.input}")
         evolution = Evolution(_flow(arguments), stepping)

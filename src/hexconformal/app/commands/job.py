@@ -17,7 +17,7 @@ from ...runs import HistoryFile, Series
 from ..progress import Progress
 from .arguments import STDOUT, note_dropped
 from .kinds import MeshKind
-from .outputs import Outputs
+from .outputs import Outputs, named_inputs
 
 __all__ = ["FinishedJob", "Job", "exit_code_of", "run_command", "run_job"]
 
@@ -88,7 +88,8 @@ def run_command(arguments: Namespace, kind: MeshKind, prepare: Callable[[], Job]
         worst_picture=arguments.worst_picture,
         every=arguments.every,
     )
-    outputs.check(arguments.input, arguments.overwrite)
+    given = {name: getattr(arguments, name, None) for name in ("surface", "reference")}
+    outputs.check(named_inputs(arguments.input, **given), arguments.overwrite)
     with Progress(arguments.quiet) as progress:
         progress.show(f"reading {arguments.input}")
         finished = run_job(prepare(), outputs, progress)

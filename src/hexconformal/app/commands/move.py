@@ -11,6 +11,7 @@ from ...motion import MeshMotion, MotionRun, read_boundary
 from ...runs import RunFolder
 from ..progress import Progress
 from .arguments import add_input, read_hexahedra
+from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -55,7 +56,8 @@ def run(arguments: Namespace) -> int:
         raise OptionError(f"every must be 1 or more, not {arguments.every}")
     boundary = read_boundary(arguments.boundary)
     folder = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
-    folder.prepare(arguments.resume, arguments.overwrite)
+    inputs = named_inputs(arguments.input) | {Path(arguments.boundary): "the table of the boundary"}
+    folder.prepare(arguments.resume, arguments.overwrite, inputs)
     last: list[str] = []
     with Progress(arguments.quiet) as progress:
 

@@ -8,7 +8,7 @@ from ...common import check_writable
 from ...io import WRITE_EXTENSIONS, write
 from ...quality import orient
 from .arguments import add_input, add_output, note_dropped, read_hexahedra
-from .outputs import check_paths
+from .outputs import check_paths, named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Put cells into VTK's order."""
-    check_paths([arguments.output], arguments.input, arguments.overwrite)
+    check_paths([arguments.output], named_inputs(arguments.input), arguments.overwrite)
     check_writable(arguments.output, WRITE_EXTENSIONS)
     mesh, report = orient(read_hexahedra(arguments))
     dropped = write(arguments.output, mesh)

@@ -8,7 +8,7 @@ from ...common import MeshError, OptionError, check_writable, odd_points, write_
 from ..progress import Progress
 from .arguments import STDOUT, add_input, add_overwrite, note_dropped
 from .kinds import read_any_mesh
-from .outputs import check_paths, check_pictures
+from .outputs import check_paths, check_pictures, named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -39,7 +39,8 @@ def run(arguments: Namespace) -> int:
     if arguments.worst < 0:
         raise OptionError(f"worst must not be negative, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
-    check_paths([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
+    files = [arguments.output, to_file, arguments.plot, arguments.picture]
+    check_paths(files, named_inputs(arguments.input), arguments.overwrite)
     check_pictures(arguments.plot, arguments.picture)
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
