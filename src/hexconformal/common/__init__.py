@@ -1,8 +1,10 @@
-"""What every room needs: errors, validation of options, files that are written whole or not at all, interruption.
+"""What every room needs: errors, validation of options, files that are written whole or not at all, interruption,
+processes that may die.
 
 Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
+from .child_process import python_can_be_started, run_python
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, odd_points
 from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
@@ -39,6 +41,7 @@ __all__ = [
     "json_safe",
     "odd_points",
     "options_from",
+    "python_can_be_started",
     "reading",
     "require_choice",
     "require_choices",
@@ -47,6 +50,7 @@ __all__ = [
     "require_flags",
     "require_number",
     "require_numbers",
+    "run_python",
     "same_file",
     "save_atomically",
     "temporary_folder_beside",

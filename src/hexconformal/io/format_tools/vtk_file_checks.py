@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 
-from ...common import ReadError
+from ...common import ReadError, python_can_be_started, run_python
 
 __all__ = ["check_counts", "check_last_array", "check_reader_survives"]
 
@@ -55,17 +53,12 @@ def check_counts(path: Path) -> None:
 
 def check_reader_survives(path: Path) -> None:
     """Raise a ReadError if VTK's reader of legacy files dies of this one, in a process of its own."""
-    # Inside another program the interpreter may not be what can be started.
-    if not Path(sys.executable or "none").name.lower().startswith(("python", "pypy")):
+    if not python_can_be_started():
         return
     limit = _TIME_LIMIT[0] + _TIME_LIMIT[1] * path.stat().st_size
-    command = [sys.executable, "-c", _READING, str(path)]
-    try:
-        code = subprocess.run(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=limit
-        ).returncode
-    except subprocess.TimeoutExpired:
-        raise ReadError("the file is malformed: VTK does not come to an end with it") from None
+    code = run_python(_READING, str(path), seconds=limit)
+    if code is None:
+        raise ReadError("the file is malformed: VTK does not come to an end with it")
     if code not in (0, 1, 2):
         raise ReadError("the file is malformed: VTK crashes on it")
 
