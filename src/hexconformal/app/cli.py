@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..common import MeshError, OptionError, WriteError, interruptible
-from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS
+from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
 from ..version import __version__
 from .commands import COMMANDS, Command
 
@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit as ending:
         return int(ending.code or 0)
     try:
-        with interruptible():
+        with interruptible(), outside_references_allowed(getattr(parsed, "outside_references", False)):
             return int(parsed.run(parsed))
     except KeyboardInterrupt:
         return _print_error("interrupted: nothing was written", 130)

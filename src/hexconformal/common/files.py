@@ -30,6 +30,8 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
     if extension not in extensions:
         raise ReadError(f"{path}: {_unknown_extension(extension, extensions)}")
     try:
+        if not path.is_file():
+            raise ReadError("it must be a regular file, not a pipe, a socket or a device")
         if path.stat().st_size == 0:
             raise ReadError("the file is empty")
         with path.open("rb"):
@@ -75,6 +77,8 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | N
         raise WriteError(f"cannot write {path}: the folder {folder} does not exist")
     if path.is_dir():
         raise WriteError(f"cannot write {path}: it is a folder")
+    if path.exists() and not path.is_file():
+        raise WriteError(f"cannot write {path}: it must be a regular file, not a pipe, a socket or a device")
     if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise WriteError(f"cannot write {path}: permission denied")
     companion = companion_file(path)

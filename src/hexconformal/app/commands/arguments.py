@@ -11,8 +11,8 @@ from ...io import read
 from ...mesh import HexMesh
 from ...regularization import CHOICES, Options
 
-__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_outputs", "add_overwrite", "note_dropped"]
-__all__ += ["read_hexahedra"]
+__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_outputs", "add_outside_references", "add_overwrite"]
+__all__ += ["note_dropped", "read_hexahedra"]
 
 STDOUT = "-"
 
@@ -20,11 +20,19 @@ STDOUT = "-"
 def add_input(parser: ArgumentParser) -> None:
     """Add the hexahedral mesh to read."""
     parser.add_argument("input", metavar="IN", help="mesh to read; the extension tells the format")
+    add_outside_references(parser)
     parser.add_argument(
         "--other-cells", default="refuse", metavar="refuse|keep", help="tetrahedra, wedges, ... beside the hexahedra:"
         " refuse the mesh (default), or keep them, their nodes staying where they are",
     )  # fmt: skip
     parser.add_argument("--linearise", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
+
+
+def add_outside_references(parser: ArgumentParser) -> None:
+    """Add the flag that lets files name others in any folder."""
+    parser.add_argument(
+        "--outside-references", action="store_true", help="let IN name files outside its folder (.xdmf, .pvtu)"
+    )
 
 
 def add_output(parser: ArgumentParser) -> None:

@@ -13,6 +13,7 @@ from surface.plots import plot_history
 from ...common import OptionError
 from ...runs import RunFolder
 from ..progress import Progress
+from .arguments import add_outside_references
 from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
@@ -41,6 +42,7 @@ _FLOWS: dict[str, Callable[[Namespace, list[str]], Flow]] = {
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
+    add_outside_references(parser)
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
     what = parser.add_argument_group("the flow")
     what.add_argument(

@@ -9,7 +9,8 @@ from ...common import ReadError, WriteError
 from ..convert import to_pyvista
 from ..format_tools.captured_output import captured_output, captured_vtk_messages
 from ..format_tools.format import Format
-from ..format_tools.vtk_file_checks import check_counts, check_last_array, check_reader_survives
+from ..format_tools.vtk_file_checks import check_last_array, check_reader_survives
+from ..format_tools.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml
 from ..pyvista_mesh import check_cell_nodes, to_polydata
 from ..source_file import FileContents, SourceFile
 
@@ -23,7 +24,7 @@ def _read(path: Path) -> FileContents:
         check_last_array(path)
         check_reader_survives(path)
     else:
-        check_counts(path)
+        check_vtk_xml(path)
     with captured_output(), captured_vtk_messages() as messages:
         try:
             grid = pv.read(path)
@@ -34,6 +35,11 @@ def _read(path: Path) -> FileContents:
     bad = [line for line in messages if "error" in line.lower()]
     if bad:
         raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
+    if isinstance(grid, (pv.ImageData, pv.RectilinearGrid)):
+        most = max(MOST_IMPLICIT_POINTS, 1100 * path.stat().st_size)
+        if grid.n_points > most:
+            what = f"{grid.n_points} points, at most {most}"
+            raise ReadError(f"it announces more than a file of its size can hold: {what}")
     if isinstance(grid, pv.DataSet):
         if grid.n_points == 0 or grid.n_cells == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
