@@ -15,7 +15,7 @@ from .xml_checks import parse_xml
 
 __all__ = ["MOST_IMPLICIT_POINTS", "check_vtk_xml"]
 
-MOST_IMPLICIT_POINTS = 1 << 25  # those of images are in no file: so many there may be in any case
+MOST_IMPLICIT_POINTS = 1 << 24  # those of images are in no file: so many there may be in any case
 
 # Bytes that a compressed byte may stand for.
 _MOST_EXPANSION = {"vtkZLibDataCompressor": 1100, "vtkLZ4DataCompressor": 300, "vtkLZMADataCompressor": 8000}
