@@ -107,8 +107,9 @@ def save_atomically(path: Path, writer: Callable[[Path], list[str] | None]) -> l
             raise WriteError("nothing was written; is the disk full?")
         # The file that names the others comes last.
         files = sorted(folder.iterdir(), key=lambda made: made == target)
-        for made in files:
-            os.replace(made, place.parent / made.name)
+        with uninterrupted():
+            for made in files:
+                os.replace(made, place.parent / made.name)
     return lost
 
 

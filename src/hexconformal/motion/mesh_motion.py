@@ -265,7 +265,7 @@ class MeshMotion:
 
         Parameters
         ----------
-        standing
+        state
             What :meth:`state` gave.
 
         Raises

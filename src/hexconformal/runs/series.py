@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from functools import partial
 from html import escape
 from math import isfinite
@@ -30,6 +31,8 @@ class Series:
         The .pvd file.
     until
         Go on with the series that is there, keeping its frames up to this time.
+    keep
+        Tells of a time whether the frame then is kept; None: all are.
 
     Raises
     ------
@@ -47,10 +50,14 @@ class Series:
     ['run_frames/run_0000.vtu', 'run_frames/run_0001.vtu']
     """
 
-    def __init__(self, path: str | os.PathLike[str], until: float | None = None) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], until: float | None = None, keep: Callable[[float], bool] | None = None
+    ) -> None:
         self.path = Path(path)
         check_writable(self.path, extensions=(".pvd",))
         self.frames: list[tuple[float, str]] = [] if until is None else self._read_list(until)
+        if keep is not None:
+            self.frames = [frame for frame in self.frames if keep(frame[0])]
 
     def __enter__(self) -> Series:
         return self
@@ -91,7 +98,7 @@ class Series:
         except OSError as problem:
             raise WriteError(f"cannot make the folder {folder}: {problem}") from problem
         extension = "vtp" if type(grid).__name__ == "PolyData" else "vtu"
-        frame = folder / f"{self.path.stem}_{len(self.frames):04d}.{extension}"
+        frame = folder / f"{self.path.stem}_{self._next_number():04d}.{extension}"
         source = getattr(getattr(mesh, "origin", None), "file", None)
         if source is not None:
             place = OutputPlace(frame) if self.frames else series_place(self.path)
@@ -115,7 +122,16 @@ class Series:
             frames = [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in found]
         except (OSError, ElementTree.ParseError, KeyError, ValueError) as problem:
             raise WriteError(f"cannot go on with the series {self.path}: {problem}") from problem
-        return [frame for frame in frames if frame[0] <= until]
+        frames = [frame for frame in frames if frame[0] <= until]
+        missing = [name for _, name in frames if not (self.path.parent / name).is_file()]
+        if missing:
+            raise WriteError(f"cannot go on with the series {self.path}: frames that are missing: {', '.join(missing)}")
+        return frames
+
+    def _next_number(self) -> int:
+        """The number of the next frame, so that it replaces none that is kept."""
+        numbers = [re.search(r"_(\d+)\.\w+$", name) for _, name in self.frames]
+        return max((int(number[1]) + 1 for number in numbers if number), default=0)
 
     def _write_list(self, target: Path) -> None:
         rows = [f'    <DataSet timestep="{time!r}" file="{escape(name)}"/>' for time, name in self.frames]

@@ -130,14 +130,17 @@ def run_job(job: Job, outputs: Outputs, progress: Progress) -> FinishedJob:
     stopped_by = _iterate(job, run, outputs, progress)
     if not run.history:
         raise stopped_by or KeyboardInterrupt
-    with uninterrupted():
-        progress.show(f"writing {outputs.mesh}")
-        result = run.result()
-        dropped = _write_or_fall_back(outputs.mesh, job, result.mesh)
-        try:
-            _write_report_and_pictures(job, result, outputs, progress)
-        except WriteError as problem:
-            stopped_by = stopped_by or problem
+    try:
+        with uninterrupted():
+            progress.show(f"writing {outputs.mesh}")
+            result = run.result()
+            dropped = _write_or_fall_back(outputs.mesh, job, result.mesh)
+            try:
+                _write_report_and_pictures(job, result, outputs, progress)
+            except WriteError as problem:
+                stopped_by = stopped_by or problem
+    except KeyboardInterrupt as problem:  # it came while all was written
+        stopped_by = stopped_by or problem
     return FinishedJob(result, dropped, stopped_by)
 
 
@@ -173,14 +176,16 @@ def _iterate(job: Job, run: Any, outputs: Outputs, progress: Progress) -> BaseEx
         try:
             with as_interruption():
                 for record in run:
-                    if history is not None:
-                        history.add(record)
-                    if frames is not None and record.iteration % outputs.every == 0:
-                        last_frame = record.iteration
-                        frames.add(last_frame, job.snapshot(run))
+                    with uninterrupted():
+                        if history is not None:
+                            history.add(record)
+                        if frames is not None and record.iteration % outputs.every == 0:
+                            last_frame = record.iteration
+                            frames.add(last_frame, job.snapshot(run))
                     progress.show(str(record))
                 if frames is not None and run.history and last_frame != run.history[-1].iteration:
-                    frames.add(run.history[-1].iteration, job.snapshot(run))
+                    with uninterrupted():
+                        frames.add(run.history[-1].iteration, job.snapshot(run))
         except (KeyboardInterrupt, OSError, MemoryError) as problem:
             # What was reached is worth keeping, also when a disk is full.
             return problem
