@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,9 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
         raise ReadError(f"cannot read {path}: {_MISSING_PACKAGE.format(extension, problem)}") from problem
     except OptionError:
         raise
-    except (OSError, MemoryError) as problem:
+    except MemoryError as problem:
+        raise ReadError(f"cannot read {path}: there is not enough memory for it") from problem
+    except OSError as problem:
         raise ReadError(f"cannot read {path}: {problem}") from problem
     except Exception as problem:
         # What a parser has let through is found at the latest when the mesh is put together.
@@ -109,6 +112,9 @@ def save_atomically(path: Path, writer: Callable[[Path], list[str] | None]) -> l
         files = sorted(folder.iterdir(), key=lambda made: made == target)
         with uninterrupted():
             for made in files:
+                if (place.parent / made.name).exists():  # who may read a file stays as it was
+                    with suppress(OSError):
+                        shutil.copymode(place.parent / made.name, made)
                 os.replace(made, place.parent / made.name)
     return lost
 
@@ -158,6 +164,8 @@ def _as_write_error(path: Path) -> Iterator[None]:
 
 
 def _reason_in_words(problem: Any) -> str:
+    if isinstance(problem, MemoryError):
+        return "there is not enough memory for it"
     if not isinstance(problem, OSError):
         return f"{type(problem).__name__}: {problem}"
     # NumPy only counts the numbers that it got rid of.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from ...io import read
 from ...mesh import HexMesh
 from ...regularization import CHOICES, Options
+from ..terminal import print_line
 
 __all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_outputs", "add_outside_references", "add_overwrite"]
 __all__ += ["note_dropped", "read_hexahedra"]
@@ -74,4 +74,4 @@ def read_hexahedra(arguments: Namespace) -> HexMesh:
 def note_dropped(path: str, dropped: list[str]) -> None:
     """Print what a format could not store, if anything."""
     if dropped:
-        print(f"note: {path} does not keep {', '.join(dropped)}", file=sys.stderr)
+        print_line(f"note: {path} does not keep {', '.join(dropped)}", error=True)

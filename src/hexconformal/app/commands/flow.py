@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,7 @@ from surface.plots import plot_history
 from ...common import OptionError
 from ...runs import RunFolder
 from ..progress import Progress
+from ..terminal import print_line
 from .arguments import add_outside_references
 from .outputs import named_inputs
 
@@ -100,13 +100,13 @@ def run(arguments: Namespace) -> int:
     plot_history(folder.plot, folder.history)
     if not arguments.quiet:
         for note in evolution.notes:
-            print(f"note: {note}")
+            print_line(f"note: {note}")
         if evolution.history:
-            print(evolution.history[-1])
-        print("interrupted" if stopped else evolution.reason)
-        print(f"wrote {folder.frames}, {folder.history.name}, {folder.plot.name}, {folder.last.name}")
+            print_line(str(evolution.history[-1]))
+        print_line("interrupted" if stopped else evolution.reason)
+        print_line(f"wrote {folder.frames}, {folder.history.name}, {folder.plot.name}, {folder.last.name}")
     if stopped is not None:
-        print(f"interrupted at step {evolution.step}: --resume goes on from there", file=sys.stderr)
+        print_line(f"interrupted at step {evolution.step}: --resume goes on from there", error=True)
         return 130
     return 0
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Callable
@@ -15,6 +14,7 @@ from typing import Any, Protocol
 from ...common import WriteError, as_interruption, temporary_folder_beside, uninterrupted, write_text
 from ...runs import HistoryFile, Series
 from ..progress import Progress
+from ..terminal import print_line, print_text
 from .arguments import STDOUT, note_dropped
 from .kinds import MeshKind
 from .outputs import Outputs, named_inputs
@@ -94,10 +94,10 @@ def run_command(arguments: Namespace, kind: MeshKind, prepare: Callable[[], Job]
         progress.show(f"reading {arguments.input}")
         finished = run_job(prepare(), outputs, progress)
     if to_stdout:
-        print(finished.result.report.to_json())
+        print_text(finished.result.report.to_json())
     elif not arguments.quiet:
-        print(finished.result.report)
-        print(f"wrote {', '.join(filter(os.path.exists, outputs.paths()))}")
+        print_text(finished.result.report)
+        print_line(f"wrote {', '.join(filter(os.path.exists, outputs.paths()))}")
     note_dropped(arguments.output, finished.dropped)
     return exit_code_of(finished, arguments.output)
 
@@ -150,9 +150,9 @@ def exit_code_of(finished: FinishedJob, output: str) -> int:
         return 0
     reached = f"the mesh of iteration {finished.result.report.iterations} is in {output}"
     if isinstance(finished.stopped_by, KeyboardInterrupt):
-        print(f"interrupted: {reached}", file=sys.stderr)
+        print_line(f"interrupted: {reached}", error=True)
         return 130
-    print(f"error: {finished.stopped_by or 'not enough memory'}; {reached}", file=sys.stderr)
+    print_line(f"error: {finished.stopped_by or 'not enough memory'}; {reached}", error=True)
     return 1
 
 

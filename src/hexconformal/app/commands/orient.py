@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from ...common import check_writable
 from ...io import WRITE_EXTENSIONS, write
 from ...quality import orient
+from ..terminal import print_line
 from .arguments import add_input, add_output, note_dropped, read_hexahedra
 from .outputs import check_paths, named_inputs
 
@@ -30,9 +31,9 @@ def run(arguments: Namespace) -> int:
     mesh, report = orient(read_hexahedra(arguments))
     dropped = write(arguments.output, mesh)
     if report.changed:
-        print(f"node order was {report.order}; {len(report.mirrored)} of {len(mesh.cells)} cells turned round")
+        print_line(f"node order was {report.order}; {len(report.mirrored)} of {len(mesh.cells)} cells turned round")
     else:
-        print("nothing to do: all cells are in VTK's order, none is mirrored")
-    print(f"wrote {arguments.output}")
+        print_line("nothing to do: all cells are in VTK's order, none is mirrored")
+    print_line(f"wrote {arguments.output}")
     note_dropped(arguments.output, dropped)
     return 0

@@ -26,11 +26,16 @@ _SIZES = {"Int8": 1, "UInt8": 1, "String": 1, "Bit": 1, "Int16": 2, "UInt16": 2,
 _PER_POINT, _PER_CELL = ("PointData", "Points"), ("CellData", "Verts", "Lines", "Strips", "Polys", "Cells")
 
 
-def check_vtk_xml(path: Path) -> None:
-    """Raise a ReadError if an XML file announces more than its size can hold, or names files that it must not."""
+def check_vtk_xml(path: Path) -> int:
+    """Raise a ReadError if an XML file announces more than its size can hold, or names files that it must not.
+
+    Returns
+    -------
+    The bytes that its arrays will have, at most.
+    """
     check = _Check(path)
     if not path.suffix.lower().startswith(".pvt"):
-        return
+        return check.announced
     pieces = [referenced_file(path, name) for name in check.pieces]
     if len({piece.resolve() for piece in pieces}) < len(pieces):
         raise ReadError("its pieces must be different files")
@@ -41,6 +46,7 @@ def check_vtk_xml(path: Path) -> None:
     tuples = sum(max(piece.points, piece.cells) for piece in checks)
     if 8 * tuples * check.components > sum(piece.most for piece in checks):
         raise ReadError("it announces more components than its pieces can hold")
+    return sum(piece.announced for piece in checks)
 
 
 class _Check:
@@ -52,6 +58,8 @@ class _Check:
         Bytes that it may stand for.
     points, cells
         Of all pieces.
+    announced
+        Bytes of all its arrays.
     components
         The sum of those that arrays of pieces in other files have.
     pieces
@@ -66,7 +74,7 @@ class _Check:
         self.points = self.cells = self.components = 0
         self.pieces: list[str] = []
         self._piece = (0, 0)
-        self._announced = 0
+        self.announced = 0
         self._section: list[str] = []
         self._head, self._wanted = "", 0
         self._factor, self._header, self._order = 1, "u4", "<"
@@ -122,8 +130,8 @@ class _Check:
             tuples = max(tuples, self._piece[0])
         elif around in _PER_CELL and (around == "CellData" or given.get("Name") != "connectivity"):
             tuples = max(tuples, self._piece[1])
-        self._announced += tuples * max(counts.get("NumberOfComponents", [1])) * _SIZES.get(given.get("type", ""), 8)
-        if self._announced > self.most:
+        self.announced += tuples * max(counts.get("NumberOfComponents", [1])) * _SIZES.get(given.get("type", ""), 8)
+        if self.announced > self.most:
             self._refuse(f"array {given.get('Name', around)!r}")
         self._head, self._wanted = "", 0
         if given.get("format") == "binary":

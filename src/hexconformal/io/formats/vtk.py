@@ -9,12 +9,15 @@ from ...common import ReadError, WriteError
 from ..convert import to_pyvista
 from ..format_tools.captured_output import captured_output, captured_vtk_messages
 from ..format_tools.format import Format
+from ..format_tools.memory import require_memory
 from ..format_tools.vtk_file_checks import check_last_array, check_reader_survives
 from ..format_tools.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml
 from ..pyvista_mesh import check_cell_nodes, to_polydata
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
+
+_SHARE_READ, _SHARE_WRITTEN = 4, 6  # memory that VTK takes, over what arrays and file have
 
 
 def _read(path: Path) -> FileContents:
@@ -23,8 +26,9 @@ def _read(path: Path) -> FileContents:
     if path.suffix.lower() == ".vtk":
         check_last_array(path)
         check_reader_survives(path)
+        require_memory(_SHARE_READ * path.stat().st_size)
     else:
-        check_vtk_xml(path)
+        require_memory(_SHARE_READ * (check_vtk_xml(path) + path.stat().st_size))
     with captured_output(), captured_vtk_messages() as messages:
         try:
             grid = pv.read(path)
@@ -69,6 +73,7 @@ def write_vtk(target: Path, grid: Any) -> None:
 
     writer: Any
     legacy = target.suffix.lower() == ".vtk"
+    require_memory(_SHARE_WRITTEN * 1024 * grid.GetActualMemorySize())
     with captured_output(), captured_vtk_messages() as messages:
         grid._store_metadata()  # which arrays are of booleans, or complex
         if legacy:
