@@ -108,7 +108,7 @@ def main() -> None:
     surfaces: dict[str, Any] = {path.stem: path for path in arguments.meshes}
     if arguments.made or not surfaces:
         surfaces.update({name: make() for name, make in MADE.items()})
-    surface.remesh(potato(200), iterations=2)  # compiled before anything is timed
+    surface.remesh(potato(200), max_iterations=2)  # compiled before anything is timed
     kept = f" of constant {' and '.join(arguments.conserve)}" if arguments.conserve else ""
     capped = f", time step at most {arguments.tau_max:g}" if np.isfinite(arguments.tau_max) else ""
     lines = [f"## {arguments.flow} flow{kept}, {arguments.steps} steps{capped}", "", described(load), ""]

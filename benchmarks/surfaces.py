@@ -47,11 +47,11 @@ def measured(size: int, iterations: int) -> dict[str, Any]:
     """Figures of one run in this process."""
     import surface
 
-    surface.remesh(torus(16, 8), iterations=3)
+    surface.remesh(torus(16, 8), max_iterations=3)
     m = round(math.sqrt(size / 4))
     mesh = torus(2 * m, m)
     wall, cpu = time.perf_counter(), time.process_time()
-    report = surface.remesh(mesh, iterations=iterations).report
+    report = surface.remesh(mesh, max_iterations=iterations).report
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     return {
         "cells": len(mesh[1]),

@@ -74,8 +74,8 @@ def test_cells_of_higher_order_by_their_corners():
 def test_remesh_returns_a_better_surface():
     sphere = pv.Sphere(theta_resolution=12, phi_resolution=12)
     seen = []
-    better = sphere.hexconformal.remesh(reference="flat", iterations=3, callback=seen.append)
-    expected = surface.remesh(sphere, reference="flat", iterations=3)
+    better = sphere.hexconformal.remesh(target="flat", max_iterations=3, callback=seen.append)
+    expected = surface.remesh(sphere, target="flat", max_iterations=3)
     assert type(better) is pv.PolyData
     np.testing.assert_array_equal(better.points, expected.points)
     assert set(better.cell_data) == {"min_angle", "min_angle_change"}

@@ -82,8 +82,8 @@ def test_regularize_writes_everything_that_is_asked_for(here, capsys):
 
 def test_options_reach_the_run(here, capsys):
     words = "regularize part.vtu better.vtu --boundary free --fixed wall --target 1:1:2 --energy quaternionic"
-    words += " --weight volume --quadrature corners --method majorize --no-lift --tolerance 1e-3 --max-iterations 4"
-    words += " --hausdorff 0.01 --features keep --sizes free"
+    words += " --weight volume --quadrature corners --method majorize --emphasis mean --gradient-tolerance 1e-3"
+    words += " --max-iterations 4 --hausdorff 0.01 --features keep --sizes free"
     assert run(words + " --report -") == 0
     options = json.loads(capsys.readouterr().out)["options"]
     assert options == {
@@ -99,8 +99,8 @@ def test_options_reach_the_run(here, capsys):
         "energy": "quaternionic",
         "quadrature": "corners",
         "method": "majorize",
-        "lift": False,
-        "tolerance": 1e-3,
+        "emphasis": "mean",
+        "gradient_tolerance": 1e-3,
         "max_iterations": 4,
     }
     before, after = pv.read("part.vtu"), pv.read("better.vtu")
@@ -230,9 +230,9 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
         ("regularize part.vtu out.vtu --features sharp", 2, "'auto', 'keep' or 'soft', not 'sharp'"),
         ("regularize part.vtu out.vtu --surface missing.stl", 1, "missing.stl does not exist"),
         ("regularize part.vtu out.vtu --surface broken.vtu", 1, "cannot read broken.vtu"),
-        ("regularize part.vtu out.vtu --surface part.vtu --conserve-volume", 2, "conserve_volume goes with"),
-        ("regularize part.vtu out.vtu --surface part.vtu --boundary fixed", 2, "surface goes with boundary='slide'"),
-        ("regularize part.vtu out.vtu --surface part.vtu --hausdorff 0", 2, "surface goes with boundary='slide'"),
+        ("regularize part.vtu out.vtu --surface part.vtu --conserve-volume", 2, "conserve_volume must go with"),
+        ("regularize part.vtu out.vtu --surface part.vtu --boundary fixed", 2, "surface must go with boundary='slide'"),
+        ("regularize part.vtu out.vtu --surface part.vtu --hausdorff 0", 2, "surface must go with boundary='slide'"),
         ("regularize part.vtu out.vtu --worst-picture part.vtu", 2, "part.vtu is the input"),
         ("regularize part.vtu out.xdmf", 1, "its companion out.h5 belongs to another file"),
         ("regularize tets.vtu out.vtu", 1, "tetra"),
@@ -403,7 +403,7 @@ def test_version_and_module_entry():
 def test_interruption_leaves_the_last_valid_mesh(tmp_path, number):
     points, cells = generate.twisted_cube(24, degrees=150)
     hc.write(tmp_path / "part.vtu", hc.HexMesh(points, cells))
-    words = "regularize part.vtu better.vtu --boundary fixed --tolerance 0 --max-iterations 100000"
+    words = "regularize part.vtu better.vtu --boundary fixed --gradient-tolerance 0 --max-iterations 100000"
     interrupted(tmp_path, f"{words} --energy quaternionic --method majorize", number, lines=4)
     better = hc.read(tmp_path / "better.vtu")
     assert is_valid(better.points, better.cells).all()

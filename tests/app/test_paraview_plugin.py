@@ -120,8 +120,7 @@ def asked(monkeypatch):
 def test_defaults_are_those_of_the_library(plugin, asked, errors):
     run(plugin.RegularizeHexahedra(), grid(generate.box((1, 1, 1))))
     run(plugin.RemeshSurface(), plain(pv.Sphere()))
-    assert asked == [hc.Options(lift=True), surface.Options()]
-    assert asked[0].lifts == hc.Options().lifts
+    assert asked == [hc.Options(), surface.Options()]
 
 
 @pytest.mark.parametrize(
@@ -132,9 +131,9 @@ def test_defaults_are_those_of_the_library(plugin, asked, errors):
         ("RegularizeHexahedra", "SetFeatures", "soft", "features", "soft"),
         ("RegularizeHexahedra", "SetTarget", "1:1:4", "target", "1:1:4"),
         ("RegularizeHexahedra", "SetMaxIterations", 7, "max_iterations", 7),
-        ("RegularizeHexahedra", "SetLift", 0, "lift", False),
-        ("RemeshSurface", "SetIterations", 7, "iterations", 7),
-        ("RemeshSurface", "SetReference", "flat", "reference", "flat"),
+        ("RegularizeHexahedra", "SetEmphasis", "mean", "emphasis", "mean"),
+        ("RemeshSurface", "SetMaxIterations", 7, "max_iterations", 7),
+        ("RemeshSurface", "SetTarget", "flat", "target", "flat"),
         ("RemeshSurface", "SetHausdorff", 0.02, "hausdorff", 0.02),
     ],
 )

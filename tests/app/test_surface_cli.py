@@ -35,7 +35,7 @@ def here(tmp_path, monkeypatch):
 
 
 def test_remesh_writes_everything_that_is_asked_for(here, capsys):
-    words = "remesh ball.ply better.vtu --iterations 6 --history run.csv --frames run.pvd --report report.json"
+    words = "remesh ball.ply better.vtu --max-iterations 6 --history run.csv --frames run.pvd --report report.json"
     assert run(words + " --plot q.png") == 0
     said = capsys.readouterr()
     assert "wrote better.vtu, run.csv, run.pvd, report.json, q.png" in said.out
@@ -70,21 +70,22 @@ def test_remesh_writes_everything_that_is_asked_for(here, capsys):
 
 
 def test_options_reach_the_run(here, capsys):
-    words = "remesh ball.ply better.ply --reference flat --energy quaternionic --normal middle --boundary fixed"
-    words += " --features 30 --hausdorff 0.02 --eps 1e-4 --iterations 2 --tolerance 1e-3 --no-project --fixed pole"
+    words = "remesh ball.ply better.ply --target flat --energy quaternionic --normal middle --boundary fixed"
+    words += " --feature-angle 30 --hausdorff 0.02 --eps 1e-4 --max-iterations 2 --energy-tolerance 1e-3"
+    words += " --no-project --fixed pole"
     assert run(words + " --report -") == 0
     options = json.loads(capsys.readouterr().out)["options"]
     assert options == {
         **surface.Options().described(),
-        "reference": "flat",
+        "target": "flat",
         "energy": "quaternionic",
         "normal": "middle",
         "boundary": "fixed",
-        "features": 30.0,
+        "feature_angle": 30.0,
         "hausdorff": 0.02,
         "eps": 1e-4,
-        "iterations": 2,
-        "tolerance": 1e-3,
+        "max_iterations": 2,
+        "energy_tolerance": 1e-3,
         "project": False,
         "fixed": "pole",
     }
@@ -96,24 +97,29 @@ def test_options_reach_the_run(here, capsys):
 
 
 def test_what_is_not_said_is_left_to_the_options(here, capsys):
-    assert run("remesh ball.ply better.ply --iterations 1 --report -") == 0
-    assert json.loads(capsys.readouterr().out)["options"] == surface.Options(iterations=1).described()
+    assert run("remesh ball.ply better.ply --max-iterations 1 --report -") == 0
+    assert json.loads(capsys.readouterr().out)["options"] == surface.Options(max_iterations=1).described()
+
+
+def on_the_command_line():
+    """All options but the array that only Python takes."""
+    return [field for field in fields(surface.Options) if field.name != "feature_edges"]
 
 
 def test_defaults_are_those_of_python():
     parsed = vars(parser().parse_args(["remesh", "in.ply", "out.ply"]))
-    for field in fields(surface.Options):
+    for field in on_the_command_line():
         assert parsed[field.name] == getattr(surface.Options(), field.name)
 
 
-def test_no_features_and_a_reference_mesh_from_a_file(here, capsys):
+def test_no_features_and_a_target_mesh_from_a_file(here, capsys):
     points, cells = icosphere(2)
     surface.write("round.ply", (points * [1, 1, 2], cells.triangles))
-    assert run("remesh ball.ply better.ply --iterations 1 --features none --reference round.ply --report -") == 0
+    assert run("remesh ball.ply better.ply --max-iterations 1 --feature-angle none --target round.ply --report -") == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["options"]["features"] is None
-    assert report["options"]["reference"] == "given"
-    expected = surface.remesh("ball.ply", iterations=1, features=None, reference=points * [1, 1, 2]).points
+    assert report["options"]["feature_angle"] is None
+    assert report["options"]["target"] == "given"
+    expected = surface.remesh("ball.ply", max_iterations=1, feature_angle=None, target=points * [1, 1, 2]).points
     np.testing.assert_allclose(surface.read("better.ply").points, expected, atol=1e-7)
 
 
@@ -122,21 +128,24 @@ def test_help_names_every_option_and_has_examples(capsys):
     said = capsys.readouterr().out
     assert "examples:\n  hexconformal remesh statue.ply" in said
     assert ".obj .off .ply .stl" in said
-    for field in fields(surface.Options):
+    for field in on_the_command_line():
         assert f"--{field.name.replace('_', '-')}" in said
 
 
 def test_every_writes_a_frame_in_so_many_and_the_last(here):
-    assert run("remesh mixed.vtp better.vtp --frames run.pvd --every 2 --iterations 3 --tolerance 0 --quiet") == 0
+    assert (
+        run("remesh mixed.vtp better.vtp --frames run.pvd --every 2 --max-iterations 3 --energy-tolerance 0 --quiet")
+        == 0
+    )
     assert pv.get_reader("run.pvd").time_values == [0.0, 2.0, 3.0]
 
 
 def test_quiet_says_nothing_and_not_converged_is_done(here, capsys):
-    assert run("remesh quads.vtu better.vtu --iterations 1 --quiet") == 0
+    assert run("remesh quads.vtu better.vtu --max-iterations 1 --quiet") == 0
     said = capsys.readouterr()
     assert (said.out, said.err) == ("", "")
-    assert run("remesh quads.vtu better.vtu --iterations 1 --tolerance 0") == 0
-    assert "not converged: reached iterations = 1" in capsys.readouterr().out
+    assert run("remesh quads.vtu better.vtu --max-iterations 1 --energy-tolerance 0") == 0
+    assert "not converged: reached max_iterations = 1" in capsys.readouterr().out
 
 
 def test_the_input_is_replaced_only_on_demand(here, capsys):
@@ -144,12 +153,12 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
     assert run("remesh ball.ply ./ball.ply") == 2
     assert "--overwrite" in error_line(capsys)
     assert (here / "ball.ply").read_bytes() == before
-    assert run("remesh ball.ply ball.ply --iterations 1 --overwrite --quiet") == 0
+    assert run("remesh ball.ply ball.ply --max-iterations 1 --overwrite --quiet") == 0
     assert (here / "ball.ply").read_bytes() != before
 
 
 def test_what_a_format_cannot_keep_is_said(here, capsys):
-    assert run("remesh ball.ply better.off --iterations 1 --quiet") == 0
+    assert run("remesh ball.ply better.off --max-iterations 1 --quiet") == 0
     said = capsys.readouterr().err
     assert said.startswith("note: better.off does not keep point array 'pole', cell array 'min_angle'")
 
@@ -166,10 +175,14 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
         ("remesh ball.ply out.ply --plot ball.ply", 2, "ball.ply is the input"),
         ("remesh ball.ply out.ply --boundary slippery", 2, "'slide' or 'fixed', not 'slippery'"),
         ("remesh ball.ply out.ply --energy low", 2, "'barrier' or 'quaternionic', not 'low'"),
-        ("remesh ball.ply out.ply --reference round", 2, "reference must be"),
-        ("remesh ball.ply out.ply --reference round.ply", 1, "round.ply does not exist"),
-        ("remesh ball.ply out.ply --features sharp", 2, "features must be an angle in degrees, or none, not 'sharp'"),
-        ("remesh ball.ply out.ply --fixed walls", 2, "names no point array; there are: 'pole'"),
+        ("remesh ball.ply out.ply --target round", 2, "target must be"),
+        ("remesh ball.ply out.ply --target round.ply", 1, "round.ply does not exist"),
+        (
+            "remesh ball.ply out.ply --feature-angle sharp",
+            2,
+            "must be an angle in degrees, or none, not 'sharp'",
+        ),
+        ("remesh ball.ply out.ply --fixed walls", 2, "names no point array or group of the file; there are: 'pole'"),
         ("remesh ball.ply out.ply --eps 0", 2, "eps"),
         ("remesh ball.ply out.ply --hausdorff -1", 2, "hausdorff"),
         ("remesh ball.ply out.ply --every 0", 2, "every"),
@@ -215,7 +228,7 @@ def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, mo
 
     monkeypatch.setattr("hexconformal.app.commands.remesh.RemeshJob.kind", replace(SURFACES, write=full))
     monkeypatch.setattr("tempfile.tempdir", str(here))
-    assert run("remesh ball.ply better.ply --iterations 1") == 1
+    assert run("remesh ball.ply better.ply --max-iterations 1") == 1
     said = error_line(capsys)
     assert said.startswith("error: cannot write better.ply: no space left on device; the mesh was saved as ")
     assert len(surface.read(said.split()[-1]).cells) == 320
@@ -249,7 +262,7 @@ def test_quality_of_hexahedra_is_not_that_of_their_skin(here, capsys):
 
 
 def test_pictures(here, rendering):
-    words = "remesh mixed.vtp better.vtp --picture both.png --worst-picture worst.png --iterations 1 --quiet"
+    words = "remesh mixed.vtp better.vtp --picture both.png --worst-picture worst.png --max-iterations 1 --quiet"
     assert run(words) == 0
     assert run("quality ball.ply --picture one.png --worst 3") == 0
     both, worst, one = (pv.read(name).dimensions for name in ("both.png", "worst.png", "one.png"))
@@ -260,8 +273,8 @@ def test_pictures(here, rendering):
 def test_open_surfaces_and_sharp_edges(here, capsys):
     surface.write("sheet.obj", as_mesh(grid(6, jitter=0.3)))
     surface.write("cube.off", as_mesh(quad_cube(4)))
-    assert run("remesh sheet.obj better.obj --boundary fixed --iterations 3") == 0
-    assert run("remesh cube.off better.off --iterations 3") == 0
+    assert run("remesh sheet.obj better.obj --boundary fixed --max-iterations 3") == 0
+    assert run("remesh cube.off better.off --max-iterations 3") == 0
     assert "volume" in capsys.readouterr().out
     np.testing.assert_allclose(surface.read("better.off").points, quad_cube(4)[0], atol=1e-9)
 
@@ -271,7 +284,7 @@ def test_open_surfaces_and_sharp_edges(here, capsys):
 def test_interruption_leaves_the_last_surface(tmp_path, number):
     points, cells = shaken(icosphere(5), 0.004)
     surface.write(tmp_path / "ball.ply", (points, cells.triangles))
-    words = "remesh ball.ply better.ply --tolerance 0 --iterations 100000 --features none"
+    words = "remesh ball.ply better.ply --energy-tolerance 0 --max-iterations 100000 --feature-angle none"
     report = interrupted(tmp_path, words, number, lines=3)
     assert report["turned"] == 0
     better = surface.read(tmp_path / "better.ply")

@@ -14,8 +14,8 @@ from hexconformal.energy.corner_energy import CornerEnergy, Weights
 from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.kernel.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
 from hexconformal.mesh.topology import boundary_quads, node_rings
-from hexconformal.regularization.untangle import _unfold_patches, bring_back, folded, harmonic, untangle
-from hexconformal.regularization.untangle_interior import unfold_inside
+from hexconformal.regularization.untangle import _unfold_patches, folded_cells, harmonic, pull_back, untangle
+from hexconformal.regularization.untangle_interior import untangle_interior
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches
 from hexconformal.solver.projected_newton import newton_step, projected_newton
 
@@ -84,7 +84,7 @@ def test_hessian_is_semidefinite_where_cells_are_folded_too(eps, seed):
     # Where eps counts, the second derivative of the barrier alone is too small for that.
     points, cells = generate.jittered(*generate.box((2, 2, 2)), 1.5, seed=seed, valid=False, keep_boundary=False)
     problem = CornerEnergy(cells, CUBES, everywhere(points))
-    assert folded(problem, points).sum() > 5
+    assert folded_cells(problem, points).sum() > 5
     values = np.linalg.eigvalsh(dense(problem.value_gradient_hessian(points, Weights(eps=eps))[2]))
     assert values[0] > -1e-12 * values[-1]
 
@@ -173,7 +173,7 @@ def test_folded_corners_are_infinite_without_eps_and_finite_with_it():
     points, cells = jittered_box()
     points[len(points) // 2] += 2.0
     problem = CornerEnergy(cells, CUBES, everywhere(points))
-    assert folded(problem, points).any()
+    assert folded_cells(problem, points).any()
     assert problem.value(points, Weights()) == np.inf
     assert np.isfinite(problem.value(points, Weights(eps=0.5)))
 
@@ -295,7 +295,7 @@ def test_a_patch_has_the_sizes_of_its_cells():
 def test_lifting_raises_the_worst_cell_step_by_step():
     points, cells = generate.jittered(*generate.cylinder(4, 3, 6), 0.35, seed=3)
     problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
-    lowest = [corner_scaled_jacobian(x, cells).min() for _, x, _ in raise_worst(problem, points)]
+    lowest = [corner_scaled_jacobian(at.points, cells).min() for at in raise_worst(problem, points)]
     assert lowest[-1] > corner_scaled_jacobian(points, cells).min() + 0.2
     assert lowest[-1] == max(lowest)
 
@@ -320,22 +320,22 @@ def test_matrices_leave_out_what_is_held():
 def test_untangling_unfolds_every_cell():
     points, cells = generate.jittered(*generate.box((6, 6, 6)), 1.0, seed=0, valid=False)
     problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
-    assert folded(problem, points).sum() > 50
-    *_, (_, best, _) = untangle(problem, points)
-    assert not folded(problem, best).any()
+    assert folded_cells(problem, points).sum() > 50
+    *_, last = untangle(problem, points)
+    assert not folded_cells(problem, last.points).any()
 
 
 def test_a_cell_folded_inside_with_sound_corners_is_unfolded():
     points, cells = generate.box((3, 3, 3))
     points = 3 * points + np.random.default_rng(4936).uniform(-0.45, 0.45, points.shape)
     problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
-    assert not folded(problem, points).any()
+    assert not folded_cells(problem, points).any()
     assert not is_valid(points, cells).all()
-    better = unfold_inside(problem, points)
+    better = untangle_interior(problem, points)
     assert is_valid(better, cells).all()
     surface = np.unique(boundary_quads(cells)[0])
     assert np.array_equal(better[surface], points[surface])
-    assert unfold_inside(problem, better) is better
+    assert untangle_interior(problem, better) is better
 
 
 def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_where_nothing_else_is_near():
@@ -344,14 +344,14 @@ def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_
     worse = straight.copy()
     worse[62] += [0.6, 0.0, 0.0]  # an inner node past its neighbours
     assert corner_scaled_jacobian(worse, cells).min() < corner_scaled_jacobian(start, cells).min() < 0.0
-    assert bring_back(straight, start, cells, lambda _: True) is straight
-    assert bring_back(worse, start, cells, lambda _: False) is start
-    back = corner_scaled_jacobian(bring_back(worse, start, cells, lambda _: True), cells)
+    assert pull_back(straight, start, cells, lambda _: True) is straight
+    assert pull_back(worse, start, cells, lambda _: False) is start
+    back = corner_scaled_jacobian(pull_back(worse, start, cells, lambda _: True), cells)
     assert back.min() >= corner_scaled_jacobian(start, cells).min()
     assert back.mean() > corner_scaled_jacobian(start, cells).mean() + 0.1
     away = straight.copy()
     away[0] = 0.9  # a corner through the box: no worse, but too far from the surface
-    near = bring_back(away, start, cells, lambda x: bool(np.linalg.norm(x[0]) < 0.5))
+    near = pull_back(away, start, cells, lambda x: bool(np.linalg.norm(x[0]) < 0.5))
     assert np.linalg.norm(near[0]) < 0.5
     assert (corner_scaled_jacobian(near, cells) <= 0).sum() < 5
 
@@ -390,5 +390,5 @@ def test_patches_that_leave_the_surface_are_not_unfolded_and_the_others_are():
         surface = None if node is None else Wall(node, tangled[node])
         problem = CornerEnergy(cells, CUBES, everywhere(points), surface)
         found = _unfold_patches(problem, tangled, tangled, cores)
-        still = folded(problem, found)
+        still = folded_cells(problem, found)
         assert [not still[(cells == corner).any(axis=1)].any() for corner in corners] == opened

@@ -47,7 +47,7 @@ def test_what_was_read_is_remeshed(tmp_path, monkeypatch):
     path = tmp_path / "surface.io.ply"
     surface.write(path, pv.Icosphere(nsub=1))
     assert fuzz().probe(path) == "mesh"
-    assert [options.iterations for options in worked_on] == [1]
+    assert [options.max_iterations for options in worked_on] == [1]
 
 
 @pytest.fixture

@@ -206,7 +206,7 @@ ball.Update()
 out = hexconformal.regularize(from_vtk(append.GetOutput()), max_iterations=1).mesh
 assert out.IsA("vtkUnstructuredGrid")
 source = ball.GetOutput()
-result = surface.remesh(surface.io.vtk_mesh.from_vtk(source), iterations=1)
+result = surface.remesh(surface.io.vtk_mesh.from_vtk(source), max_iterations=1)
 assert surface.io.vtk_mesh.to_vtk(source, result.mesh).IsA("vtkPolyData")
 """
 

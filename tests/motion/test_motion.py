@@ -87,7 +87,7 @@ def test_conformal_motion_of_a_similarity_is_that_similarity():
     boundary = np.flatnonzero(counts < 8)
     assert (low < high).all()
     displacement = turned(1.3 * points, [1, 2, 3], 40) + 0.3 * points + [1, 2, 3]
-    motion = MeshMotion((points, cells), boundary, tolerance=1e-12)
+    motion = MeshMotion((points, cells), boundary, energy_tolerance=1e-12)
     assert motion.step(displacement[boundary]).points == pytest.approx(points + displacement, abs=1e-5)
 
 
@@ -130,19 +130,19 @@ def test_a_restart_goes_on_as_if_nothing_had_been():
     other.resume(whole.state())
     goal = turned(points[inner], [0, 0, 1], 30)
     assert (whole.step(goal).points == other.step(goal).points).all()
-    with pytest.raises(OptionError, match="another mesh"):
+    with pytest.raises(OptionError, match="the same mesh"):
         MeshMotion((points, cells), inner[1:], outer).resume(whole.state())
 
 
-def test_current_reference_forgets_the_initial_mesh():
+def test_current_target_forgets_the_initial_mesh():
     points, cells, inner, outer = cube_in_cube(6)
     ends = {}
-    for reference in ("initial", "current"):
-        motion = MeshMotion((points, cells), inner, outer, reference=reference)
+    for target in ("input", "current"):
+        motion = MeshMotion((points, cells), inner, outer, target=target)
         for degrees in (15, 30, 15, 0):
             step = motion.step(turned(points[inner], [0, 0, 1], degrees))
-        ends[reference] = np.abs(step.points - points).max()
-    assert ends["initial"] == 0.0
+        ends[target] = np.abs(step.points - points).max()
+    assert ends["input"] == 0.0
     assert 1e-8 < ends["current"] < 0.2
 
 
@@ -174,11 +174,11 @@ def test_a_boundary_that_makes_cells_impossible_is_refused():
     ("options", "message"),
     [
         ({"moving": []}, "nothing moves"),
-        ({"moving": [0, 0]}, "twice"),
-        ({"moving": [99]}, "outside"),
-        ({"moving": [0], "reference": "none"}, "'initial' or 'current'"),
+        ({"moving": [0, 0]}, "every node once"),
+        ({"moving": [99]}, r"ids in 0\.\.26; outside: 1 .ids 99."),
+        ({"moving": [0], "target": "none"}, "'input' or 'current'"),
         ({"moving": [0], "operator": "magic"}, "not 'magic'"),
-        ({"moving": [0], "tolerance": 2}, "tolerance"),
+        ({"moving": [0], "energy_tolerance": 2}, "tolerance"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(options, message):
@@ -192,12 +192,12 @@ def test_displacements_that_make_no_sense_are_refused():
         with pytest.raises(OptionError, match="finite array"):
             motion.step(displacement)
     for dt in (0.0, np.inf):
-        with pytest.raises(OptionError, match="dt is positive and finite"):
+        with pytest.raises(OptionError, match="dt must be positive and finite"):
             motion.step(np.zeros((2, 3)), dt=dt)
 
 
 def test_a_mesh_that_is_not_valid_does_not_begin():
     points, cells = box((2, 2, 2), (2.0, 2.0, 2.0))
     points[13] += [1.5, 0, 0]
-    with pytest.raises(MeshError, match="is valid at the start: 4"):
+    with pytest.raises(MeshError, match="must be valid at the start: 4"):
         MeshMotion((points, cells), [0])

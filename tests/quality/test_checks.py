@@ -259,7 +259,7 @@ def test_masks():
     [
         (np.zeros(4, bool), r"shape \(5,\)"),
         (np.zeros((5, 2), bool), r"shape \(5,\)"),
-        ([5], r"outside 0\.\.4: 1 \(ids 5\)"),
+        ([5], r"ids in 0\.\.4; outside: 1 \(ids 5\)"),
         ([-1], "outside"),
         ([0.5], "point ids"),
         (["a"], "point ids"),

@@ -45,7 +45,7 @@ def test_a_run_ends_with_it():
     points, cells = swapped()
     phases = []
     report = hc.regularize((points, cells), boundary="fixed", callback=lambda record: phases.append(record)).report
-    assert phases[-1].phase == "ease what stays inverted"
+    assert phases[-1].phase == "improve what stays inverted"
     assert report.after.inverted == phases[-2].inverted == 2
     assert report.after.scaled_jacobian.min > phases[-2].min_scaled_jacobian + 0.2
     assert report.after.scaled_jacobian.mean > report.before.scaled_jacobian.mean + 0.05

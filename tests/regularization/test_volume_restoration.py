@@ -10,7 +10,7 @@ from hexconformal.geometry import enclosed_volume
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.distance_barrier import DistanceBarrier
 from hexconformal.mesh.topology import boundary_quads
-from hexconformal.regularization.volume_restoration import restored
+from hexconformal.regularization.volume_restoration import restore_volume
 
 
 def ball(amount=0.3, **options):
@@ -91,11 +91,12 @@ def test_a_run_that_is_left_early_conserves_the_volume_too():
     assert abs(report.volume_change) < 1e-13
 
 
-def test_left_before_it_is_unfolded_a_mesh_says_that_its_volume_differs(shared):
-    mesh = shared / "meshes" / "hex" / "msq_pave3_input.vtu"
+def test_left_before_it_is_unfolded_a_mesh_says_that_its_volume_differs():
+    mesh = generate.jittered(*generate.ball(4, 2), 0.9, valid=False, keep_boundary=False)
     run = hc.Regularization(mesh, hc.Options(conserve_volume=True))
     for record in run:
-        if 0 < record.inverted < run.history[0].inverted:
+        # The first steps move nodes inside alone; after them the boundary gives way too.
+        if record.iteration > 1 and record.inverted < run.history[1].inverted:
             break
     report = run.result().report
     assert 0 < report.after.inverted < report.before.inverted
@@ -107,22 +108,22 @@ def test_what_the_band_has_no_room_for_is_approached():
     points, cells = generate.ball(4, 2)
     quads = boundary_quads(cells)[0]
     bound = 0.01
-    band = DistanceBarrier(SurfaceLocator(points, quads), bound)
-    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), band)
+    barrier = DistanceBarrier(SurfaceLocator(points, quads), bound)
+    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), barrier)
     before = enclosed_volume(points, quads)
-    swollen = restored(problem, points, quads, 1.2 * before)
-    assert band.relative_distance(swollen) <= 1.0
+    swollen = restore_volume(problem, points, quads, 1.2 * before)
+    assert barrier.relative_distance(swollen) <= 1.0
     assert hc.quality((swollen, cells)).valid.all()
     # All of the surface has gone outwards by half the bound at least.
     assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi
-    little = restored(problem, points, quads, 1.01 * before)
+    little = restore_volume(problem, points, quads, 1.01 * before)
     assert enclosed_volume(little, quads) == pytest.approx(1.01 * before, rel=1e-13)
-    assert enclosed_volume(restored(problem, little, quads, before), quads) == pytest.approx(before, rel=1e-13)
+    assert enclosed_volume(restore_volume(problem, little, quads, before), quads) == pytest.approx(before, rel=1e-13)
 
 
 @pytest.mark.parametrize("options", [{"boundary": "free"}, {"surface": "part.stl"}])
 def test_what_contradicts_it_is_refused(options):
-    with pytest.raises(hc.OptionError, match="conserve_volume goes with boundary='slide'"):
+    with pytest.raises(hc.OptionError, match="conserve_volume must go with boundary='slide'"):
         hc.Options(conserve_volume=True, **options)
 
 

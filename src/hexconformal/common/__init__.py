@@ -1,11 +1,11 @@
-"""What every room needs: errors, validation of options, files that are written whole or not at all, interruption,
+"""Common to every room: errors, validation of options, files that are written whole or not at all, interruption,
 processes that may die.
 
 Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
 from .child_process import python_can_be_started, run_python
-from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, odd_points
+from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, first_names, unusable_points
 from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
 from .output_places import OutputPlace, require_distinct_places, same_file
@@ -36,10 +36,10 @@ __all__ = [
     "check_writable",
     "companion_file",
     "first_ids",
+    "first_names",
     "interruptible",
     "is_number",
     "json_safe",
-    "odd_points",
     "options_from",
     "python_can_be_started",
     "reading",
@@ -55,5 +55,6 @@ __all__ = [
     "save_atomically",
     "temporary_folder_beside",
     "uninterrupted",
+    "unusable_points",
     "write_text",
 ]

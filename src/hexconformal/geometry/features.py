@@ -189,19 +189,20 @@ def _softness(
     points: Floats, quads: Ints, edges: QuadEdges, chosen: Ints, nonmanifold: Mask, angle: float, tolerance: float
 ) -> tuple[bool, bool, str]:
     """Decide if curves found by their angle need not be kept, and tell if some of them end freely, and why."""
-    if len(chosen) == 0:
+    nodes = edges.nodes[chosen]
+    lengths = np.linalg.norm(points[nodes[:, 0]] - points[nodes[:, 1]], axis=1)
+    if not lengths.any():
         return True, False, "the surface is smooth"
     steps, sharp = stair_steps(points, quads, edges, angle)
     stepped = steps[edges.quads[sharp]].any(axis=1).mean() if sharp.any() else 0.0
     if stepped > _STEPPED:
         return True, False, f"stair steps, {stepped:.0%} of the sharp edges bound a step of one cell"
-    nodes = edges.nodes[chosen]
-    lengths = np.linalg.norm(points[nodes[:, 0]] - points[nodes[:, 1]], axis=1)
     curves = chains(points, nodes, nonmanifold)
     free = lengths[_has_free_end(nodes, curves, nonmanifold)[curves.labels]].sum() / lengths.sum()
     if free > 0.5:
         return True, True, f"{free:.0%} of the sharp curves end in the middle of a smooth surface"
-    edge, diagonal = float(np.median(lengths)), float(np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0)))
+    edge = float(np.median(lengths[lengths > 0.0]))
+    diagonal = float(np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0)))
     if tolerance > max(_ROUNDED[0] * edge, _ROUNDED[1] * diagonal):
         share = f"{tolerance / edge:.2g} edge lengths, {tolerance / diagonal:.2g} diagonals"
         return True, False, f"the surface may move by {share}, which rounds them off"

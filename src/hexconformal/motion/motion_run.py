@@ -49,14 +49,14 @@ class MotionRun:
     motion
         At its start.
     boundary
-        Where its moving nodes go.
+        Displacements of its moving nodes.
 
     Attributes
     ----------
     step
         The last one that was made completely.
     refusal
-        Why the motion ended early; "" if it did not.
+        Reason of an early end; "" if there was none.
     """
 
     version, record, other_runs = 2, MotionRecord, "another mesh, or to other options"
@@ -71,12 +71,12 @@ class MotionRun:
 
     @property
     def time(self) -> float:
-        """Time reached."""
+        """Time that the motion has reached."""
         return float(self._boundary.times[self.step - 1]) if self.step else 0.0
 
     @property
     def fingerprint(self) -> str:
-        """Of mesh, nodes and options."""
+        """Digest of what a resumed run must have the same: mesh, nodes and options."""
         motion = self._motion
         return run_fingerprint(motion.options, (motion.mesh.points, motion.mesh.cells, motion.moving, motion.held))
 
@@ -99,7 +99,7 @@ class MotionRun:
             yield RunState(index + 1, time, self.frame, record, refused=report.refused)
 
     def state(self) -> dict[str, Any]:
-        """Where the run stands."""
+        """State of the run, for :meth:`resume`."""
         state = {"done": self.step, "time": self.time, "displacement": self._displacement(), **self._motion.state()}
         return state if self._velocity is None else {**state, "velocity": self._velocity}
 
@@ -130,7 +130,7 @@ class MotionRun:
         return self._frame(self._done, self._velocity)
 
     def write(self, path: Path) -> None:
-        """Write the mesh as far as it went; the cell array `blocked` marks what stood in the way."""
+        """Write the mesh as far as it went; the cell array `blocked` marks the cells that stood in the way."""
         marks = np.zeros(len(self._motion.mesh.cells), dtype=np.uint8)
         marks[self._blocked] = 1
         write(path, self._frame(self._reached, None).replaced(cell_data={"blocked": marks}))

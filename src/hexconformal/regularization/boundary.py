@@ -1,4 +1,4 @@
-"""The boundary of a run: what is held exactly, and the band that keeps the rest near the surface."""
+"""The boundary of a run: what is held exactly, and the barrier that keeps the rest near the surface."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ __all__ = ["Boundary", "boundary_of", "flat_normals"]
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_FLAT = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
+_FLATNESS = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
 _AXIS = 1e-9  # components of a unit normal below this are rounding
 _APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """How the boundary of a mesh is kept.
+    """Constraint and barrier that keep the boundary of a mesh.
 
     Attributes
     ----------
     admissible
-        What nodes may do exactly: stay, slide along a straight line, slide in a plane.
-    band
+        Directions nodes may go in, exactly: none, along a straight line, in a plane.
+    barrier
         Keeps curved parts near the surface; None where there are none that may move.
     notes
-        What was decided, in words.
+        Decisions, in words.
     """
 
     admissible: AdmissibleDirections
-    band: DistanceBarrier | None = None
+    barrier: DistanceBarrier | None = None
     notes: tuple[str, ...] = ()
 
 
-def boundary_of(frame: NormalizedMesh, options: Options) -> Boundary:
+def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
-    Everything else slides in a band around the surface.
+    Everything else slides within a bound around the surface.
 
     Raises
     ------
@@ -57,28 +57,29 @@ def boundary_of(frame: NormalizedMesh, options: Options) -> Boundary:
     MeshError
         If the surface to slide on is not that of the mesh.
     """
-    fixed = fixed_components(frame.mesh, options.fixed)[frame.node_ids]
+    fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
-        return Boundary(boundary_directions(frame.points, frame.quads, options.boundary, fixed, frame.node_ids))
-    tolerance = options.hausdorff * frame.diagonal
-    reference = _reference(frame, options.surface)
-    tags = surface_tags(frame.mesh, frame.node_ids[frame.quads])
-    features = find_features(frame.points, frame.quads, tags=tags, mode=options.features, tolerance=tolerance)
-    sums = np.zeros((len(frame.points), 3, 3))
+        mode = options.boundary
+        return Boundary(boundary_directions(normalized.points, normalized.quads, mode, fixed, normalized.node_labels))
+    tolerance = options.hausdorff * normalized.diagonal
+    reference = _given_surface(normalized, options.surface)
+    tags = surface_tags(normalized.mesh, normalized.node_ids[normalized.quads])
+    features = find_features(normalized.points, normalized.quads, tags=tags, mode=options.features, tolerance=tolerance)
+    sums = np.zeros((len(normalized.points), 3, 3))
     if not features.soft and reference is None:
-        sums = flat_normals(frame.points, frame.quads, features.patches, _FLAT * tolerance)
+        sums = flat_normals(normalized.points, normalized.quads, features.patches, _FLATNESS * tolerance)
     admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
-    sliding[frame.quads] = True
+    sliding[normalized.quads] = True
     sliding &= count_free_directions(sums) == 3
     if not features.soft:
-        # Straight edges between flat patches need no band, curved ones do.
+        # Straight edges between flat patches need no barrier, curved ones do.
         bent = features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]
         sliding[bent] = True
     notes = (f"features: {features.reason}",)
     if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(admissible, None, notes)
-    original = SurfaceLocator(frame.points, frame.quads)
+    original = SurfaceLocator(normalized.points, normalized.quads)
     return Boundary(admissible, DistanceBarrier(original, tolerance, features, reference=reference), notes)
 
 
@@ -109,20 +110,23 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
     return sums
 
 
-def _reference(frame: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
-    """The surface to slide on, if the user gives one, in the run's frame."""
+def _given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
+    """The surface to slide on, if the user gives one, normalized as the mesh."""
     if surface is None:
         return None
     if isinstance(surface, str) or hasattr(surface, "__fspath__"):
         surface = read_surface(surface)
     given = SurfaceLocator.from_pyvista(surface)
-    _require_near(frame, given)
-    return SurfaceLocator(frame.from_user(given.points), given.faces)
+    _require_near(normalized, given)
+    return SurfaceLocator(normalized.from_user(given.points), given.faces)
 
 
-def _require_near(frame: NormalizedMesh, given: SurfaceLocator) -> None:
+def _require_near(normalized: NormalizedMesh, given: SurfaceLocator) -> None:
     """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
-    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.node_ids[frame.referenced]]
+    there, here = (
+        given.points[given.faces].reshape(-1, 3),
+        normalized.mesh.points[normalized.node_ids[normalized.referenced]],
+    )
     boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
     sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
     apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))

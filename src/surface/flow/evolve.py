@@ -83,7 +83,7 @@ class Evolution:
         self._fixed = held_nodes(self.mesh, flow.fixed)
         self._fixed[table.nodes[table.uses != 2].ravel()] = True
         if "volume" in flow.conserve and (table.uses != 2).any():
-            raise OptionError("an open surface encloses no volume to conserve")
+            raise OptionError("conserve must not have the volume where the surface is open: it encloses none")
         self._conserved = Conserved(flow.conserve, self._surface)
         self._first_area = self._surface.area
         self._remesher = Remesher(self.mesh, self._fixed, stepping.remesh_options)
@@ -341,7 +341,5 @@ def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:
     (4, True)
     """
     if not isinstance(flow, Flow):
-        raise OptionError(
-            f"flow must be a flow, for instance MeanCurvature(mesh) or Willmore(mesh), not {type(flow).__name__}"
-        )
+        raise OptionError(f"flow must be one such as MeanCurvature(mesh) or Willmore(mesh), not {type(flow).__name__}")
     return iter(Evolution(flow, options_from(Stepping, options)))

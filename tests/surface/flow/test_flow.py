@@ -311,7 +311,7 @@ def test_where_the_worst_cannot_be_raised_the_rest_still_is(monkeypatch):
     class Remeshing(remeshing.Remeshing):
         def __init__(self, mesh, options):
             asked.append(options.emphasis)
-            super().__init__(mesh, replace(options, iterations=0) if options.emphasis == "worst" else options)
+            super().__init__(mesh, replace(options, max_iterations=0) if options.emphasis == "worst" else options)
 
     monkeypatch.setattr(remeshing, "Remeshing", Remeshing)
     records = [m.record for m in evolve(MeanCurvature(mesh(shaken(icosphere(2), 0.03))), steps=11, remesh=True)]
@@ -390,15 +390,15 @@ def test_curvature_stays_finite_where_triangles_are_obtuse():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda m: Flow(m, []), "at least one term"),
+        (lambda m: Flow(m, []), "terms must be one or more"),
         (lambda m: Willmore(m, "length"), "not 'length'"),
         (lambda m: PWillmore(m, 0.5), "p must be at least 1"),
         (lambda m: Helfrich(m, kc=-1), "kc must be positive"),
-        (lambda m: evolve(Willmore(m), stall=0.0), "nothing ends"),
+        (lambda m: evolve(Willmore(m), stall=0.0), "must end the run"),
         (lambda m: evolve(Willmore(m), speed=3), "unknown option 'speed'"),
         (lambda m: Stepping(steps=1, outputs=(0.2, 0.1)), "times that grow"),
         (lambda m: Stepping(steps=1, remesh_below=120), "remesh_below"),
-        (lambda m: Stepping(steps=-1), "steps is not negative, not -1"),
+        (lambda m: Stepping(steps=-1), "steps must be 0 or more, not -1"),
         (lambda m: Stepping(steps=1, growth=0.9), r"growth must be at least 1, not 0\.9"),
         (lambda m: Stepping(steps=1, stall=1.0), r"stall must lie in \[0, 1\), not 1\.0"),
         (lambda m: Stepping(steps=1, remesh=-2), "remesh must be a boolean, or every how many steps, not -2"),
@@ -411,7 +411,7 @@ def test_what_makes_no_sense_is_refused(make, message):
 
 def test_open_surfaces_have_no_volume_to_keep():
     square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
-    with pytest.raises(OptionError, match="encloses no volume"):
+    with pytest.raises(OptionError, match="it encloses none"):
         evolve(MeanCurvature(square, "volume"), steps=1)
     with pytest.raises(MeshError):
         evolve(MeanCurvature(([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]], [[0, 1, 2]])), steps=1)

@@ -124,7 +124,7 @@ def test_coincident_points_are_noted():
 def test_points_without_cells_are_noted_and_kept():
     points, triangles = sphere()
     more = np.concatenate([points, [[9.0, 9, 9]]])
-    result = surface.remesh((more, triangles), iterations=1)
+    result = surface.remesh((more, triangles), max_iterations=1)
     assert result.report.notes == ("points in no cell (kept): 1 (ids 42)",)
     assert (result.points[42] == 9).all()
 
@@ -181,12 +181,12 @@ def test_meshes_that_are_no_surface(mesh, said):
 
 def test_points_in_the_plane_stay_there():
     points, cells, _ = grid(6, jitter=0.3)
-    flat = surface.remesh((points[:, :2], cells.triangles), iterations=3)
+    flat = surface.remesh((points[:, :2], cells.triangles), max_iterations=3)
     assert (flat.points[:, 2] == 0).all()
     assert flat.mesh[0].shape == (49, 2)
     np.testing.assert_array_equal(flat.mesh[0], flat.points[:, :2])
     assert np.abs(flat.mesh[0] - points[:, :2]).max() > 1e-3
-    planar = surface.remesh(meshio.Mesh(points[:, :2], [("triangle", cells.triangles)]), iterations=3).mesh
+    planar = surface.remesh(meshio.Mesh(points[:, :2], [("triangle", cells.triangles)]), max_iterations=3).mesh
     np.testing.assert_array_equal(planar.points, flat.mesh[0])
 
 
@@ -208,8 +208,8 @@ def test_any_arrays_are_taken_and_never_changed(kind):
         table = table.astype(kind)
     else:
         given, table = given.tolist(), table.tolist()
-    result = surface.remesh((given, table), iterations=2)
-    reference = surface.remesh((points, none(3), quads), iterations=2)
+    result = surface.remesh((given, table), max_iterations=2)
+    reference = surface.remesh((points, none(3), quads), max_iterations=2)
     np.testing.assert_allclose(result.points, reference.points, atol=1e-12)
     np.testing.assert_array_equal(np.array(given, dtype=float), points)
     np.testing.assert_array_equal(np.array(table), quads)

@@ -89,7 +89,7 @@ def test_cells_that_shall_not_be_regular_are_compared_by_their_energy():
     points, cells, _ = grid(12)
     graded = points.copy()
     graded[:, 0] = 0.5 * (points[:, 0] + points[:, 0] ** 2)
-    result = surface.remesh((points, cells.triangles), reference=graded)
+    result = surface.remesh((points, cells.triangles), target=graded)
     assert np.abs(result.points - graded).max() < 2e-3
     assert result.report.after.mean_angle < result.report.before.mean_angle - 1.0
     assert result.report.energy_after < 1e-3 * result.report.energy_before
@@ -100,7 +100,7 @@ def test_cells_that_have_the_shape_they_shall_have_stay_to_the_last_bit(energy):
     points, cells, _ = grid(6, 0.3)
     for unit in (1.0, 1e6):
         start = unit * points
-        result = surface.remesh((start, cells.triangles), reference="input", energy=energy, iterations=3)
+        result = surface.remesh((start, cells.triangles), target="input", energy=energy, max_iterations=3)
         assert np.array_equal(result.points, start)
 
 
@@ -119,7 +119,7 @@ def test_a_result_is_left_alone():
 def test_a_run_at_its_limit_of_iterations_moves_nodes_for_a_tenth_only():
     points, cells, _ = grid(12, 0.15)
     whole = surface.remesh((points, cells.triangles))
-    near = surface.remesh((whole.points + 0.03 * (points - whole.points), cells.triangles), iterations=1)
+    near = surface.remesh((whole.points + 0.03 * (points - whole.points), cells.triangles), max_iterations=1)
     assert near.report.iterations == 1
     assert near.report.largest_displacement == 0
     assert "too little was gained" in near.report.reason

@@ -54,7 +54,7 @@ def torus(n, m, seed=0):
 def test_the_worst_can_be_emphasized_over_the_mean():
     points, cells = shaken(icosphere(3), 0.02)
     shape = points * [1.0, 0.6, 1.8], cells.triangles
-    mean, worst = (surface.remesh(shape, emphasis=e, features=None).report.after for e in ("mean", "worst"))
+    mean, worst = (surface.remesh(shape, emphasis=e, feature_angle=None).report.after for e in ("mean", "worst"))
     assert worst.min_angle > mean.min_angle + 3
     assert mean.mean_angle > worst.mean_angle > mean.mean_angle - 1.5
 
@@ -141,9 +141,9 @@ def test_a_thin_plate_keeps_both_sides():
 
 
 def test_who_does_not_converge_says_so():
-    result = surface.remesh(torus(24, 12), iterations=2)
+    result = surface.remesh(torus(24, 12), max_iterations=2)
     assert not result.report.converged
-    assert "iterations = 2" in result.report.reason
+    assert "max_iterations = 2" in result.report.reason
     assert result.report.iterations == 2
 
 
@@ -166,7 +166,7 @@ def test_a_cell_that_stands_in_the_way_is_held(monkeypatch):
     assert [record.iteration for record in result.history] == list(range(len(result.history)))
     assert any(note.startswith("nodes held, whose cells would be spoiled: 3 ") for note in result.report.notes)
     assert result.report.iterations > 12
-    assert surface.remesh(mesh, iterations=12).report.iterations == 12
+    assert surface.remesh(mesh, max_iterations=12).report.iterations == 12
 
     monkeypatch.setattr(InputSurface, "turned_over", lambda shape, x: np.full(len(cells), np.abs(x - home).max() > 0))
     result = surface.remesh(mesh)
@@ -179,7 +179,7 @@ def test_coarse_surfaces_stay_within_the_bound_too():
     notes = []
     for seed in range(4):
         points, cells = shaken(quad_sphere(4), 0.12, seed)
-        result = surface.remesh((points * [1.0, 0.5, 2.0], cells.quads), hausdorff=0.01, iterations=25)
+        result = surface.remesh((points * [1.0, 0.5, 2.0], cells.quads), hausdorff=0.01, max_iterations=25)
         assert result.report.hausdorff <= 0.01
         assert result.report.after.min_angle >= result.report.before.min_angle
         assert abs(result.report.volume_change) < 1e-6
@@ -191,7 +191,7 @@ def test_coarse_surfaces_stay_within_the_bound_too():
 @pytest.mark.parametrize(("hausdorff", "told"), [(1e-4, True), (0.05, False)])
 def test_without_projection_the_bound_is_only_compared(hausdorff, told):
     points, cells = shaken(icosphere(2), 0.05)
-    report = surface.remesh((points, cells.triangles), project=False, iterations=5, hausdorff=hausdorff).report
+    report = surface.remesh((points, cells.triangles), project=False, max_iterations=5, hausdorff=hausdorff).report
     assert 1e-4 < report.hausdorff < 0.05
     assert any("farther than hausdorff" in note for note in report.notes) is told
 
@@ -200,7 +200,7 @@ def test_nodes_are_held_by_the_name_of_a_point_array():
     points, cells = shaken(icosphere(2), 0.05)
     pole = points[:, 2] > 0.5
     mesh = surface.SurfaceMesh(points, cells, {"pole": np.where(pole, 2.0, 0.0), "axes": np.ones((len(points), 3))})
-    named, given = (surface.remesh(mesh, fixed=fixed, iterations=3) for fixed in ("pole", pole))
+    named, given = (surface.remesh(mesh, fixed=fixed, max_iterations=3) for fixed in ("pole", pole))
     assert (named.points == given.points).all()
     assert (named.points[pole] == points[pole]).all()
     moment = list(surface.evolve(surface.MeanCurvature(mesh, fixed="pole"), steps=2))[-1]
@@ -215,7 +215,7 @@ def test_nodes_are_held_by_the_name_of_a_point_array():
 
 @pytest.mark.parametrize("iterations", [1, 100])
 def test_the_result_says_whether_it_converged(iterations):
-    run = surface.Remeshing(as_input(shaken(icosphere(2), 0.05)), surface.Options(iterations=iterations))
+    run = surface.Remeshing(as_input(shaken(icosphere(2), 0.05)), surface.Options(max_iterations=iterations))
     for _ in run:
         pass
     result = run.result()
@@ -231,8 +231,8 @@ def test_repeating_changes_nothing():
 
 def test_result_does_not_depend_on_the_unit_of_length_or_the_place():
     points, cells = shaken(icosphere(2), 0.05)
-    here = surface.remesh((points, cells.triangles), iterations=3, tolerance=0)
-    there = surface.remesh((1e4 * points + 3e4, cells.triangles), iterations=3, tolerance=0)
+    here = surface.remesh((points, cells.triangles), max_iterations=3, energy_tolerance=0)
+    there = surface.remesh((1e4 * points + 3e4, cells.triangles), max_iterations=3, energy_tolerance=0)
     assert np.abs((there.points - 3e4) / 1e4 - here.points).max() < 1e-12
 
 
@@ -246,6 +246,8 @@ def test_a_cube_keeps_its_corners_and_edges():
     assert ((features.kind == CURVE) == (edge == 2)).all()
     result = surface.remesh((moved, cells.quads))
     assert np.abs(result.points).max(axis=1) == pytest.approx(1, abs=1e-9)
+    given = surface.remesh((moved, cells.quads), feature_edges=features.edges)
+    assert np.array_equal(given.points, result.points)
     assert (result.points[edge == 3] == points[edge == 3]).all()
     assert (np.abs(np.abs(result.points[edge >= 2]) - 1) < 1e-9).sum(axis=1).min() == 2
     assert result.report.after.mean_dilatation < 1.02
@@ -266,7 +268,7 @@ def test_an_open_boundary_slides_or_stays():
 def test_without_projection_the_simpson_normal_keeps_the_volume():
     shape = shaken(icosphere(3), 0.02)
     result = surface.remesh(
-        as_input(shape), energy="quaternionic", reference="flat", project=False, normal="simpson", iterations=3
+        as_input(shape), energy="quaternionic", target="flat", project=False, normal="simpson", max_iterations=3
     )
     assert abs(result.report.volume_change) < 1e-6
     assert result.report.after.mean_dilatation < result.report.before.mean_dilatation
@@ -276,7 +278,7 @@ def test_a_reference_mesh_keeps_its_conformal_class():
     points, cells = icosphere(2)
     stretched = points * [1, 1, 2]
     moved, _ = shaken((points, cells), 0.03)
-    result = surface.remesh((moved * [1, 1, 2], cells.triangles), reference=stretched)
+    result = surface.remesh((moved * [1, 1, 2], cells.triangles), target=stretched)
     assert result.report.energy_after < 0.4 * result.report.energy_before
 
 
@@ -304,16 +306,16 @@ def test_type_in_is_type_out_and_data_is_kept():
         cell_data={"tag": [np.arange(len(cells.quads)), np.array([7]), 100 + np.arange(len(cells.triangles))]},
     )
     before = points.copy()
-    out = surface.remesh(mesh, iterations=2).mesh
+    out = surface.remesh(mesh, max_iterations=2).mesh
     assert isinstance(out, meshio.Mesh)
     assert (mesh.points == before).all()
     assert (out.point_data["height"] == before[:, 2]).all()
     assert [part.tolist() for part in out.cell_data["tag"]] == [part.tolist() for part in mesh.cell_data["tag"]]
     assert np.isnan(out.cell_data["min_angle"][1]).all()
     poly = pv.PolyData(points, np.insert(cells.quads, 0, 4, axis=1).ravel())
-    assert isinstance(surface.remesh(pv.Sphere(), iterations=1).mesh, pv.PolyData)
+    assert isinstance(surface.remesh(pv.Sphere(), max_iterations=1).mesh, pv.PolyData)
     assert poly.n_cells == len(cells.quads)
-    array = surface.remesh((points, cells.triangles, cells.quads), iterations=1).mesh
+    array = surface.remesh((points, cells.triangles, cells.quads), max_iterations=1).mesh
     assert [part.shape for part in array] == [points.shape, cells.triangles.shape, cells.quads.shape]
 
 
@@ -365,17 +367,18 @@ def test_numbers_are_no_text():
         lambda: surface.Options(eps="small"),
         lambda: surface.Stepping(t_end="1"),
     ):
-        with pytest.raises(OptionError, match="is a number, not '"):
+        with pytest.raises(OptionError, match="must be a number, not '"):
             make()
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"iterations": -1}, "iterations is not negative, not -1"),
-        ({"tolerance": 1.0}, r"tolerance must lie in \[0, 1\), not 1\.0"),
-        ({"features": 180}, "an angle in .0, 180. degrees, not 180"),
-        ({"features": "sharp"}, "an angle, None or an array of edges, not 'sharp'"),
+        ({"max_iterations": -1}, "max_iterations must be 0 or more, not -1"),
+        ({"energy_tolerance": 1.0}, r"energy_tolerance must lie in \[0, 1\), not 1\.0"),
+        ({"feature_angle": 180}, "feature_angle must lie in .0, 180. degrees, not 180"),
+        ({"feature_angle": "sharp"}, "feature_angle must be a number, not 'sharp'"),
+        ({"feature_angle": 30.0, "feature_edges": [[0, 1]]}, "feature_angle must not be given with feature_edges"),
     ],
 )
 def test_options_out_of_range_are_refused(options, words):
@@ -390,7 +393,7 @@ def test_wrong_options_and_files_are_named(tmp_path):
     with pytest.raises(OptionError, match="eps"):
         surface.remesh(shape, eps=0)
     with pytest.raises(OptionError, match="must be edges of the surface"):
-        surface.remesh(shape, features=np.array([[0, 0]]))
+        surface.remesh(shape, feature_edges=np.array([[0, 0]]))
     with pytest.raises(ReadError, match="does not exist"):
         surface.remesh(tmp_path / "nothing.ply")
     (tmp_path / "bad.ply").write_text("ply\n")
@@ -595,7 +598,7 @@ def test_a_descent_that_begins_again_does_not_take_the_latest_surface_back(monke
     # A search that gives up early, so that the first descent ends stuck.
     monkeypatch.setattr(surface.remeshing.descent, "_MAX_TRIES", 4)
     points, cells = shaken(icosphere(2), 0.08)
-    run = surface.Remeshing((points, cells.triangles), surface.Options(iterations=10, features=None))
+    run = surface.Remeshing((points, cells.triangles), surface.Options(max_iterations=10, feature_angle=None))
     latest = [smallest_angles(run.last_points, cells).mean() for _ in run]
     means = np.array([record.mean_angle for record in run.history])
     again = int(np.argmin(np.diff(means))) + 1

@@ -90,7 +90,7 @@ def _run_demo(folder: str | os.PathLike[str], size: int, progress: Progress) -> 
     outputs.check()
     source = folder / "sheared_cube.vtu"
     write(source, HexMesh(*sheared_cube(size)))
-    finished = run_job(RegularizeJob(read(source), Options(tolerance=_TOLERANCE)), outputs, progress)
+    finished = run_job(RegularizeJob(read(source), Options(gradient_tolerance=_TOLERANCE)), outputs, progress)
     write_text(folder / "report.txt", f"{finished.result.report}\n")
     distance = np.abs(finished.result.points - box((size, size, size))[0]).max()
     lines = [
@@ -103,7 +103,7 @@ def _run_demo(folder: str | os.PathLike[str], size: int, progress: Progress) -> 
         "  quality.png, history.csv            histograms, a row per iteration",
         "  report.txt, report.json             what became better",
         "The same by hand:",
-        f"  hexconformal regularize {source} regular.vtu --tolerance {_TOLERANCE:g}",
+        f"  hexconformal regularize {source} regular.vtu --gradient-tolerance {_TOLERANCE:g}",
     ]
     return finished, lines
 

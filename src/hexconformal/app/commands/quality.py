@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ...common import MeshError, OptionError, check_writable, odd_points, write_text
+from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
 from ..progress import Progress
 from ..terminal import print_line, print_text
 from .arguments import STDOUT, add_input, add_overwrite, note_dropped
@@ -38,7 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Measure a mesh, or a surface where there are no hexahedra."""
     if arguments.worst < 0:
-        raise OptionError(f"worst must not be negative, not {arguments.worst}")
+        raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
     files = [arguments.output, to_file, arguments.plot, arguments.picture]
     check_paths(files, named_inputs(arguments.input), arguments.overwrite)
@@ -46,7 +46,7 @@ def run(arguments: Namespace) -> int:
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
         kind, mesh = read_any_mesh(arguments)
-        odd, text = odd_points(mesh.points)
+        odd, text = unusable_points(mesh.points, getattr(mesh, "node_labels", None))
         if len(odd):
             raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:
@@ -70,6 +70,6 @@ def run(arguments: Namespace) -> int:
             print_line(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre)")
         for cell in summary.worst:
             centre = ", ".join(f"{x:.6g}" for x in cell.centre)
-            print_line(f"{cell.id:>10d} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
+            print_line(f"{cell.id:>10} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
     note_dropped(arguments.output, dropped)
     return 0

@@ -1,4 +1,4 @@
-"""What every stage of a run yields."""
+"""One iteration of a run: the accepted mesh that a stage yields."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Step"]
+__all__ = ["Iteration"]
 
 
 @dataclass(frozen=True)
-class Step:
-    """An accepted mesh: points in the run's frame, summed distortion, its relative gradient, length of the step.
+class Iteration:
+    """An accepted mesh: normalized points, summed distortion, its relative gradient, length of the step.
 
     Distortion and gradient are NaN where a phase does not know them.
     """
@@ -21,4 +21,4 @@ class Step:
     points: NDArray[np.float64]
     energy: float = float("nan")
     gradient: float = float("nan")
-    length: float = 1.0
+    step: float = 1.0
