@@ -1,22 +1,15 @@
-"""Damage of files that VTK does not see, or dies of: looked for before its readers get the file."""
+"""Damage of legacy files that VTK does not see, or dies of: looked for before its reader gets the file."""
 
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
-import numpy as np
-
 from ...common import ReadError
+from .reader_trial import try_reader
 
-__all__ = ["check_counts", "check_last_array", "check_reader_survives"]
+__all__ = ["check_last_array", "check_reader_survives"]
 
-_COUNTS = re.compile(rb"\b(?:NumberOf\w+|\w*Extent)\s*=\s*[\"']([^\"']*)[\"']")
-_PIECES = re.compile(rb"<Piece[^>]*\bSource\s*=\s*[\"']([^\"']+)[\"']")
-_MOST_IMAGE_POINTS = 2**34
-_MOST_EXPANSION = 1100  # bytes that a compressed byte may stand for; zlib has 1032
 _READING = """
 import sys
 from vtkmodules.vtkIOLegacy import vtkDataSetReader
@@ -27,47 +20,11 @@ for name in dir(reader):
 reader.SetFileName(sys.argv[1])
 reader.Update()
 """
-_TIME_LIMIT = 60.0, 1e-6  # seconds for reading a file in a process of its own: at least, and for every byte
-
-
-def check_counts(path: Path) -> None:
-    """Raise a ReadError if an XML file announces more than its size can hold: VTK would end the process."""
-    data = path.read_bytes()
-    head = data[: data.find(b"<AppendedData") % (len(data) + 1)]
-    for match in _COUNTS.finditer(head):
-        what = match[0].decode("ascii", "replace")
-        try:
-            numbers = [int(word) for word in match[1].split()] or [0]
-        except ValueError:
-            raise ReadError(f"counts must be numbers: {what}") from None
-        if b"Extent" in match[0]:
-            # Points of an image need no bytes of the file.
-            too_many = float(np.prod(np.abs(np.diff(numbers)[::2]) + 1.0)) > _MOST_IMAGE_POINTS
-        else:
-            too_many = min(numbers) < 0 or max(numbers) > _MOST_EXPANSION * len(data)
-        if too_many:
-            raise ReadError(f"it announces more than a file of its size can hold: {what}")
-    for piece in _PIECES.findall(head):
-        place = path.parent / piece.decode("utf-8", "replace")
-        if path.suffix.lower().startswith(".pvt") and place.is_file():
-            check_counts(place)
 
 
 def check_reader_survives(path: Path) -> None:
     """Raise a ReadError if VTK's reader of legacy files dies of this one, in a process of its own."""
-    # Inside another program the interpreter may not be what can be started.
-    if not Path(sys.executable or "none").name.lower().startswith(("python", "pypy")):
-        return
-    limit = _TIME_LIMIT[0] + _TIME_LIMIT[1] * path.stat().st_size
-    command = [sys.executable, "-c", _READING, str(path)]
-    try:
-        code = subprocess.run(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=limit
-        ).returncode
-    except subprocess.TimeoutExpired:
-        raise ReadError("the file is malformed: VTK does not come to an end with it") from None
-    if code not in (0, 1, 2):
-        raise ReadError("the file is malformed: VTK crashes on it")
+    try_reader(_READING, path, "VTK")
 
 
 def check_last_array(path: Path) -> None:

@@ -9,11 +9,15 @@ from ...common import ReadError, WriteError
 from ..convert import to_pyvista
 from ..format_tools.captured_output import captured_output, captured_vtk_messages
 from ..format_tools.format import Format
-from ..format_tools.vtk_file_checks import check_counts, check_last_array, check_reader_survives
+from ..format_tools.memory import require_memory
+from ..format_tools.vtk_file_checks import check_last_array, check_reader_survives
+from ..format_tools.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml
 from ..pyvista_mesh import check_cell_nodes, to_polydata
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
+
+_SHARE_READ, _SHARE_WRITTEN = 4, 6  # memory that VTK takes, over what arrays and file have
 
 
 def _read(path: Path) -> FileContents:
@@ -22,8 +26,9 @@ def _read(path: Path) -> FileContents:
     if path.suffix.lower() == ".vtk":
         check_last_array(path)
         check_reader_survives(path)
+        require_memory(_SHARE_READ * path.stat().st_size)
     else:
-        check_counts(path)
+        require_memory(_SHARE_READ * (check_vtk_xml(path) + path.stat().st_size))
     with captured_output(), captured_vtk_messages() as messages:
         try:
             grid = pv.read(path)
@@ -34,6 +39,11 @@ def _read(path: Path) -> FileContents:
     bad = [line for line in messages if "error" in line.lower()]
     if bad:
         raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
+    if isinstance(grid, (pv.ImageData, pv.RectilinearGrid)):
+        most = max(MOST_IMPLICIT_POINTS, 1100 * path.stat().st_size)
+        if grid.n_points > most:
+            what = f"{grid.n_points} points, at most {most}"
+            raise ReadError(f"it announces more than a file of its size can hold: {what}")
     if isinstance(grid, pv.DataSet):
         if grid.n_points == 0 or grid.n_cells == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
@@ -63,6 +73,7 @@ def write_vtk(target: Path, grid: Any) -> None:
 
     writer: Any
     legacy = target.suffix.lower() == ".vtk"
+    require_memory(_SHARE_WRITTEN * 1024 * grid.GetActualMemorySize())
     with captured_output(), captured_vtk_messages() as messages:
         grid._store_metadata()  # which arrays are of booleans, or complex
         if legacy:
