@@ -1,16 +1,15 @@
 """The `flow` command: what it writes, and how runs go on."""
 
-import csv
 import os
 import signal
 import subprocess
 import sys
 import time
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import pyvista as pv
+from program import frames, history
 
 from hexconformal.app.cli import main
 
@@ -25,16 +24,6 @@ def ellipsoid(tmp_path):
     return path
 
 
-def history(folder):
-    with open(folder / "history.csv", newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def frames(folder):
-    entries = ElementTree.parse(folder / "run.pvd").iter("DataSet")
-    return [(float(entry.attrib["timestep"]), folder / entry.attrib["file"]) for entry in entries]
-
-
 WILLMORE = ["--flow", "willmore", "--conserve", "area,volume", "--stall", "0", "--quiet"]
 
 
@@ -43,16 +32,16 @@ def test_a_flow_leaves_frames_history_plot_and_last_surface(ellipsoid, tmp_path,
     words = ["flow", str(ellipsoid), str(folder), "--conserve", "volume", "--t-end", "0.1", "--outputs", "0.02,0.05"]
     assert main([*words, "--every", "100", "--remesh"]) == 0
     assert "reached t_end" in capsys.readouterr().out
-    times = [time for time, _ in frames(folder)]
+    times = [time for time, _ in frames(folder / "run.pvd")]
     assert {0.0, 0.02, 0.05, 0.1} <= set(times)
-    rows = history(folder)
+    rows = history(folder / "history.csv")
     assert [int(row["step"]) for row in rows] == list(range(len(rows)))
     assert (np.diff([float(row["energy"]) for row in rows]) < 0).all()
     last = pv.read(folder / "last.vtu")
     assert (last.point_data["mine"] == np.arange(last.n_points)).all()
     assert {"normal", "mean_curvature", "curvature"} <= set(last.point_data)
-    assert np.allclose(pv.read(frames(folder)[-1][1]).points, last.points)
-    assert pv.read(frames(folder)[0][1]).points == pytest.approx(pv.read(ellipsoid).points)
+    assert np.allclose(pv.read(frames(folder / "run.pvd")[-1][1]).points, last.points)
+    assert pv.read(frames(folder / "run.pvd")[0][1]).points == pytest.approx(pv.read(ellipsoid).points)
     assert (folder / "history.png").stat().st_size > 5000
 
 
@@ -61,8 +50,8 @@ def test_a_run_that_goes_on_equals_the_one_that_never_stopped(ellipsoid, tmp_pat
     assert main(["flow", str(ellipsoid), str(whole), "--steps", "9", *WILLMORE]) == 0
     assert main(["flow", str(ellipsoid), str(parts), "--steps", "4", *WILLMORE]) == 0
     assert main(["flow", str(ellipsoid), str(parts), "--steps", "9", "--resume", *WILLMORE]) == 0
-    assert history(parts) == history(whole)
-    assert [time for time, _ in frames(parts)] == [time for time, _ in frames(whole)]
+    assert history(parts / "history.csv") == history(whole / "history.csv")
+    assert [time for time, _ in frames(parts / "run.pvd")] == [time for time, _ in frames(whole / "run.pvd")]
     assert (pv.read(parts / "last.vtu").points == pv.read(whole / "last.vtu").points).all()
 
 
@@ -72,18 +61,20 @@ def test_a_killed_run_loses_no_step_that_it_told(ellipsoid, tmp_path):
     words = ["flow", str(ellipsoid), str(killed), "--steps", "2000", "--growth", "1.0", *WILLMORE]
     process = subprocess.Popen([sys.executable, "-m", "hexconformal", *words])
     until = time.monotonic() + 60
-    while time.monotonic() < until and (not (killed / "checkpoint.npz").exists() or len(history(killed)) < 4):
+    while time.monotonic() < until and (
+        not (killed / "checkpoint.npz").exists() or len(history(killed / "history.csv")) < 4
+    ):
         time.sleep(0.05)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    told = len(history(killed))
+    told = len(history(killed / "history.csv"))
     assert told >= 4
     end = str(told + 2)
     again = ["flow", str(ellipsoid), str(killed), "--steps", end, "--growth", "1.0", "--resume", *WILLMORE]
     assert main(again) == 0
     assert main(["flow", str(ellipsoid), str(whole), "--steps", end, "--growth", "1.0", *WILLMORE]) == 0
-    assert history(killed) == history(whole)
-    assert len(frames(killed)) == len(frames(whole))
+    assert history(killed / "history.csv") == history(whole / "history.csv")
+    assert len(frames(killed / "run.pvd")) == len(frames(whole / "run.pvd"))
 
 
 def test_a_run_is_not_overwritten_unasked(ellipsoid, tmp_path, capsys):

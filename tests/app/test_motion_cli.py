@@ -1,11 +1,9 @@
 """The `move` command: what it writes, refusals, and how runs go on."""
 
-import csv
-from xml.etree import ElementTree
-
 import numpy as np
 import pytest
 import pyvista as pv
+from program import frames, history
 
 from hexconformal import HexMesh, ReadError, write
 from hexconformal.app.cli import main
@@ -28,16 +26,6 @@ def lifted(tmp_path):
 def table(path, nodes, steps, when="time"):
     rows = [f"{time!r},{node},{dx!r},{dy!r},{dz!r}" for time, (dx, dy, dz) in steps for node in reversed(nodes)]
     path.write_text("\n".join([f"{when},node,dx,dy,dz", *rows]) + "\n")
-
-
-def history(folder):
-    with open(folder / "history.csv", newline="") as file:
-        return [{key: row[key] for key in row if key != "seconds"} for row in csv.DictReader(file)]
-
-
-def frames(path):
-    entries = ElementTree.parse(path).iter("DataSet")
-    return [(float(entry.attrib["timestep"]), path.parent / entry.attrib["file"]) for entry in entries]
 
 
 def moved(folder, run, *words):
@@ -67,7 +55,7 @@ def test_move_leaves_frames_with_velocity_and_history(lifted):
     assert meshes[-1].points[lid] == pytest.approx(meshes[0].points[lid] + [0.5, 0.0, 1.0])
     floor = meshes[0]["floor"] > 0
     assert (meshes[-1].points[floor] == meshes[0].points[floor]).all()
-    rows = history(folder / "run")
+    rows = history(folder / "run" / "history.csv", "seconds")
     assert [int(row["step"]) for row in rows] == [1, 2, 3, 4, 5]
     assert float(rows[-1]["min_scaled_jacobian"]) == pytest.approx(meshes[-1]["scaled_jacobian"].min())
     assert pv.read(folder / "run" / "last.vtu").points == pytest.approx(meshes[-1].points)
@@ -96,9 +84,9 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_been(lifted, monkeypatch, 
     monkeypatch.setattr(MeshMotion, "step", interrupted)
     assert moved(folder, "parts", "--quiet") == 130
     assert "interrupted after step 2" in capsys.readouterr().err
-    assert len(history(folder / "parts")) == 2
+    assert len(history(folder / "parts" / "history.csv", "seconds")) == 2
     assert moved(folder, "parts", "--resume", "--quiet") == 0
-    assert history(folder / "parts") == history(folder / "whole")
+    assert history(folder / "parts" / "history.csv", "seconds") == history(folder / "whole" / "history.csv", "seconds")
     for (time, one), (other_time, other) in zip(
         frames(folder / "parts" / "run.pvd"), frames(folder / "whole" / "run.pvd"), strict=True
     ):
@@ -113,7 +101,7 @@ def test_a_refusal_names_the_cells_and_can_be_gone_on_from(lifted, capsys):
     said = capsys.readouterr().err
     assert "step 2 was refused" in said
     assert "invert cells" in said
-    rows = history(folder / "run")
+    rows = history(folder / "run" / "history.csv", "seconds")
     assert float(rows[0]["reached"]) == 1.0
     assert 0.5 < float(rows[1]["reached"]) < 0.7
     last = pv.read(folder / "run" / "last.vtu")
@@ -121,7 +109,7 @@ def test_a_refusal_names_the_cells_and_can_be_gone_on_from(lifted, capsys):
     assert last["scaled_jacobian"].min() > 0
     table(folder / "lid.csv", lid, [(1, [0.0, 0.0, -1.0]), (2, [0.0, 0.0, -1.5])], when="step")
     assert moved(folder, "run", "--resume", "--quiet") == 0
-    assert [row["reached"] for row in history(folder / "run")] == ["1.0", "1.0"]
+    assert [row["reached"] for row in history(folder / "run" / "history.csv", "seconds")] == ["1.0", "1.0"]
 
 
 def test_a_run_is_not_overwritten_or_mixed_unasked(lifted, capsys):

@@ -9,8 +9,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.surfaces import grid, icosphere, mixed_sphere, quad_cube, quad_sphere, shaken
 from program import error_line, interrupted, run
-from surface_shapes import grid, icosphere, mixed_sphere, quad_cube, quad_sphere, shaken
 
 import surface
 from hexconformal.app.cli import parser

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy import sparse
+from corner_problems import CUBES, all_free, boundary_held, dense, fixed_boundary_energy, jittered_cubes
+from meshes.hexahedra import off_boundary
 
 from hexconformal import generate
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
@@ -19,30 +20,7 @@ from hexconformal.regularization.untangle_interior import untangle_interior
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches
 from hexconformal.solver.projected_newton import newton_step, projected_newton
 
-CUBES = np.empty((0, 1, 3, 3))
 WEIGHTS = [Weights(), Weights(eps=0.1), Weights(0.05, 1.0), Weights(0.05, 1.0, 0.05)]
-
-
-def jittered_box(n=4, amount=0.25, seed=1):
-    points, cells = generate.jittered(*generate.box((n, n, n)), amount, seed=seed)
-    return n * points, cells
-
-
-def held_boundary(points, cells):
-    projectors = np.tile(np.eye(3), (len(points), 1, 1))
-    projectors[boundary_quads(cells)[0]] = 0.0
-    return projectors
-
-
-def everywhere(points):
-    return np.tile(np.eye(3), (len(points), 1, 1))
-
-
-def dense(matrix):
-    n = len(matrix.indptr) - 1
-    lower = sparse.bsr_array((matrix.data, matrix.indices, matrix.indptr), shape=(3 * n, 3 * n)).toarray()
-    # The blocks of the diagonal are stored whole.
-    return lower + lower.T - np.kron(np.eye(n), np.ones((3, 3))) * lower
 
 
 TARGETS = {
@@ -54,8 +32,8 @@ TARGETS = {
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_gradient_agrees_with_differences_to_second_order(weights, target):
-    points, cells = jittered_box()
-    problem = CornerEnergy(cells, TARGETS[target], everywhere(points))
+    points, cells = jittered_cubes()
+    problem = CornerEnergy(cells, TARGETS[target], all_free(points))
     _, gradient, _ = problem.value_gradient_hessian(points, weights)
     direction = np.random.default_rng(0).normal(size=points.shape)
     slope = np.einsum("ij,ij->", gradient, direction)
@@ -70,8 +48,8 @@ def test_gradient_agrees_with_differences_to_second_order(weights, target):
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_hessian_is_symmetric_positive_semidefinite(weights, target):
-    points, cells = jittered_box(3, 0.35)
-    _, _, matrix = CornerEnergy(cells, TARGETS[target], everywhere(points)).value_gradient_hessian(points, weights)
+    points, cells = jittered_cubes(3, 0.35)
+    _, _, matrix = CornerEnergy(cells, TARGETS[target], all_free(points)).value_gradient_hessian(points, weights)
     full = dense(matrix)
     assert np.abs(full - full.T).max() < 1e-12 * np.abs(full).max()
     values = np.linalg.eigvalsh(full)
@@ -83,7 +61,7 @@ def test_hessian_is_symmetric_positive_semidefinite(weights, target):
 def test_hessian_is_semidefinite_where_cells_are_folded_too(eps, seed):
     # Where eps counts, the second derivative of the barrier alone is too small for that.
     points, cells = generate.jittered(*generate.box((2, 2, 2)), 1.5, seed=seed, valid=False, keep_boundary=False)
-    problem = CornerEnergy(cells, CUBES, everywhere(points))
+    problem = CornerEnergy(cells, CUBES, all_free(points))
     assert folded_cells(problem, points).sum() > 5
     values = np.linalg.eigvalsh(dense(problem.value_gradient_hessian(points, Weights(eps=eps))[2]))
     assert values[0] > -1e-12 * values[-1]
@@ -107,8 +85,8 @@ def convex_second(f, d, constant):
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("weights", [weights for weights in WEIGHTS if weights.eps == 0.0])
 def test_hessian_is_the_convex_part_corner_by_corner(weights, target):
-    points, cells = jittered_box(1, 0.3)
-    _, _, matrix = CornerEnergy(cells, TARGETS[target], everywhere(points)).value_gradient_hessian(points, weights)
+    points, cells = jittered_cubes(1, 0.3)
+    _, _, matrix = CornerEnergy(cells, TARGETS[target], all_free(points)).value_gradient_hessian(points, weights)
     direction = np.random.default_rng(2).normal(size=points.shape)
     inverse = TARGETS[target][0, 0] if len(TARGETS[target]) else np.eye(3)
     expected = 0.0
@@ -135,7 +113,7 @@ def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
     # There q = 0 with no slope, and what is left out is the turning of the normals, which only lowers the energy.
     points, cells = generate.box((3, 3, 3))
     points = 3 * points
-    _, _, matrix = CornerEnergy(cells, CUBES, everywhere(points)).value_gradient_hessian(points, Weights())
+    _, _, matrix = CornerEnergy(cells, CUBES, all_free(points)).value_gradient_hessian(points, Weights())
     exact = Distortion(cells, len(points), eps=0.0, quadrature="corners")
     full, ratios = dense(matrix), []
     for seed in range(20):
@@ -148,39 +126,39 @@ def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
 
 
 def test_the_distortion_part_is_the_barrier_energy_at_the_corners():
-    points, cells = jittered_box()
-    value = CornerEnergy(cells, CUBES, everywhere(points)).value(points, Weights())
+    points, cells = jittered_cubes()
+    value = CornerEnergy(cells, CUBES, all_free(points)).value(points, Weights())
     same = Distortion(cells, len(points), eps=0.0, quadrature="corners").value_gradient(points)[0]
     assert value == pytest.approx(8.0 * same, rel=1e-12)
 
 
 def test_angles_do_not_feel_edge_lengths():
     points, cells = generate.box((3, 3, 3))
-    problem = CornerEnergy(cells, CUBES, everywhere(points))
+    problem = CornerEnergy(cells, CUBES, all_free(points))
     assert problem.value(points**2 + points, Weights(0.0, 1.0)) == pytest.approx(0.0, abs=1e-11)
     assert problem.value(points**2 + points, Weights(1.0, 0.0)) > 0.1
 
 
 def test_stiffness_forbids_what_is_worse_than_its_bound():
-    points, cells = jittered_box()
-    problem = CornerEnergy(cells, CUBES, everywhere(points))
+    points, cells = jittered_cubes()
+    problem = CornerEnergy(cells, CUBES, all_free(points))
     worst = problem.measures(points).angle.max()
     assert np.isfinite(problem.value(points, Weights(0.0, 1.0, 0.99 / worst)))
     assert problem.value(points, Weights(0.0, 1.0, 1.01 / worst)) == np.inf
 
 
 def test_folded_corners_are_infinite_without_eps_and_finite_with_it():
-    points, cells = jittered_box()
+    points, cells = jittered_cubes()
     points[len(points) // 2] += 2.0
-    problem = CornerEnergy(cells, CUBES, everywhere(points))
+    problem = CornerEnergy(cells, CUBES, all_free(points))
     assert folded_cells(problem, points).any()
     assert problem.value(points, Weights()) == np.inf
     assert np.isfinite(problem.value(points, Weights(eps=0.5)))
 
 
 def test_the_solver_finds_the_solution_in_the_admissible_space():
-    points, cells = jittered_box()
-    projectors = held_boundary(points, cells)
+    points, cells = jittered_cubes()
+    projectors = boundary_held(points, cells)
     projectors[np.flatnonzero(projectors.any(axis=(1, 2)))[0]] = np.diag([1.0, 1.0, 0.0])
     problem = CornerEnergy(cells, CUBES, projectors)
     _, gradient, matrix = problem.value_gradient_hessian(points, Weights())
@@ -192,20 +170,20 @@ def test_the_solver_finds_the_solution_in_the_admissible_space():
 
 
 def test_newton_converges_to_the_perfect_mesh():
-    points, cells = jittered_box()
-    problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
+    points, cells = jittered_cubes()
+    problem = fixed_boundary_energy(points, cells)
     *_, (best, energy) = projected_newton(problem, points, Weights(), decrease=1e-12)
     assert energy < 1e-12
     assert np.abs(best - 4 * generate.box((4, 4, 4))[0]).max() < 1e-6
 
 
 def test_a_patch_sees_the_energy_of_its_own_cells_and_moves_its_own_nodes_only():
-    points, cells = jittered_box(6)
-    problem = CornerEnergy(cells, CUBES, everywhere(points))
+    points, cells = jittered_cubes(6)
+    problem = CornerEnergy(cells, CUBES, all_free(points))
     core = node_rings(cells, len(points), np.arange(len(cells)) == 100, 0)
     patch, nodes = problem.restricted(core, points)
     around = core[cells].any(axis=1)
-    whole = CornerEnergy(cells[around], CUBES, everywhere(points)).value(points, Weights())
+    whole = CornerEnergy(cells[around], CUBES, all_free(points)).value(points, Weights())
     assert patch.value(points[nodes], Weights()) == pytest.approx(whole, rel=1e-13)
     assert np.array_equal(nodes[patch.free], np.flatnonzero(core))
 
@@ -233,11 +211,11 @@ SIZES = Weights(0.0, volume=1.0)
 
 
 def sized(points, cells, sizes):
-    return CornerEnergy(cells, CUBES, everywhere(points), target_volumes=sizes)
+    return CornerEnergy(cells, CUBES, all_free(points), target_volumes=sizes)
 
 
 def test_cells_pay_for_volume_as_the_formula_says_and_not_without_a_size():
-    points, cells = jittered_box()
+    points, cells = jittered_cubes()
     volumes = cell_volumes(points, cells)
     wanted = np.random.default_rng(3).uniform(0.2, 3.0, len(cells))
     expected = volumes / wanted + wanted / volumes - 2.0
@@ -250,7 +228,7 @@ def test_cells_pay_for_volume_as_the_formula_says_and_not_without_a_size():
 
 
 def test_gradient_of_the_sizes_agrees_with_differences_to_second_order():
-    points, cells = jittered_box()
+    points, cells = jittered_cubes()
     problem = sized(points, cells, np.random.default_rng(3).uniform(0.2, 3.0, len(cells)))
     gradient = problem.value_gradient_hessian(points, SIZES)[1]
     direction = np.random.default_rng(0).normal(size=points.shape)
@@ -264,7 +242,7 @@ def test_gradient_of_the_sizes_agrees_with_differences_to_second_order():
 
 
 def test_hessian_of_the_sizes_is_semidefinite_and_exact_where_all_cells_shrink():
-    points, cells = jittered_box(3, 0.35)
+    points, cells = jittered_cubes(3, 0.35)
     problem = sized(points, cells, np.random.default_rng(3).uniform(0.2, 3.0, len(cells)))
     full = dense(problem.value_gradient_hessian(points, SIZES)[2])
     values = np.linalg.eigvalsh(full)
@@ -282,7 +260,7 @@ def test_hessian_of_the_sizes_is_semidefinite_and_exact_where_all_cells_shrink()
 
 
 def test_a_patch_has_the_sizes_of_its_cells():
-    points, cells = jittered_box(6)
+    points, cells = jittered_cubes(6)
     wanted = np.random.default_rng(3).uniform(0.2, 3.0, len(cells))
     problem = sized(points, cells, wanted)
     core = node_rings(cells, len(points), np.arange(len(cells)) == 100, 0)
@@ -294,7 +272,7 @@ def test_a_patch_has_the_sizes_of_its_cells():
 
 def test_lifting_raises_the_worst_cell_step_by_step():
     points, cells = generate.jittered(*generate.cylinder(4, 3, 6), 0.35, seed=3)
-    problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
+    problem = fixed_boundary_energy(points, cells)
     lowest = [corner_scaled_jacobian(at.points, cells).min() for at in raise_worst(problem, points)]
     assert lowest[-1] > corner_scaled_jacobian(points, cells).min() + 0.2
     assert lowest[-1] == max(lowest)
@@ -302,15 +280,14 @@ def test_lifting_raises_the_worst_cell_step_by_step():
 
 def test_nothing_is_lifted_once_held_corners_forbid_it():
     points, cells = generate.sheared_block(4, 1.0)
-    held = CornerEnergy(cells, CUBES, held_boundary(points, cells))
+    held = fixed_boundary_energy(points, cells)
     assert list(raise_worst_patches(held, points)) == []
-    assert list(raise_worst_patches(CornerEnergy(cells, CUBES, everywhere(points)), points)) != []
+    assert list(raise_worst_patches(CornerEnergy(cells, CUBES, all_free(points)), points)) != []
 
 
 def test_matrices_leave_out_what_is_held():
     points, cells = generate.box((3, 3, 3))
-    free = np.ones(len(points), dtype=bool)
-    free[boundary_quads(cells)[0]] = False
+    free = off_boundary(points, cells)
     matrix = BlockMatrix.of_cells(cells, free)
     assert matrix.indptr[-1] == len(matrix.indices) == 8 + 12 + 12  # nodes, edges, diagonals of faces of one cell
     assert (np.diff(matrix.indptr)[~free] == 0).all()
@@ -319,7 +296,7 @@ def test_matrices_leave_out_what_is_held():
 
 def test_untangling_unfolds_every_cell():
     points, cells = generate.jittered(*generate.box((6, 6, 6)), 1.0, seed=0, valid=False)
-    problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
+    problem = fixed_boundary_energy(points, cells)
     assert folded_cells(problem, points).sum() > 50
     *_, last = untangle(problem, points)
     assert not folded_cells(problem, last.points).any()
@@ -328,7 +305,7 @@ def test_untangling_unfolds_every_cell():
 def test_a_cell_folded_inside_with_sound_corners_is_unfolded():
     points, cells = generate.box((3, 3, 3))
     points = 3 * points + np.random.default_rng(4936).uniform(-0.45, 0.45, points.shape)
-    problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
+    problem = fixed_boundary_energy(points, cells)
     assert not folded_cells(problem, points).any()
     assert not is_valid(points, cells).all()
     better = untangle_interior(problem, points)
@@ -358,7 +335,7 @@ def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_
 
 def test_the_harmonic_start_puts_inner_nodes_between_their_neighbours():
     points, cells = generate.jittered(*generate.box((4, 4, 4)), 0.5, seed=0, valid=False)
-    problem = CornerEnergy(cells, CUBES, held_boundary(points, cells))
+    problem = fixed_boundary_energy(points, cells)
     smooth = harmonic(problem, points, np.ones(len(points), dtype=bool))
     assert np.abs(smooth - generate.box((4, 4, 4))[0]).max() < 5e-3
     surface = np.unique(boundary_quads(cells)[0])
@@ -388,7 +365,7 @@ def test_patches_that_leave_the_surface_are_not_unfolded_and_the_others_are():
     cores = [np.arange(len(points)) == corner for corner in corners]
     for node, opened in (None, [True, True]), (corners[0], [False, True]), (corners[1], [True, False]):
         surface = None if node is None else Wall(node, tangled[node])
-        problem = CornerEnergy(cells, CUBES, everywhere(points), surface)
+        problem = CornerEnergy(cells, CUBES, all_free(points), surface)
         found = _unfold_patches(problem, tangled, tangled, cores)
         still = folded_cells(problem, found)
         assert [not still[(cells == corner).any(axis=1)].any() for corner in corners] == opened

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from differences import observed_order
 from scipy.spatial.transform import Rotation
 
 from hexconformal.common.errors import OptionError
@@ -12,6 +13,7 @@ from hexconformal.kernel import threads
 from hexconformal.kernel.distortion import barrier_density, frame_density
 
 VOLUME_WEIGHT = 5
+STEPS = (2e-3, 1e-3)
 
 
 @pytest.fixture
@@ -33,12 +35,6 @@ def targets(kind, m, rng):
 
 
 TARGETS = ["none", "one", "per cell", "per point", "per cell and point"]
-
-
-def orders(value, derivative, steps=(2e-3, 1e-3)):
-    """Observed order of the central difference of ``value(t)`` against its derivative at t = 0."""
-    errors = [np.abs((value(t) - value(-t)) / (2 * t) - derivative).max() for t in steps]
-    return np.log2(errors[0] / errors[1])
 
 
 @pytest.mark.parametrize("quadrature", ["gauss", "corners"])
@@ -66,9 +62,13 @@ def test_derivatives_against_differences(mesh, rng, kind, eps, quadrature):
     distortion = Distortion(cells, len(points), scales, targets(kind, len(cells), rng), eps, quadrature)
     variation = rng.uniform(-1, 1, points.shape)
     slope = np.vdot(distortion.value_gradient(points)[1], variation)
-    assert orders(lambda t: distortion.value_gradient(points + t * variation)[0], slope) == pytest.approx(2, abs=0.1)
+    assert observed_order(
+        lambda t: distortion.value_gradient(points + t * variation)[0], slope, STEPS
+    ) == pytest.approx(2, abs=0.1)
     product = distortion.second_product(points, variation)
-    assert orders(lambda t: distortion.value_gradient(points + t * variation)[1], product) == pytest.approx(2, abs=0.1)
+    assert observed_order(
+        lambda t: distortion.value_gradient(points + t * variation)[1], product, STEPS
+    ) == pytest.approx(2, abs=0.1)
 
 
 @pytest.mark.parametrize("quadrature", ["gauss", "corners"])

@@ -2,31 +2,13 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from meshes.hexahedra import cube_in_cube, turned
 
 from hexconformal import MeshError, OptionError
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
 from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, cylinder
 from hexconformal.motion.mesh_motion import MeshMotion
-
-
-def cube_in_cube(n=12, gap=4):
-    """A cube of side 1 cut out of one of side 3, n^3 cells less those of the hole."""
-    points, cells = box((n, n, n), (3.0, 3.0, 3.0))
-    points = points - 1.5
-    centres = points[cells].mean(axis=1)
-    cells = cells[(np.abs(centres) > 0.5).any(axis=1)]
-    used, cells = np.unique(cells, return_inverse=True)
-    points = points[used]
-    size = np.abs(points).max(axis=1)
-    return points, cells.reshape(-1, 8), np.flatnonzero(size < 0.5 + 1e-9), np.flatnonzero(size > 1.5 - 1e-9)
-
-
-def turned(points, axis, degrees):
-    axis = np.asarray(axis) / np.linalg.norm(axis)
-    return Rotation.from_rotvec(axis * np.radians(degrees)).apply(points) - points
-
 
 MOTIONS = {
     "about z": (lambda x, k: turned(x, [0, 0, 1], 10 * k), 6),

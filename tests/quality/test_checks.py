@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import pyvista as pv
-from hex_meshes import block
+from meshes.hexahedra import block
 
 import hexconformal as hc
 from hexconformal.common.errors import MeshError, OptionError

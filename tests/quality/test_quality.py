@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from meshes.hexahedra import separate
 
 from hexconformal.common.serialization import json_safe
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
@@ -13,11 +14,6 @@ from hexconformal.quality.assessment import MEASURES, Quality, quality
 from hexconformal.regularization.report import Report
 
 ONE = np.arange(8)[None]
-
-
-def separate(x):
-    """Cells that share no node, from (m, 8, 3)."""
-    return x.reshape(-1, 3), np.arange(8 * len(x)).reshape(-1, 8)
 
 
 def parallelepipeds(frames):

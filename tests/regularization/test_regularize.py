@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from meshes.hexahedra import jittered_box, renumbered, with_rough_surface
 from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
@@ -12,10 +13,6 @@ from hexconformal.mesh.topology import boundary_quads
 from hexconformal.solver.minimizers import lbfgs
 
 ENERGIES = ["barrier", "quaternionic"]
-
-
-def jittered_box(n=5, seed=0, amount=0.2):
-    return generate.jittered(*generate.box((n, n, n)), amount, seed=seed)
 
 
 @pytest.mark.parametrize("energy", ENERGIES)
@@ -91,8 +88,7 @@ def test_permuted_cells_and_nodes_give_the_permuted_result():
         plain = hc.regularize((points, cells), boundary="fixed", gradient_tolerance=1e-10)
         assert (plain.report.before.inverted > 0) == (amount == 0.6)
         rng = np.random.default_rng(1)
-        nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
-        shuffled = points[nodes], np.argsort(nodes)[cells[order]]
+        shuffled, nodes, _ = renumbered((points, cells), rng)
         permuted = hc.regularize(shuffled, boundary="fixed", gradient_tolerance=1e-10)
         assert np.array_equal(permuted.points, plain.points[nodes])
 
@@ -102,20 +98,12 @@ def test_two_runs_are_bit_identical():
     assert np.array_equal(hc.regularize(mesh).points, hc.regularize(mesh).points)
 
 
-def rough(make):
-    """A mesh whose inner nodes are moved at random, and those of its curved boundary a little, too."""
-    points, cells = generate.jittered(*make, 0.3, seed=1)
-    surface = np.unique(boundary_quads(cells)[0])
-    points[surface] += 0.01 * np.random.default_rng(2).normal(size=(len(surface), 3))
-    return points, cells
-
-
 CURVED = {"cylinder": generate.cylinder(4, 3, 6), "ball": generate.ball(3, 2)}
 
 
 @pytest.mark.parametrize("shape", CURVED)
 def test_a_curved_boundary_slides_the_same_in_every_unit_and_far_away(shape):
-    points, cells = rough(CURVED[shape])
+    points, cells = with_rough_surface(CURVED[shape])
     plain = hc.regularize((points, cells))
     diagonal = plain.report.diagonal
     surface = np.unique(boundary_quads(cells)[0])
@@ -132,11 +120,11 @@ def test_a_curved_boundary_slides_the_same_in_every_unit_and_far_away(shape):
 
 @pytest.mark.parametrize("shape", CURVED)
 def test_a_curved_boundary_slides_the_same_in_another_order_of_nodes_and_cells(shape):
-    points, cells = rough(CURVED[shape])
+    points, cells = with_rough_surface(CURVED[shape])
     plain = hc.regularize((points, cells))
     rng = np.random.default_rng(1)
-    nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
-    permuted = hc.regularize((points[nodes], np.argsort(nodes)[cells[order]]))
+    shuffled, nodes, _ = renumbered((points, cells), rng)
+    permuted = hc.regularize(shuffled)
     assert permuted.report.hausdorff <= permuted.report.hausdorff_bound
     assert np.array_equal(permuted.points, plain.points[nodes])
 
@@ -144,7 +132,7 @@ def test_a_curved_boundary_slides_the_same_in_another_order_of_nodes_and_cells(s
 def test_runs_with_a_curved_boundary_are_bit_identical_with_any_number_of_threads(monkeypatch):
     from hexconformal.kernel import threads
 
-    mesh = rough(CURVED["cylinder"])
+    mesh = with_rough_surface(CURVED["cylinder"])
     results = []
     monkeypatch.setattr(threads, "_SMALLEST_RANGE", 20)
     for count in (1, 2, 3, 2):
@@ -337,7 +325,7 @@ def test_a_run_that_was_left_goes_on_where_it_was():
 
 
 def test_energies_of_all_phases_are_one_measure():
-    points, cells = rough(CURVED["cylinder"])
+    points, cells = with_rough_surface(CURVED["cylinder"])
     result = hc.regularize((points, cells), target="cube")
     assert {record.phase for record in result.history} >= {"input", "distortion", "angles", "stiffen", "worst cells"}
     measure = Distortion(cells, len(points), eps=0.0, quadrature="corners")
@@ -350,7 +338,7 @@ def test_energies_of_all_phases_are_one_measure():
 
 def test_what_is_given_in_vain_is_told():
     given = {"weight": "volume", "quadrature": "gauss", "method": "newton", "gradient_tolerance": 0.5}
-    mesh = rough(CURVED["cylinder"])
+    mesh = with_rough_surface(CURVED["cylinder"])
     told = hc.regularize(mesh, **given).report.notes
     assert "without effect on this mesh: weight, quadrature, method, gradient_tolerance" in told
     assert not any("without effect" in note for note in hc.regularize(mesh).report.notes)
@@ -501,7 +489,7 @@ def test_emphasis_on_the_worst_raises_it_and_never_ends_below_the_input():
 
 def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch):
 
-    points, cells = rough(CURVED["ball"])
+    points, cells = with_rough_surface(CURVED["ball"])
     far = lambda points, before, quads: 0.02 * np.linalg.norm(np.ptp(before, axis=0))  # noqa: E731
     monkeypatch.setattr("hexconformal.regularization.acceptance.hausdorff", far)
     result = hc.regularize((points, cells))
@@ -703,8 +691,7 @@ def test_messages_name_cells_and_nodes_by_their_ids_in_the_mesh():
 def test_options_for_single_cells_and_nodes_hold_for_those_in_the_mesh():
     points, cells = generate.jittered(*generate.box((4, 4, 4)), 0.3, seed=5)
     rng = np.random.default_rng(3)
-    nodes, order = rng.permutation(len(points)), rng.permutation(len(cells))
-    shuffled = points[nodes], np.argsort(nodes)[cells[order]]
+    shuffled, nodes, order = renumbered((points, cells), rng)
     held = rng.random(len(points)) < 0.2
     sizes = rng.uniform(0.5, 2.0, len(cells)) / len(cells)
     boxes = rng.uniform(0.5, 2.0, (len(cells), 3))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from surface_shapes import grid, icosphere, mixed_sphere, none, shaken
+from meshes.surfaces import grid, icosphere, mixed_sphere, no_cells, shaken
 
 from surface.constraint.features import find_features
 from surface.constraint.saddle_point import displacement
@@ -107,7 +107,7 @@ def test_barrier_curvature_in_the_plane_is_the_positive_part(m, c):
     """Of the eigenvalues of the exact Hessian of one frame at least the positive ones are kept."""
     x = np.zeros((3, 3))
     x[:, :2] = [[0.1, 0.0], [1.3, 0.2], [0.7, 0.5]]
-    cells = Cells(np.array([[0, 1, 2]]), none(4))
+    cells = Cells(np.array([[0, 1, 2]]), no_cells(4))
     energy = Barrier(cells, target_shapes("equilateral", x, cells), 3, m, c)
     step, exact = 1e-5, np.empty((6, 6))
     for column in range(6):

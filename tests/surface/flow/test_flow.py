@@ -4,8 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from meshes.surfaces import (
+    SHAKEN_SPHERES,
+    as_arrays,
+    icosphere,
+    mixed_sphere,
+    quad_cube,
+    quad_sphere,
+    quad_torus,
+    scattered_sphere,
+    shaken,
+)
 from scipy.optimize import brentq
-from surface_shapes import icosphere, mixed_sphere, none, quad_cube, quad_sphere, scattered_sphere, shaken
 
 import surface
 from hexconformal import MeshError, OptionError, ReadError
@@ -27,13 +37,8 @@ from surface.flow import (
 from surface.flow.discrete import DiscreteSurface, Elements
 from surface.flow.energy import energy, energy_gradient
 from surface.flow.options import reduced_volume
-from surface.mesh.geometry import Cells, cell_areas, enclosed_volume
+from surface.mesh.geometry import cell_areas, enclosed_volume
 
-SURFACES = {
-    "triangles": lambda: shaken(icosphere(2), 0.03),
-    "quads": lambda: shaken(quad_sphere(3), 0.03),
-    "both": lambda: shaken(mixed_sphere(3), 0.03),
-}
 TERMS = {
     "area": [Tension(0.7)],
     "p1": [Bending(1)],
@@ -45,23 +50,8 @@ TERMS = {
 }
 
 
-def mesh(surface):
-    points, cells = surface
-    return points, cells.triangles, cells.quads
-
-
-def torus(major, minor, n, m):
-    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
-    r = major + minor * np.cos(v)
-    points = np.stack([r * np.cos(u), r * np.sin(u), minor * np.sin(v)], axis=2).reshape(-1, 3)
-    i = np.arange(n * m).reshape(n, m)
-    a, b = i, np.roll(i, -1, axis=0)
-    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
-    return points, Cells(none(3), np.stack([a, b, c, d], axis=2).reshape(-1, 4))
-
-
 @pytest.mark.parametrize("terms", TERMS.values(), ids=TERMS)
-@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+@pytest.mark.parametrize("surface", SHAKEN_SPHERES.values(), ids=SHAKEN_SPHERES)
 def test_the_gradient_is_that_of_the_discrete_energy(surface, terms):
     points, cells = surface()
     elements = Elements(cells, len(points))
@@ -79,7 +69,7 @@ def test_the_gradient_is_that_of_the_discrete_energy(surface, terms):
 
 
 @pytest.mark.parametrize("p", [1, 2, 3, 4])
-@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+@pytest.mark.parametrize("surface", SHAKEN_SPHERES.values(), ids=SHAKEN_SPHERES)
 def test_the_discrete_energy_is_homogeneous(surface, p):
     points, cells = surface()
     state = DiscreteSurface(Elements(cells, len(points)), points)
@@ -87,7 +77,7 @@ def test_the_discrete_energy_is_homogeneous(surface, p):
     assert (energy_gradient(state, terms) * points).sum() == pytest.approx((2 - p) * value, abs=1e-12 * value)
 
 
-@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+@pytest.mark.parametrize("surface", SHAKEN_SPHERES.values(), ids=SHAKEN_SPHERES)
 def test_the_area_gradient_is_the_stiffness_matrix_times_the_points(surface):
     points, cells = surface()
     state = DiscreteSurface(Elements(cells, len(points)), points)
@@ -107,7 +97,7 @@ def test_willmore_energy_of_icospheres_is_as_published():
 def test_willmore_energy_of_tori_converges_with_order_two(major, exact):
     errors = []
     for n in (16, 32):
-        points, cells = torus(major, 1.0, 3 * n, n)
+        points, cells = quad_torus(major, 1.0, 3 * n, n)
         errors.append(energy(DiscreteSurface(Elements(cells, len(points)), points), [Bending(2)]) - exact)
     assert abs(errors[1]) < 0.01 * exact
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
@@ -126,13 +116,13 @@ SPHERES = [(0, 0.1), (1, 0.1), (3, 0.02), (4, 0.005)]
 @pytest.mark.parametrize("sphere", [icosphere, lambda level: quad_sphere(2 ** (level + 1))], ids=["triangles", "quads"])
 def test_spheres_follow_their_radius_with_order_h2_plus_tau(sphere, p, t):
     exact = (1 - 4 * t) ** 0.5 if p == 0 else (1 + (p + 2) * (p - 2) * 2**p * t) ** (1 / (p + 2))
-    errors = [radius(PWillmore(mesh(sphere(level)), p), t, steps) - exact for level, steps in ((1, 4), (2, 16))]
+    errors = [radius(PWillmore(as_arrays(sphere(level)), p), t, steps) - exact for level, steps in ((1, 4), (2, 16))]
     assert abs(errors[1]) < 0.01
     assert np.log2(abs(errors[0] / errors[1])) > 1.4
 
 
 def test_a_sphere_stays_under_willmore_flow():
-    assert radius(Willmore(mesh(icosphere(2))), 1.0, 10) == pytest.approx(1.0, abs=2e-3)
+    assert radius(Willmore(as_arrays(icosphere(2))), 1.0, 10) == pytest.approx(1.0, abs=2e-3)
 
 
 def test_a_membrane_sphere_follows_its_ordinary_differential_equation():
@@ -141,7 +131,7 @@ def test_a_membrane_sphere_follows_its_ordinary_differential_equation():
     for _ in range(n):
         exact += t / n * (kc * c0 * (2 - c0 * exact) - 2 * gamma * exact) / exact**2
     assert abs(exact - 1) > 0.05
-    flow = Helfrich(mesh(icosphere(3)), kc, c0, gamma, conserve=())
+    flow = Helfrich(as_arrays(icosphere(3)), kc, c0, gamma, conserve=())
     assert radius(flow, t, steps) == pytest.approx(exact, abs=3e-3)
 
 
@@ -188,7 +178,7 @@ def test_an_ellipsoid_of_constant_volume_becomes_the_ball():
 
 
 def test_output_times_are_hit_whatever_the_steps_are():
-    flow = MeanCurvature(mesh(icosphere(1)))
+    flow = MeanCurvature(as_arrays(icosphere(1)))
     times = [m.record.time for m in evolve(flow, t_end=0.1, tau=0.003, outputs=(0.01, 0.02, 0.0333))]
     assert {0.01, 0.02, 0.0333} <= set(times)
     assert times[-1] == 0.1
@@ -314,7 +304,7 @@ def test_where_the_worst_cannot_be_raised_the_rest_still_is(monkeypatch):
             super().__init__(mesh, replace(options, max_iterations=0) if options.emphasis == "worst" else options)
 
     monkeypatch.setattr(remeshing, "Remeshing", Remeshing)
-    records = [m.record for m in evolve(MeanCurvature(mesh(shaken(icosphere(2), 0.03))), steps=11, remesh=True)]
+    records = [m.record for m in evolve(MeanCurvature(as_arrays(shaken(icosphere(2), 0.03))), steps=11, remesh=True)]
     assert asked == ["mean"] * 10 + ["worst", "mean"]
     assert np.isfinite(records[11].remesh_jump)
 
@@ -338,12 +328,12 @@ def test_a_resumed_run_equals_the_one_that_never_stopped(tmp_path):
 
 
 def test_checkpoints_of_other_runs_and_other_files_are_refused(tmp_path):
-    one, other = (Evolution(Willmore(mesh(icosphere(level))), Stepping(steps=1)) for level in (1, 2))
+    one, other = (Evolution(Willmore(as_arrays(icosphere(level))), Stepping(steps=1)) for level in (1, 2))
     save(tmp_path / "run.npz", one)
     with pytest.raises(OptionError, match="another surface"):
         load(tmp_path / "run.npz", other)
     with pytest.raises(OptionError, match="another surface or another flow"):
-        load(tmp_path / "run.npz", Evolution(MeanCurvature(mesh(icosphere(1))), Stepping(steps=1)))
+        load(tmp_path / "run.npz", Evolution(MeanCurvature(as_arrays(icosphere(1))), Stepping(steps=1)))
     (tmp_path / "text.npz").write_text("nothing")
     with pytest.raises(ReadError, match="text"):
         load(tmp_path / "text.npz", one)
@@ -406,7 +396,7 @@ def test_curvature_stays_finite_where_triangles_are_obtuse():
 )
 def test_what_makes_no_sense_is_refused(make, message):
     with pytest.raises(OptionError, match=message):
-        make(mesh(icosphere(0)))
+        make(as_arrays(icosphere(0)))
 
 
 def test_open_surfaces_have_no_volume_to_keep():
@@ -444,7 +434,7 @@ def test_membranes_reach_the_published_energies(reduced, exact):
 
 
 def test_a_perturbed_torus_becomes_that_of_clifford():
-    points, cells = torus(1.8, 1.0, 32, 32)
+    points, cells = quad_torus(1.8, 1.0, 32, 32)
     u = np.arctan2(points[:, 1], points[:, 0])
     ring = 1.8 * np.stack([np.cos(u), np.sin(u), 0 * u], axis=1)
     v = np.arcsin(np.clip(points[:, 2], -1, 1))

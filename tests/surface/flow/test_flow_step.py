@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from surface_shapes import grid, icosphere
+from meshes.surfaces import grid, icosphere
 
 from surface.flow import MeanCurvature, Willmore, evolve
 from surface.flow.discrete import DiscreteSurface, Elements

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from surface_shapes import icosphere, mixed_sphere, quad_sphere
+from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 from surface.mesh.geometry import (
     area_gradient,

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from surface_shapes import icosphere, mixed_sphere, none, quad_cube, shaken
+from meshes.surfaces import icosphere, mixed_sphere, no_cells, quad_cube, shaken
 
 import surface
 from hexconformal.common.errors import MeshError, OptionError, WriteError
@@ -100,7 +100,7 @@ def test_wrong_use_is_told(tmp_path):
         before_after(tmp_path / "f.png", ball, as_mesh(icosphere(2)))
     with pytest.raises(MeshError, match="same cells"):
         before_after(
-            tmp_path / "f.png", ball, surface.SurfaceMesh(ball.points, Cells(ball.cells.triangles[::-1], none(4)))
+            tmp_path / "f.png", ball, surface.SurfaceMesh(ball.points, Cells(ball.cells.triangles[::-1], no_cells(4)))
         )
     with pytest.raises(OptionError, match="count must be 1 or more"):
         worst_cells(tmp_path / "w.png", ball, count=0)

@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube
+from meshes.surfaces import grid, icosphere, mixed_sphere, no_cells, quad_cube
 
 import surface
 from hexconformal.common.errors import MeshError, OptionError
@@ -209,7 +209,7 @@ def test_any_arrays_are_taken_and_never_changed(kind):
     else:
         given, table = given.tolist(), table.tolist()
     result = surface.remesh((given, table), max_iterations=2)
-    reference = surface.remesh((points, none(3), quads), max_iterations=2)
+    reference = surface.remesh((points, no_cells(3), quads), max_iterations=2)
     np.testing.assert_allclose(result.points, reference.points, atol=1e-12)
     np.testing.assert_array_equal(np.array(given, dtype=float), points)
     np.testing.assert_array_equal(np.array(table), quads)
@@ -226,7 +226,7 @@ def test_open_surfaces_several_genera_and_slivers_are_sound():
 
 def test_a_folded_quadrilateral_is_taken():
     points = np.array([[0, 0, 0], [1, 0, 0], [0.2, 0.2, 0], [0, 1, 0.0]])
-    assert require_sound(surface.SurfaceMesh(points, Cells(none(3), np.array([[0, 1, 2, 3]])))) == ()
+    assert require_sound(surface.SurfaceMesh(points, Cells(no_cells(3), np.array([[0, 1, 2, 3]])))) == ()
 
 
 @pytest.mark.parametrize(
@@ -235,7 +235,7 @@ def test_a_folded_quadrilateral_is_taken():
         (lambda: ([[0, 0, 0]], [[0, 1, 2, 3, 4]]), r"an \(m, 3\) array of triangles, not \(1, 5\)"),
         (lambda: (np.eye(3), [[0, 1, 1.5]]), "integer node ids, not float64"),
         (lambda: (np.eye(3), [[0, 1], [2]]), "node ids"),
-        (lambda: (np.eye(3), Cells(none(4), none(3))), "no triangles or quadrilaterals"),
+        (lambda: (np.eye(3), Cells(no_cells(4), no_cells(3))), "no triangles or quadrilaterals"),
         (lambda: (np.eye(3), Cells([[0, 1, 2]], [[0, 1, 2]])), r"\(m, 4\) array of quadrilaterals, not \(1, 3\)"),
         (lambda: (np.eye(4), [[0, 1, 2]]), r"\(n, 3\) array, or \(n, 2\) in the plane, not \(4, 4\)"),
         (lambda: (["a"], [[0, 1, 2]]), "real numbers"),

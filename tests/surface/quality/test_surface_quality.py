@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 import pyvista as pv
-from surface_shapes import icosphere, mixed_sphere, none, quad_sphere, shaken
+from meshes.surfaces import icosphere, mixed_sphere, no_cells, quad_sphere, shaken
 
 import surface
 from hexconformal.common.errors import MeshError
@@ -49,7 +49,7 @@ def test_triangles_against_verdict():
 def test_quadrilaterals_against_verdict():
     rng = np.random.default_rng(0)
     points = SQUARE + rng.uniform(-0.45, 0.45, (500, 4, 3)) * [1, 1, 0]
-    cells = Cells(none(3), np.arange(2000).reshape(-1, 4))
+    cells = Cells(no_cells(3), np.arange(2000).reshape(-1, 4))
     measured = quality(surface.SurfaceMesh(points.reshape(-1, 3), cells))
     jacobian, frobenius, area = verdict(points.reshape(-1, 3), cells, "scaled_jacobian", "max_aspect_frobenius", "area")
     np.testing.assert_allclose(measured.scaled_jacobian, jacobian, atol=1e-10)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from surface_shapes import grid, none, scattered_sphere
+from meshes.surfaces import grid, no_cells, scattered_sphere
 
 import surface
 from surface.mesh.geometry import Cells
@@ -12,8 +12,8 @@ from surface.remeshing.acceptance import Acceptance
 from surface.remeshing.options import Options, Record
 
 INPUT = Record(0, 1.0, 0.0, 0.0, 20.0, 50.0, 0, 0, 0.0)
-TRIANGLES = Cells(np.array([[0, 1, 2]]), none(4))
-QUADS = Cells(none(3), np.array([[0, 1, 2, 3]]))
+TRIANGLES = Cells(np.array([[0, 1, 2]]), no_cells(4))
+QUADS = Cells(no_cells(3), np.array([[0, 1, 2, 3]]))
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,18 @@
 
 import numpy as np
 import pytest
-from surface_shapes import grid, icosphere, mixed_sphere, none, quad_cube, quad_sphere, scattered_sphere, shaken
+from meshes.surfaces import (
+    as_arrays,
+    grid,
+    icosphere,
+    mixed_sphere,
+    no_cells,
+    quad_cube,
+    quad_sphere,
+    scattered_sphere,
+    shaken,
+    sheared_torus,
+)
 
 import hexconformal as hc
 import surface
@@ -17,16 +28,11 @@ from surface.remeshing.pull_back import pull_back
 STEPS = surface.Stepping(steps=1)
 
 
-def as_input(shape):
-    points, cells = shape[:2]
-    return points, cells.triangles, cells.quads
-
-
 @pytest.mark.parametrize(
     "shape", [shaken(icosphere(3), 0.03), shaken(quad_sphere(8), 0.025), shaken(mixed_sphere(8), 0.03)]
 )
 def test_a_shaken_sphere_becomes_regular_and_stays_a_sphere(shape):
-    result = surface.remesh(as_input(shape))
+    result = surface.remesh(as_arrays(shape))
     report = result.report
     assert report.converged
     assert report.turned == 0
@@ -37,18 +43,6 @@ def test_a_shaken_sphere_becomes_regular_and_stays_a_sphere(shape):
     assert report.hausdorff < 1e-2
     assert all(record.decrease > 0 for record in result.history[1:])
     assert report.energy_after < 0.7 * report.energy_before
-
-
-def torus(n, m, seed=0):
-    """Sheared, with every node at random along the surface by a quarter of an edge."""
-    rng = np.random.default_rng(seed)
-    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
-    v = v + 0.5 * np.sin(u) + 0.5 * np.pi / m * rng.uniform(-1, 1, v.shape)
-    u = u + 0.5 * np.pi / n * rng.uniform(-1, 1, u.shape)
-    points = np.stack([(2 + np.cos(v)) * np.cos(u), (2 + np.cos(v)) * np.sin(u), np.sin(v)], axis=2).reshape(-1, 3)
-    i = np.arange(n * m).reshape(n, m)
-    j, k, r = np.roll(i, -1, 0), np.roll(i, (-1, -1), (0, 1)), np.roll(i, -1, 1)
-    return points, np.concatenate([np.stack(t, axis=2).reshape(-1, 3) for t in ((i, j, k), (i, k, r))])
 
 
 def test_the_worst_can_be_emphasized_over_the_mean():
@@ -102,7 +96,7 @@ def assert_kept(report):
 
 
 def test_a_noisy_sheared_torus():
-    report = surface.remesh(torus(48, 24)).report
+    report = surface.remesh(sheared_torus(48, 24)).report
     assert report.converged
     assert_kept(report)
     assert report.after.min_angle > 30 > 10 > report.before.min_angle
@@ -141,7 +135,7 @@ def test_a_thin_plate_keeps_both_sides():
 
 
 def test_who_does_not_converge_says_so():
-    result = surface.remesh(torus(24, 12), max_iterations=2)
+    result = surface.remesh(sheared_torus(24, 12), max_iterations=2)
     assert not result.report.converged
     assert "max_iterations = 2" in result.report.reason
     assert result.report.iterations == 2
@@ -215,7 +209,7 @@ def test_nodes_are_held_by_the_name_of_a_point_array():
 
 @pytest.mark.parametrize("iterations", [1, 100])
 def test_the_result_says_whether_it_converged(iterations):
-    run = surface.Remeshing(as_input(shaken(icosphere(2), 0.05)), surface.Options(max_iterations=iterations))
+    run = surface.Remeshing(as_arrays(shaken(icosphere(2), 0.05)), surface.Options(max_iterations=iterations))
     for _ in run:
         pass
     result = run.result()
@@ -224,7 +218,7 @@ def test_the_result_says_whether_it_converged(iterations):
 
 def test_repeating_changes_nothing():
     shape = shaken(icosphere(3), 0.02)
-    first = surface.remesh(as_input(shape))
+    first = surface.remesh(as_arrays(shape))
     again = surface.remesh((first.points, shape[1].triangles))
     assert np.abs(again.points - first.points).max() < 1e-3 * 0.15
 
@@ -268,7 +262,7 @@ def test_an_open_boundary_slides_or_stays():
 def test_without_projection_the_simpson_normal_keeps_the_volume():
     shape = shaken(icosphere(3), 0.02)
     result = surface.remesh(
-        as_input(shape), energy="quaternionic", target="flat", project=False, normal="simpson", max_iterations=3
+        as_arrays(shape), energy="quaternionic", target="flat", project=False, normal="simpson", max_iterations=3
     )
     assert abs(result.report.volume_change) < 1e-6
     assert result.report.after.mean_dilatation < result.report.before.mean_dilatation
@@ -290,7 +284,7 @@ def test_several_pieces_keep_their_own_volume():
     triangles = np.concatenate([cells.triangles, cells.triangles + len(points)])
     result = surface.remesh((two, triangles))
     for part in (triangles[: len(cells)], triangles[len(cells) :]):
-        one = Cells(part, none(4))
+        one = Cells(part, no_cells(4))
         assert enclosed_volume(result.points, one) == pytest.approx(enclosed_volume(two, one), rel=1e-6)
 
 
@@ -387,7 +381,7 @@ def test_options_out_of_range_are_refused(options, words):
 
 
 def test_wrong_options_and_files_are_named(tmp_path):
-    shape = as_input(icosphere(1))
+    shape = as_arrays(icosphere(1))
     with pytest.raises(OptionError, match="unknown option 'colour'"):
         surface.remesh(shape, colour=1)
     with pytest.raises(OptionError, match="eps"):
@@ -431,7 +425,7 @@ def test_shared_surfaces(shared, name, least, mean):
 @pytest.mark.parametrize("side", [(0, 1), (1, 0)])
 def test_a_cell_over_a_ridge_is_turned_over_if_either_side_says_so(side):
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 0.3, -1], [0.5, -0.3, -1]])
-    shape = InputSurface(points, Cells(np.array([[0, 1, 2], [1, 0, 3]]), none(4)))
+    shape = InputSurface(points, Cells(np.array([[0, 1, 2], [1, 0, 3]]), no_cells(4)))
     assert not shape.turned_over(points).any()
     # Upright in the plane of the ridge, so that one of the two facets below is behind it, whichever way it looks.
     moved = np.array([[0.1, 0, 0.2], [0.9, 0, 0.2], [0.5, 0, 1.0], [0.5, -0.3, -1]])
@@ -503,7 +497,7 @@ def test_a_cell_may_never_come_closer_to_another_sheet_than_to_its_own():
     top, cells, _ = grid(6, jitter=0.0)
     points = np.concatenate([top, top - [0, 0, 0.1]])
     both = np.concatenate([cells.triangles, cells.triangles[:, ::-1] + len(top)])
-    shape, nobody = InputSurface(points, Cells(both, none(4))), np.zeros(len(both), dtype=bool)
+    shape, nobody = InputSurface(points, Cells(both, no_cells(4))), np.zeros(len(both), dtype=bool)
     sunk = points.copy()
     sunk[both[40]] -= [0, 0, 0.06]
     assert shape.turned_over(sunk)[40]

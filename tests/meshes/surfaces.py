@@ -1,4 +1,4 @@
-"""Surfaces made from formulas, for the tests of `surface`."""
+"""Surfaces made from formulas."""
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -6,11 +6,13 @@ from scipy.spatial import ConvexHull
 from surface.mesh.geometry import Cells
 
 
-def none(width):
+def no_cells(width):
+    """The array of no triangles or quadrilaterals."""
     return np.empty((0, width), dtype=np.int64)
 
 
 def icosphere(level):
+    """The unit sphere in 20 x 4^level triangles."""
     g = (1 + 5**0.5) / 2
     points = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
     points += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
@@ -27,7 +29,7 @@ def icosphere(level):
         ab, bc, ca = middle.T
         corners = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
         faces = np.concatenate([np.stack(corner, axis=1) for corner in corners])
-    return points / np.linalg.norm(points, axis=1, keepdims=True), Cells(faces, none(4))
+    return points / np.linalg.norm(points, axis=1, keepdims=True), Cells(faces, no_cells(4))
 
 
 def quad_cube(n):
@@ -46,16 +48,17 @@ def quad_cube(n):
             points.append(face.reshape(-1, 3))
     points = np.concatenate(points)
     _, first, inverse = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
-    return points[first], Cells(none(3), inverse.ravel()[np.concatenate(quads)])
+    return points[first], Cells(no_cells(3), inverse.ravel()[np.concatenate(quads)])
 
 
 def quad_sphere(n):
+    """The unit sphere in 6 n^2 quadrilaterals."""
     points, cells = quad_cube(n)
     return points / np.linalg.norm(points, axis=1, keepdims=True), cells
 
 
 def mixed_sphere(n):
-    """Half of the squares split into triangles."""
+    """The unit sphere in quadrilaterals, half of them split into triangles."""
     points, cells = quad_sphere(n)
     split, kept = cells.quads[::2], cells.quads[1::2]
     return points, Cells(np.concatenate([split[:, [0, 1, 2]], split[:, [0, 2, 3]]]), kept)
@@ -80,7 +83,7 @@ def grid(n, jitter=0.0, seed=0):
     a, b, c, d = (part.ravel() for part in (i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]))
     inner = (points[:, :2] > 0).all(axis=1) & (points[:, :2] < 1).all(axis=1)
     points[inner, :2] += jitter / n * np.random.default_rng(seed).uniform(-1, 1, (inner.sum(), 2))
-    return points, Cells(np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]), none(4)), inner
+    return points, Cells(np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]), no_cells(4)), inner
 
 
 def shaken(surface, size, seed=0):
@@ -88,3 +91,39 @@ def shaken(surface, size, seed=0):
     points, cells = surface
     moved = points + size * np.random.default_rng(seed).normal(size=points.shape)
     return moved / np.linalg.norm(moved, axis=1, keepdims=True), cells
+
+
+SHAKEN_SPHERES = {
+    "triangles": lambda: shaken(icosphere(2), 0.03),
+    "quads": lambda: shaken(quad_sphere(3), 0.03),
+    "both": lambda: shaken(mixed_sphere(3), 0.03),
+}
+
+
+def as_arrays(surface):
+    """Points, triangles and quadrilaterals."""
+    points, cells = surface[:2]
+    return points, cells.triangles, cells.quads
+
+
+def quad_torus(major, minor, n, m):
+    """A torus of n x m quadrilaterals."""
+    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
+    r = major + minor * np.cos(v)
+    points = np.stack([r * np.cos(u), r * np.sin(u), minor * np.sin(v)], axis=2).reshape(-1, 3)
+    i = np.arange(n * m).reshape(n, m)
+    a, b = i, np.roll(i, -1, axis=0)
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    return points, Cells(no_cells(3), np.stack([a, b, c, d], axis=2).reshape(-1, 4))
+
+
+def sheared_torus(n, m, seed=0):
+    """Points and 2 n m triangles of a torus, sheared, every node off its place by up to a quarter of an edge."""
+    rng = np.random.default_rng(seed)
+    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
+    v = v + 0.5 * np.sin(u) + 0.5 * np.pi / m * rng.uniform(-1, 1, v.shape)
+    u = u + 0.5 * np.pi / n * rng.uniform(-1, 1, u.shape)
+    points = np.stack([(2 + np.cos(v)) * np.cos(u), (2 + np.cos(v)) * np.sin(u), np.sin(v)], axis=2).reshape(-1, 3)
+    i = np.arange(n * m).reshape(n, m)
+    j, k, r = np.roll(i, -1, 0), np.roll(i, (-1, -1), (0, 1)), np.roll(i, -1, 1)
+    return points, np.concatenate([np.stack(t, axis=2).reshape(-1, 3) for t in ((i, j, k), (i, k, r))])
