@@ -5,14 +5,18 @@ import pytest
 from differences import observed_order
 from scipy.spatial.transform import Rotation
 
+from hexconformal import generate
 from hexconformal.common.errors import OptionError
 from hexconformal.elements.hexahedron import QUADRATURE_RULES, shape_gradients
 from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.generate import box
 from hexconformal.kernel import threads
 from hexconformal.kernel.distortion import barrier_density, frame_density
+from hexconformal.mesh.topology import boundary_quads
 
 VOLUME_WEIGHT = 5
+
+
 STEPS = (2e-3, 1e-3)
 
 
@@ -173,3 +177,18 @@ def test_same_bits_for_every_number_of_threads(mesh, rng, monkeypatch):
 def test_unknown_quadrature():
     with pytest.raises(OptionError, match="quadrature"):
         Distortion(np.zeros((1, 8), np.int64), 8, quadrature="lobatto")
+
+
+def test_constant_normals_make_the_step_a_componentwise_harmonic_map():
+    # A cube stretched along its axes has constant normals; only inner nodes are disturbed, along the axes.
+    from hexconformal.energy.distortion_energy import Distortion
+
+    points, cells = generate.box((5, 5, 5))
+    energy = Distortion(cells, len(points))
+    laplacian = energy.laplacian()
+    surface = np.unique(boundary_quads(cells)[0])
+    inner = np.setdiff1d(np.arange(len(points)), surface)
+    field = np.zeros_like(points)
+    field[inner] = np.random.default_rng(0).normal(size=(len(inner), 3))
+    frozen = energy.frozen_product(points, field)
+    assert np.abs(frozen - 8.0 * (laplacian @ field))[inner].max() < 1e-12

@@ -85,7 +85,7 @@ def test_a_run_is_not_overwritten_unasked(ellipsoid, tmp_path, capsys):
     assert main(words) == 2
     assert "--resume goes on" in capsys.readouterr().err
     assert main([*words, "--overwrite"]) == 0
-    assert len(history(tmp_path / "run")) == 2
+    assert len(history(tmp_path / "run" / "history.csv")) == 2
     assert main([*words, "--flow", "willmore", "--resume"]) == 2
     assert "another flow" in capsys.readouterr().err
 
