@@ -13,8 +13,6 @@ from hexconformal.mesh.topology import node_rings
 from hexconformal.regularization.untangle import folded_cells
 
 WEIGHTS = [Weights(), Weights(eps=0.1), Weights(0.05, 1.0), Weights(0.05, 1.0, 0.05)]
-
-
 TARGETS = {
     "cubes": CUBES,
     "frames": np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(5).normal(size=(1, 1, 3, 3))),

@@ -15,8 +15,6 @@ from hexconformal.kernel.distortion import barrier_density, frame_density
 from hexconformal.mesh.topology import boundary_quads
 
 VOLUME_WEIGHT = 5
-
-
 STEPS = (2e-3, 1e-3)
 
 
@@ -181,8 +179,6 @@ def test_unknown_quadrature():
 
 def test_constant_normals_make_the_step_a_componentwise_harmonic_map():
     # A cube stretched along its axes has constant normals; only inner nodes are disturbed, along the axes.
-    from hexconformal.energy.distortion_energy import Distortion
-
     points, cells = generate.box((5, 5, 5))
     energy = Distortion(cells, len(points))
     laplacian = energy.laplacian()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import pyvista as pv
 from meshes.hexahedra import jittered_box
 from scipy.spatial.transform import Rotation
 
@@ -51,8 +52,6 @@ def test_components_are_held_in_tangled_meshes_too():
 
 
 def test_a_point_array_names_the_fixed_nodes():
-    import pyvista as pv
-
     points, cells = jittered_box(4)
     grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: cells}, points)
     grid.point_data["clamp"] = (points[:, 0] < 0.5).astype(np.int32)

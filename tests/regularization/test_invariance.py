@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.kernel import threads
 from hexconformal.mesh.topology import boundary_quads
 
 ENERGIES = ["barrier", "quaternionic"]
@@ -72,8 +73,6 @@ def test_a_curved_boundary_slides_the_same_in_another_order_of_nodes_and_cells(s
 
 
 def test_runs_with_a_curved_boundary_are_bit_identical_with_any_number_of_threads(monkeypatch):
-    from hexconformal.kernel import threads
-
     mesh = with_rough_surface(CURVED["cylinder"])
     results = []
     monkeypatch.setattr(threads, "_SMALLEST_RANGE", 20)

@@ -6,6 +6,7 @@ from meshes.hexahedra import jittered_box
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.regularization import minimize
 from hexconformal.solver.minimizers import lbfgs
 
 ENERGIES = ["barrier", "quaternionic"]
@@ -86,8 +87,6 @@ def test_the_plain_energy_would_fold_and_the_line_search_does_not_let_it():
 
 
 def test_no_step_is_taken_beyond_the_last(monkeypatch):
-    from hexconformal.regularization import minimize
-
     taken = []
 
     def counted(problem, at):

@@ -1,5 +1,7 @@
 """Options that are refused, and where they are described."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -35,7 +37,5 @@ def test_options_that_make_no_sense_are_refused(options, words):
 
 
 def test_the_docstring_names_every_option():
-    from dataclasses import fields
-
     named = hc.regularize.__doc__.split("**options")[1].split("Returns")[0]
     assert [field.name for field in fields(hc.Options) if f"`{field.name}`" not in named] == []

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 import hexconformal as hc
 from hexconformal import generate
 
 
 def sphere(radius=1.0, center=(0.0, 0.0, 0.0)):
-    import pyvista as pv
-
     return pv.Sphere(radius=radius, center=center, theta_resolution=60, phi_resolution=60)
 
 

@@ -9,9 +9,6 @@ from hexconformal import generate
 from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.mesh.topology import boundary_quads
 
-ENERGIES = ["barrier", "quaternionic"]
-
-
 CURVED = {"cylinder": generate.cylinder(4, 3, 6), "ball": generate.ball(3, 2)}
 
 

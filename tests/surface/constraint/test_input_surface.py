@@ -2,11 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    grid,
-    icosphere,
-    no_cells,
-)
+from meshes.surfaces import grid, icosphere, no_cells
 
 from surface.constraint.input_surface import InputSurface
 from surface.mesh.geometry import Cells

@@ -2,20 +2,10 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    as_arrays,
-    icosphere,
-)
+from meshes.surfaces import as_arrays, icosphere
 
 from hexconformal import OptionError, ReadError
-from surface.flow import (
-    Evolution,
-    MeanCurvature,
-    Stepping,
-    Willmore,
-    load,
-    save,
-)
+from surface.flow import Evolution, MeanCurvature, Stepping, Willmore, load, save
 
 
 def test_a_resumed_run_equals_the_one_that_never_stopped(tmp_path):

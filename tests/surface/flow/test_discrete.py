@@ -2,13 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    SHAKEN_SPHERES,
-    icosphere,
-    mixed_sphere,
-    quad_sphere,
-    shaken,
-)
+from meshes.surfaces import SHAKEN_SPHERES, icosphere, mixed_sphere, quad_sphere, shaken
 
 from surface.flow.discrete import DiscreteSurface, Elements
 

@@ -2,17 +2,9 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    SHAKEN_SPHERES,
-    icosphere,
-    quad_torus,
-)
+from meshes.surfaces import SHAKEN_SPHERES, icosphere, quad_torus
 
-from surface.flow import (
-    Bending,
-    Membrane,
-    Tension,
-)
+from surface.flow import Bending, Membrane, Tension
 from surface.flow.discrete import DiscreteSurface, Elements
 from surface.flow.energy import energy, energy_gradient
 

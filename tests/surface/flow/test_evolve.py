@@ -2,18 +2,9 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    as_arrays,
-    icosphere,
-)
+from meshes.surfaces import as_arrays, icosphere
 
-from surface.flow import (
-    Evolution,
-    MeanCurvature,
-    Stepping,
-    Willmore,
-    evolve,
-)
+from surface.flow import Evolution, MeanCurvature, Stepping, Willmore, evolve
 
 
 @pytest.mark.parametrize("conserve", [("area",), ("volume",), ("area", "volume")])

@@ -2,24 +2,10 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    as_arrays,
-    icosphere,
-    quad_cube,
-    quad_sphere,
-    quad_torus,
-)
+from meshes.surfaces import as_arrays, icosphere, quad_cube, quad_sphere, quad_torus
 from scipy.optimize import brentq
 
-from surface.flow import (
-    Evolution,
-    Helfrich,
-    MeanCurvature,
-    PWillmore,
-    Stepping,
-    Willmore,
-    evolve,
-)
+from surface.flow import Evolution, Helfrich, MeanCurvature, PWillmore, Stepping, Willmore, evolve
 from surface.flow.options import reduced_volume
 from surface.mesh.geometry import cell_areas, enclosed_volume
 

@@ -2,22 +2,11 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    as_arrays,
-    icosphere,
-)
+from meshes.surfaces import as_arrays, icosphere
 
 import surface
 from hexconformal import MeshError, OptionError
-from surface.flow import (
-    Flow,
-    Helfrich,
-    MeanCurvature,
-    PWillmore,
-    Stepping,
-    Willmore,
-    evolve,
-)
+from surface.flow import Flow, Helfrich, MeanCurvature, PWillmore, Stepping, Willmore, evolve
 
 
 @pytest.mark.parametrize(

@@ -3,21 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from meshes.surfaces import (
-    as_arrays,
-    icosphere,
-    quad_cube,
-    scattered_sphere,
-    shaken,
-)
+from meshes.surfaces import as_arrays, icosphere, quad_cube, scattered_sphere, shaken
 
-from surface.flow import (
-    Evolution,
-    MeanCurvature,
-    Stepping,
-    Willmore,
-    evolve,
-)
+from surface.flow import Evolution, MeanCurvature, Stepping, Willmore, evolve
 
 
 def test_remeshing_keeps_angles_and_the_flow_falls():

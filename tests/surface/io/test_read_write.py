@@ -1,20 +1,15 @@
 """Files keep the surface, and the type that comes in goes out."""
 
+import meshio
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    icosphere,
-    mixed_sphere,
-    shaken,
-)
+import pyvista as pv
+from meshes.surfaces import icosphere, mixed_sphere, shaken
 
 import surface
 
 
 def test_type_in_is_type_out_and_data_is_kept():
-    import meshio
-    import pyvista as pv
-
     points, cells = shaken(mixed_sphere(4), 0.03)
     mesh = meshio.Mesh(
         points,

@@ -2,11 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    icosphere,
-    scattered_sphere,
-    shaken,
-)
+from meshes.surfaces import icosphere, scattered_sphere, shaken
 
 import surface
 from surface.constraint.input_surface import InputSurface

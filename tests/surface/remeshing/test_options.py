@@ -2,11 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    as_arrays,
-    icosphere,
-    shaken,
-)
+from meshes.surfaces import as_arrays, icosphere, shaken
 
 import hexconformal as hc
 import surface

@@ -2,12 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes.surfaces import (
-    as_arrays,
-    icosphere,
-    no_cells,
-    shaken,
-)
+from meshes.surfaces import as_arrays, icosphere, no_cells, shaken
 
 import surface
 from surface.mesh.geometry import Cells, enclosed_volume
@@ -31,8 +26,6 @@ def test_without_projection_the_simpson_normal_keeps_the_volume():
 
 
 def test_several_pieces_keep_their_own_volume():
-    from surface.mesh.geometry import enclosed_volume
-
     points, cells = shaken(icosphere(2), 0.05)
     two = np.concatenate([points, 0.5 * points[:, [1, 2, 0]] + [3, 0, 0]])
     triangles = np.concatenate([cells.triangles, cells.triangles + len(points)])

@@ -1,11 +1,7 @@
 """Nodes that went too far from the input surface go back."""
 
 import numpy as np
-from meshes.surfaces import (
-    icosphere,
-    quad_sphere,
-    shaken,
-)
+from meshes.surfaces import icosphere, quad_sphere, shaken
 
 import surface
 from surface.remeshing.pull_back import pull_back
