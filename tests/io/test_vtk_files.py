@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 import pyvista as pv
-from hex_meshes import block, mixed_grid, mixed_meshio
+from meshes.files import mixed_grid, mixed_meshio
+from meshes.hexahedra import block
 
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import ReadError

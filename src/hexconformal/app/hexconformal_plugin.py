@@ -158,7 +158,7 @@ class RegularizeHexahedra(_Filter):
             options["max_iterations"],
             lambda at: f"iteration {at.iteration}, smallest scaled Jacobian {at.min_scaled_jacobian:.3f}",
         )
-        return _with_report(result.mesh, result.report)
+        return _with_report(result.mesh.to_source_type(), result.report)
 
 
 @smproxy.filter(name="HexahedraQuality", label="Hexahedra Quality")

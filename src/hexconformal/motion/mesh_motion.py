@@ -22,6 +22,7 @@ from ..common import (
 )
 from ..elements import all_valid, corner_scaled_jacobian, is_valid
 from ..energy import Distortion, inverse_targets
+from ..geometry import kept_edges
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh
 from ..quality import require_sound
@@ -32,6 +33,7 @@ from ..solver import (
     fixed_components,
     initial_iterate,
     lbfgs,
+    line_normal_sums,
     planar_normal_sums,
 )
 from .extension import EXTENSIONS
@@ -183,6 +185,9 @@ class MeshMotion:
         prescribed[self.moving] = True
         self.held = fixed_components(self.mesh, fixed) | prescribed
         sums = planar_normal_sums(normalized.points, normalized.quads, normalized.node_labels)
+        # Both sides of a slit lie in one plane, in which its front must not slide.
+        edges = kept_edges(normalized.points, normalized.quads, normalized.cells)
+        sums += line_normal_sums(normalized.points, edges)
         self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](

@@ -9,16 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..geometry import DistanceBarrier, SurfaceLocator, find_features, surface_tags
+from ..geometry import DistanceBarrier, Features, SurfaceLocator, find_features, kept_edges, surface_tags
 from ..io import read_surface
 from ..mesh import NormalizedMesh
-from ..solver import AdmissibleDirections, boundary_directions, count_free_directions, fixed_components
+from ..solver import (
+    AdmissibleDirections,
+    boundary_directions,
+    count_free_directions,
+    fixed_components,
+    line_normal_sums,
+)
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 _FLATNESS = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
 _AXIS = 1e-9  # components of a unit normal below this are rounding
@@ -58,19 +65,21 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
         If the surface to slide on is not that of the mesh.
     """
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
+    points, quads, cells = normalized.points, normalized.quads, normalized.cells
+    tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
-        mode = options.boundary
-        return Boundary(boundary_directions(normalized.points, normalized.quads, mode, fixed, normalized.node_labels))
+        edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
+        return Boundary(boundary_directions(points, quads, options.boundary, fixed, normalized.node_labels, edges))
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
-    tags = surface_tags(normalized.mesh, normalized.node_ids[normalized.quads])
-    features = find_features(normalized.points, normalized.quads, tags=tags, mode=options.features, tolerance=tolerance)
-    sums = np.zeros((len(normalized.points), 3, 3))
+    features = find_features(points, quads, tags=tags, cells=cells, mode=options.features, tolerance=tolerance)
+    sums = np.zeros((len(points), 3, 3))
     if not features.soft and reference is None:
-        sums = flat_normals(normalized.points, normalized.quads, features.patches, _FLATNESS * tolerance)
+        sums, flat = flat_normals(points, quads, features.patches, _FLATNESS * tolerance)
+        sums += _normals_of_curves(points, features, sums, flat)
     admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
-    sliding[normalized.quads] = True
+    sliding[quads] = True
     sliding &= count_free_directions(sums) == 3
     if not features.soft:
         # Straight edges between flat patches need no barrier, curved ones do.
@@ -79,12 +88,12 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     notes = (f"features: {features.reason}",)
     if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(admissible, None, notes)
-    original = SurfaceLocator(normalized.points, normalized.quads)
+    original = SurfaceLocator(points, quads)
     return Boundary(admissible, DistanceBarrier(original, tolerance, features, reference=reference), notes)
 
 
-def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
-    """(n, 3, 3) sums of n n^T over the planes of the flat patches around every node.
+def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:
+    """Find the flat patches of a boundary, and the normals of their planes.
 
     Parameters
     ----------
@@ -96,8 +105,13 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
         (k,) patch of each.
     tolerance
         Distance from its plane up to which a patch is flat.
+
+    Returns
+    -------
+    (n, 3, 3) sums of n n^T over the planes of the flat patches around every node;
+    (n,) the nodes around which all patches are flat.
     """
-    sums = np.zeros((len(points), 3, 3))
+    sums, flat = np.zeros((len(points), 3, 3)), np.ones(len(points), dtype=bool)
     order = np.argsort(patches, kind="stable")
     for part in np.split(order, np.flatnonzero(np.diff(patches[order])) + 1):
         nodes = np.unique(quads[part])
@@ -107,7 +121,19 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
             # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
             normal[np.abs(normal) < _AXIS] = 0.0
             sums[nodes] += np.outer(normal, normal) / (normal @ normal)
-    return sums
+        else:
+            flat[nodes] = False
+    return sums, flat
+
+
+def _normals_of_curves(points: Field, features: Features, sums: Field, flat: Mask) -> Field:
+    """(n, 3, 3) normals that the sums lack to keep straight curves that lie in planes, and their ends: fronts, tags."""
+    lines, free = line_normal_sums(points, features.edges), count_free_directions(sums)
+    ends = np.zeros(len(points), dtype=bool)
+    ends[features.corners] = True
+    straight = (free == 2) & (count_free_directions(lines) == 1)
+    lines[~flat | ~(straight | ends)] = 0.0
+    return lines
 
 
 def _given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator | None:

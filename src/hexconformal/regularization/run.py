@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian
 from ..io import as_hex_mesh
-from ..mesh import NormalizedMesh
+from ..mesh import HexMesh, NormalizedMesh
 from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import auto_target_notes, boundary_distance, no_worse_than, size_ratios, with_volume_restored
 from .boundary import boundary_of
@@ -107,7 +107,7 @@ class Regularization:
     def __init__(self, mesh: Any, options: Options | None = None) -> None:
         self._began = time.perf_counter()
         self.options = Options() if options is None else options
-        self.mesh = as_hex_mesh(mesh)
+        self.mesh, self._from_hex_mesh = as_hex_mesh(mesh), isinstance(mesh, HexMesh)
         self.history: list[Record] = []
         notes = [finding.message for finding in require_sound(self.mesh)]
         self._notes = tuple(notes) + self.mesh.notes
@@ -171,7 +171,7 @@ class Regularization:
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
             },
         )
-        return Result(better.to_source_type(), points, report, tuple(self.history))
+        return Result(better if self._from_hex_mesh else better.to_source_type(), points, report, tuple(self.history))
 
     def _acceptable(self, record: Record) -> bool:
         """True where this is no worse than the input; another surface to slide on, or other sizes, may cost quality."""

@@ -16,6 +16,7 @@ __all__ = [
     "boundary_directions",
     "count_free_directions",
     "fixed_components",
+    "line_normal_sums",
     "planar_normal_sums",
 ]
 
@@ -116,6 +117,7 @@ def boundary_directions(
     boundary: str = "slide",
     fixed: NDArray[np.bool_] | None = None,
     ids: NDArray[Any] | None = None,
+    edges: NDArray[np.int64] | None = None,
 ) -> AdmissibleDirections:
     """The admissible directions of a boundary mode, with further components held by a mask.
 
@@ -133,6 +135,8 @@ def boundary_directions(
         (n, 3) components that are held besides.
     ids
         (n,) ids by which messages name the nodes; default their places.
+    edges
+        (k, 2) edges in flat faces along which the nodes of "slide" move, too.
 
     Raises
     ------
@@ -159,6 +163,8 @@ def boundary_directions(
         sums[np.unique(quads)] = np.eye(3)
     elif boundary == "slide":
         sums = planar_normal_sums(points, quads, ids)
+        if edges is not None:
+            sums += line_normal_sums(points, edges)
     return AdmissibleDirections.from_normal_sums(sums, fixed)
 
 
@@ -196,4 +202,16 @@ def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[Any
         outer = np.einsum("ki,kj->kij", unit, unit)
         for node in range(4):
             np.add.at(sums, quads[says, node], outer)
+    return sums
+
+
+def line_normal_sums(points: Field, edges: NDArray[np.int64]) -> Field:
+    """Sums (n, 3, 3) of 1 - t t^T over the edges (k, 2) around every node, t being their directions."""
+    along = points[edges[:, 1]] - points[edges[:, 0]]
+    length = np.linalg.norm(along, axis=1)
+    along /= np.where(length > 0.0, length, 1.0)[:, None]
+    normal = np.eye(3) - np.einsum("ki,kj->kij", along, along)
+    sums = np.zeros((len(points), 3, 3))
+    for end in (0, 1):
+        np.add.at(sums, edges[:, end], normal)
     return sums

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from surface_shapes import icosphere, mixed_sphere, quad_sphere
+from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 import surface
 from hexconformal.common.errors import MeshError, ReadError, WriteError

@@ -12,7 +12,8 @@ from .elements import cell_type_of, in_vtk_order
 from .generation import Generator
 from .lines import Section, sections, split_fields
 from .sets import SetMember, read_members
-from .systems import System, read_placement, read_real, read_system
+from .systems import System, read_placement, read_system
+from .tables import read_integers, read_nodes
 
 __all__ = ["read_deck"]
 
@@ -75,10 +76,7 @@ class _Reader:
         kind = section.options.get("SYSTEM", "R").upper()[:1]
         if kind not in ("R", "C", "S"):
             raise ReadError(f"*NODE with SYSTEM={section.options['SYSTEM']} is not supported: R, C and S are")
-        # Coordinates that are left out are zero; further numbers are directions.
-        rows = [[field.strip() for field in f"{line},,,".split(",")[:4]] for line in section.data]
-        labels = np.array([int(float(row[0])) for row in rows], dtype=np.int64)
-        coordinates = np.array([[read_real(field) for field in row[1:]] for row in rows]).reshape(-1, 3)
+        labels, coordinates = read_nodes(section.data)
         self.scope.nodes.append(NodeBlock(section, labels, coordinates, System(kind, self.scope.frame)))  # type: ignore[arg-type]
         self.scope.extend("NSET", section.options.get("NSET"), [SetMember(labels)])
 
@@ -90,18 +88,18 @@ class _Reader:
     def element(self, section: Section) -> None:
         name = section.options.get("TYPE", "")
         cell_type = cell_type_of(name)
-        tokens = [part for line in section.data for part in line.replace(",", " ").split()]
         # Elements of the assembly may have nodes of instances: 1, PART-1.5, PART-1.7.
-        if cell_type is None or (self.scope is self.deck.assembly and any("." in token for token in tokens)):
+        if cell_type is None or (self.scope is self.deck.assembly and any("." in line for line in section.data)):
             self._set_aside(section, name or "(none)")
             return
         width = 1 + NODE_COUNTS[cell_type]
-        if len(tokens) % width:
+        table = read_integers(section.data)
+        if len(table) % width:
             raise ReadError(
                 f"elements of type {name} have {width - 1} nodes each: one has too few or too many, "
                 "or the file is truncated"
             )
-        table = np.array(tokens, dtype=np.int64).reshape(-1, width)
+        table = table.reshape(-1, width)
         labels, nodes = table[:, 0], in_vtk_order(cell_type, table[:, 1:])
         if cell_type == "wedge15":
             # meshio cannot hold them; what lies between the corners is held.
@@ -140,6 +138,7 @@ class _Reader:
         self.scope = self.deck.parts[name.upper()] = Scope(name, section)
 
     def end_part(self, section: Section) -> None:
+        self._must_end("PART", section)
         self.scope.end = section.head + 1
         self.scope = self.deck.root
 
@@ -148,6 +147,7 @@ class _Reader:
         self.scope = self.deck.assembly
 
     def end_assembly(self, section: Section) -> None:
+        self._must_be_in(self.deck.assembly, section)
         self.scope = self.deck.root
 
     def instance(self, section: Section) -> None:
@@ -166,7 +166,12 @@ class _Reader:
         self.deck.instances.append(Instance(self.deck.parts[part.upper()], self.scope, place))
 
     def end_instance(self, section: Section) -> None:
+        self._must_end("INSTANCE", section)
         self.scope = self.deck.assembly
+
+    def _must_end(self, keyword: str, section: Section) -> None:
+        if self.scope.section is None or self.scope.section.keyword != keyword:
+            raise ReadError(f"*{section.title} is out of place: there is nothing to end")
 
     def _must_be_in(self, scope: Scope, section: Section) -> None:
         if self.scope is not scope:

@@ -10,20 +10,11 @@ from numpy.typing import NDArray
 
 from ....common import ReadError
 from .lines import split_fields
+from .tables import read_real
 
-__all__ = ["Placement", "System", "read_placement", "read_real", "read_system"]
+__all__ = ["Placement", "System", "read_placement", "read_system"]
 
 Field = NDArray[np.float64]
-
-
-def read_real(field: str) -> float:
-    """A number; nothing is 0, and Fortran's exponents are known."""
-    try:
-        return float(field or 0.0)
-    except ValueError:
-        if "<" in field:
-            raise ReadError(f"parameters are not supported: {field!r}; put in their values") from None
-        return float(field.upper().replace("D", "E"))
 
 
 @dataclass(frozen=True, eq=False)
