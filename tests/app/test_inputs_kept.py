@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.surfaces import icosphere
 from program import error_line, run
-from surface_shapes import icosphere
 
 import hexconformal as hc
 import surface

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.surfaces import icosphere, shaken
 from program import error_line
-from surface_shapes import icosphere, shaken
 
 import hexconformal as hc
 import surface
