@@ -21,6 +21,8 @@ class SourceFile:
         Name of its :class:`Format`.
     version, ascii
         Its variant, where a format has several: Gmsh 4.1 as text.
+    data
+        All its bytes, where writing puts new coordinates into the file that came; empty for other formats.
     text
         All of it, where writing puts new coordinates into the text that came; empty for other formats.
     """
@@ -29,6 +31,7 @@ class SourceFile:
     format: str = ""
     version: str = ""
     ascii: bool = False
+    data: bytes = field(default=b"", repr=False)
     text: str = field(default="", repr=False)
 
 

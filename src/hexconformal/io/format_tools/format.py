@@ -38,6 +38,9 @@ class Format:
     put_points
         Gives the text of a file that was read new coordinates (n, 3), and leaves all else as it is: such a file is
         written as it came. None for formats whose files are written anew.
+    rewritten
+        Gives the bytes of a file that was read new coordinates, and leaves all else as it is; returns these bytes and
+        what could not be kept, or None where the file must be written anew. None for formats that always are.
     surfaces_only
         Whether it has no volumes.
     """
@@ -48,6 +51,7 @@ class Format:
     write: Callable[[Path, Any], list[str]] | None = None
     capabilities: Capabilities | None = None
     put_points: Callable[[str, NDArray[np.float64]], str] | None = None
+    rewritten: Callable[[bytes, Any], tuple[bytes, list[str]] | None] | None = None
     surfaces_only: bool = False
 
     def save(self, target: Path, mesh: Any) -> list[str]:
@@ -55,6 +59,12 @@ class Format:
         if self.write is None:
             raise WriteError(f"{self.name} files are only read")
         file = getattr(mesh.origin, "file", None)
+        if self.rewritten is not None and file is not None and file.format == self.name and file.data:
+            if np.array_equal(mesh.cells, mesh.origin.selection.cells):
+                result = self.rewritten(file.data, mesh)
+                if result is not None:
+                    target.write_bytes(result[0])
+                    return result[1]
         if self.put_points is None or file is None or file.format != self.name:
             return self.write(target, mesh)
         if not np.array_equal(mesh.cells, mesh.origin.selection.cells):
