@@ -101,7 +101,7 @@ def encode_nodes(blocks: list[NodeBlock], encoding: Encoding) -> bytes:
             return head + rows.tobytes() + ending
         lines = encoding.encoded("double", points).splitlines(keepends=True)
         return head + b"".join(b"%d %s" % pair for pair in zip(tags.tolist(), lines, strict=True))
-    parts = [encoding.encoded("size", [len(blocks), len(tags), tags.min(initial=0), tags.max(initial=0)])]
+    parts = [encoding.encoded("size", [len(blocks), len(tags), *((tags.min(), tags.max()) if len(tags) else (0, 0))])]
     for block in blocks:
         head = [block.dimension, block.entity, int(block.parameters.shape[1] > 0)]
         if encoding.ascii:
