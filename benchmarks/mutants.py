@@ -212,8 +212,8 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         [
             ("np.where(fixed[:, None], 0.0, -gradient)", "-gradient"),
             ("loads = loads * free[:, None]", "loads = loads * 1.0"),
-            ("coupling = hold @ state.stiffness", "coupling = 1.0 * state.stiffness"),
-            ("_SMOOTHED**2 *", "0.0 *"),
+            ("coupling = free_nodes @ surface.stiffness", "coupling = 1.0 * surface.stiffness"),
+            ("_SMOOTHING_LENGTH**2 *", "0.0 *"),
             ("multipliers = multipliers - change", "multipliers = multipliers - 0.5 * change"),
             ("if conserved.error(new) <= 1e-11 else None", "if conserved.error(new) <= np.inf else None"),
             ("1.0 / np.broadcast_to(bending,", "1.0 * np.broadcast_to(bending,"),

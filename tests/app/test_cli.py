@@ -22,8 +22,8 @@ import hexconformal as hc
 import surface
 from hexconformal import generate
 from hexconformal.app.cli import main
-from hexconformal.app.commands.kind import VOLUMES
-from hexconformal.app.commands.regularize import Volume
+from hexconformal.app.commands.kinds import VOLUMES
+from hexconformal.app.commands.regularize import RegularizeJob
 from hexconformal.app.progress import Progress
 from hexconformal.elements.validity import is_valid
 from hexconformal.kernel import jit as compiled
@@ -241,11 +241,11 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
         ("quality part.vtu --worst -1", 2, "worst"),
         ("quality part.vtu --out part.vtu", 2, "--overwrite"),
         ("quality part.vtu --picture worst.doc", 1, "unknown extension .doc"),
-        ("quality part.vtu --picture worst.png --worst 0", 2, "one or more, not 0"),
+        ("quality part.vtu --picture worst.png --worst 0", 2, "count must be 1 or more"),
         ("orient part.vtu part.vtu", 2, "--overwrite"),
         ("check missing.vtu", 1, "missing.vtu does not exist"),
         ("demo part.vtu", 1, "cannot make the folder part.vtu"),
-        ("demo --size 1", 2, "two cells"),
+        ("demo --size 1", 2, "size must be 2 or more"),
     ],
 )
 def test_errors_are_one_readable_line(here, capsys, words, code, said):
@@ -281,7 +281,7 @@ def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, mo
             raise hc.WriteError("cannot write better.vtu: no space left on device")
         return hc.write(path, mesh)
 
-    monkeypatch.setattr(Volume, "kind", replace(VOLUMES, write=full))
+    monkeypatch.setattr(RegularizeJob, "kind", replace(VOLUMES, write=full))
     monkeypatch.setattr("tempfile.tempdir", str(here))
     assert run("regularize part.vtu better.vtu --max-iterations 2") == 1
     said = error_line(capsys)
@@ -420,7 +420,7 @@ def test_a_terminal_sees_iterations(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     with Progress() as progress:
-        progress.say(str(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36)))
+        progress.show(str(Record(7, "lbfgs", 4.685, 0.01336, 1.0, 0.98728, 0.99937, 0, 1.36)))
         time.sleep(0.3)
         assert "7 lbfgs  energy 4.685e+00" in sys.stderr.getvalue()
 

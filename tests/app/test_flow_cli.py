@@ -133,9 +133,9 @@ def test_what_was_killed_before_its_first_checkpoint_begins_anew(ellipsoid, tmp_
     [
         (["--flow", "ricci"], "not 'ricci'"),
         (["--outputs", "soon"], "'soon'"),
-        (["--every", "0"], "every is 1 or more"),
+        (["--every", "0"], "every must be 1 or more"),
         (["--conserve", "mass"], "'mass'"),
-        (["--flow", "p-willmore", "--p", "0.5"], "p is at least 1"),
+        (["--flow", "p-willmore", "--p", "0.5"], "p must be at least 1"),
     ],
 )
 def test_what_makes_no_sense_is_refused(ellipsoid, tmp_path, capsys, words, message):

@@ -14,7 +14,7 @@ from surface_shapes import grid, icosphere, mixed_sphere, quad_cube, quad_sphere
 
 import surface
 from hexconformal.app.cli import parser
-from hexconformal.app.commands.surface_kind import SURFACES
+from hexconformal.app.commands.kinds import SURFACES
 from hexconformal.generate import box
 from surface.quality.assessment import MEASURES
 
@@ -166,9 +166,9 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
         ("remesh ball.ply out.ply --plot ball.ply", 2, "ball.ply is the input"),
         ("remesh ball.ply out.ply --boundary slippery", 2, "'slide' or 'fixed', not 'slippery'"),
         ("remesh ball.ply out.ply --energy low", 2, "'barrier' or 'quaternionic', not 'low'"),
-        ("remesh ball.ply out.ply --reference round", 2, "reference is"),
+        ("remesh ball.ply out.ply --reference round", 2, "reference must be"),
         ("remesh ball.ply out.ply --reference round.ply", 1, "round.ply does not exist"),
-        ("remesh ball.ply out.ply --features sharp", 2, "features is an angle in degrees, or none, not 'sharp'"),
+        ("remesh ball.ply out.ply --features sharp", 2, "features must be an angle in degrees, or none, not 'sharp'"),
         ("remesh ball.ply out.ply --fixed walls", 2, "names no point array; there are: 'pole'"),
         ("remesh ball.ply out.ply --eps 0", 2, "eps"),
         ("remesh ball.ply out.ply --hausdorff -1", 2, "hausdorff"),
@@ -213,7 +213,7 @@ def test_a_write_that_fails_after_all_leaves_the_mesh_elsewhere(here, capsys, mo
             raise WriteError("cannot write better.ply: no space left on device")
         return surface.write(path, mesh)
 
-    monkeypatch.setattr("hexconformal.app.commands.remesh._Remesh.kind", replace(SURFACES, write=full))
+    monkeypatch.setattr("hexconformal.app.commands.remesh.RemeshJob.kind", replace(SURFACES, write=full))
     monkeypatch.setattr("tempfile.tempdir", str(here))
     assert run("remesh ball.ply better.ply --iterations 1") == 1
     said = error_line(capsys)

@@ -67,13 +67,13 @@ def test_nothing_else_is_raised_than_what_is_promised(odd):
         (surface.Options, {"features": True}, "features is an angle, None or an array of edges, not True"),
         (surface.Stepping, {"steps": 2.5}, "steps is a whole number, not 2.5"),
         (surface.Stepping, {"growth": None}, "growth is a number, not None"),
-        (surface.Stepping, {"remesh": "x"}, "remesh is a boolean, or every how many steps, not 'x'"),
-        (surface.Stepping, {"remesh": 0.5}, "remesh is a boolean, or every how many steps, not 0.5"),
+        (surface.Stepping, {"remesh": "x"}, "remesh must be a boolean, or every how many steps, not 'x'"),
+        (surface.Stepping, {"remesh": 0.5}, "remesh must be a boolean, or every how many steps, not 0.5"),
         (surface.Stepping, {"outputs": "12"}, "outputs is an array of numbers, not '12'"),
-        (surface.Stepping, {"outputs": 1.0}, "outputs are positive times that grow"),
+        (surface.Stepping, {"outputs": 1.0}, "outputs must be positive times that grow"),
         (flow, {"remesh": True, "remesh_options": {"colour": 1}}, "unknown option 'colour'"),
         (Tension, {"tension": "x"}, "tension is a number, not 'x'"),
-        (Membrane, {"gamma": float("nan")}, "gamma is finite, not nan"),
+        (Membrane, {"gamma": float("nan")}, "gamma must be finite, not nan"),
     ],
 )
 def test_the_message_names_option_and_value(kind, options, words):

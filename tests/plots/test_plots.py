@@ -68,7 +68,7 @@ def test_before_after_is_cut_open_and_coloured_by_quality(tmp_path, rendering, m
     assert right["warm"] < 0.005  # none after
     assert right["cold"] > 0.2
     # Cut open: what is seen through the gap is not what an uncut cube shows there.
-    monkeypatch.setattr(plots, "_facing", lambda mesh: np.zeros(len(mesh.cells), dtype=bool))
+    monkeypatch.setattr(plots, "_in_front_octant", lambda mesh: np.zeros(len(mesh.cells), dtype=bool))
     before_after(tmp_path / "uncut.png", generate.sheared_cube(6), generate.box((6, 6, 6)))
     differs = np.abs(imread(tmp_path / "uncut.png") - picture).max(axis=-1) > 0.05
     assert differs[:, :half].mean() > 0.03
@@ -77,12 +77,12 @@ def test_before_after_is_cut_open_and_coloured_by_quality(tmp_path, rendering, m
 
 def test_the_octant_that_faces_the_viewer_is_opened():
     mesh = hc.HexMesh(*generate.box((4, 4, 4)))
-    opened = mesh.points[mesh.cells[plots._facing(mesh)]].mean(axis=1)
+    opened = mesh.points[mesh.cells[plots._in_front_octant(mesh)]].mean(axis=1)
     assert len(opened) == 8
     assert (opened[:, 0] > 0.5).all()
     assert (opened[:, 1] < 0.5).all()
     assert (opened[:, 2] > 0.5).all()
-    assert not plots._facing(hc.HexMesh(*generate.box((1, 1, 1)))).any()
+    assert not plots._in_front_octant(hc.HexMesh(*generate.box((1, 1, 1)))).any()
 
 
 def test_before_after_marks_inverted_cells(tmp_path, rendering):
@@ -116,16 +116,16 @@ def test_small_cells_get_a_ring(tmp_path, rendering, monkeypatch):
     mesh = generate.jittered(*generate.box((5, 5, 5)), 0.3, seed=0)
     rings = []
     for small in (0.0, 1.0):
-        monkeypatch.setattr(canvas, "_SMALL", small)
+        monkeypatch.setattr(canvas, "_RING_BELOW", small)
         worst_cells(tmp_path / "worst.svg", mesh, count=3)
         rings.append((tmp_path / "worst.svg").read_text().count("<use "))
     assert rings[1] - rings[0] == 3
 
 
 def test_points_are_found_on_the_screen(rendering):
-    with canvas.stage([-1.0, 1.0] * 3) as plotter:
+    with canvas.plotter_of([-1.0, 1.0] * 3) as plotter:
         plotter.screenshot(None, return_img=True)
-        found = canvas.on_screen(plotter, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]))
+        found = canvas.to_pixels(plotter, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]))
     middle = canvas.PIXELS / 2
     np.testing.assert_allclose(found[0], middle, atol=1e-6 * middle)
     assert found[1, 0] == pytest.approx(middle, abs=1e-3)  # straight up
@@ -134,7 +134,7 @@ def test_points_are_found_on_the_screen(rendering):
 
 
 def test_a_picture_of_no_cells_is_refused(tmp_path):
-    with pytest.raises(hc.OptionError, match="one or more, not 0"):
+    with pytest.raises(hc.OptionError, match="count must be 1 or more"):
         worst_cells(tmp_path / "w.png", generate.box((2, 2, 2)), count=0)
 
 

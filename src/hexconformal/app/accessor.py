@@ -1,6 +1,6 @@
 """``grid.hexconformal`` and ``polydata.hexconformal``: the library as methods of pyvista datasets.
 
-pyvista 0.48 and later imports this module by itself where the attribute is first asked for; before, import it once.
+pyvista 0.48 and later imports this module when the attribute is first used; with older versions import it yourself.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _NAME = "hexconformal"
 
 
 class HexahedraAccessor:
-    """What the library does with grids; every method returns a new dataset, as pyvista's filters do.
+    """The methods for grids; each returns a new dataset, as pyvista's filters do.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class HexahedraAccessor:
         Parameters
         ----------
         other_cells, linearise
-            What becomes of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
+            Treatment of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
         callback
             Called with the record of every iteration.
         **options
@@ -75,7 +75,7 @@ class HexahedraAccessor:
         Parameters
         ----------
         other_cells, linearise
-            What becomes of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
+            Treatment of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
 
         Raises
         ------
@@ -87,7 +87,7 @@ class HexahedraAccessor:
 
 
 class SurfaceAccessor:
-    """What the library does with PolyData; every method returns a new one, as pyvista's filters do.
+    """The methods for PolyData; each returns a new one, as pyvista's filters do.
 
     Examples
     --------

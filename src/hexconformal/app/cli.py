@@ -1,4 +1,4 @@
-"""The command line: all commands, and how they end."""
+"""The command line: its parser, and the exit codes of all commands."""
 
 from __future__ import annotations
 
@@ -6,18 +6,12 @@ import os
 import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
+from typing import Any
 
 from ..common import MeshError, OptionError, WriteError, interruptible
 from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS
 from ..version import __version__
-from .commands.check import add_check
-from .commands.demo import add_demo
-from .commands.flow import add_flow
-from .commands.move import add_move
-from .commands.orient import add_orient
-from .commands.quality import add_quality
-from .commands.regularize import add_regularize
-from .commands.remesh import add_remesh
+from .commands import COMMANDS, Command
 
 __all__ = ["main", "parser"]
 
@@ -67,20 +61,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with interruptible():
             return int(parsed.run(parsed))
     except KeyboardInterrupt:
-        return _failed("interrupted: nothing was written", 130)
+        return _print_error("interrupted: nothing was written", 130)
     except OptionError as problem:
-        return _failed(f"error: {problem}", 2)
+        return _print_error(f"error: {problem}", 2)
     except (MeshError, WriteError) as problem:
-        return _failed(f"error: {problem}", 1)
+        return _print_error(f"error: {problem}", 1)
     except MemoryError:
-        return _failed("error: not enough memory for this mesh", 1)
+        return _print_error("error: not enough memory for this mesh", 1)
     except OSError as problem:
-        # Whoever reads our output has had enough, or has no room; Python would complain again at exit.
+        # The reader of our output is gone, or has no room; without this Python would complain again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1 if isinstance(problem, BrokenPipeError) else _failed(f"error: {problem}", 1)
+        return 1 if isinstance(problem, BrokenPipeError) else _print_error(f"error: {problem}", 1)
 
 
-def _failed(message: str, code: int) -> int:
+def _print_error(message: str, code: int) -> int:
+    """Print a message on one line of stderr; returns the exit code."""
     print(" ".join(message.split()), file=sys.stderr)
     return code
 
@@ -95,7 +90,21 @@ def parser() -> ArgumentParser:
         allow_abbrev=False,
     )
     result.add_argument("--version", action="version", version=f"hexconformal {__version__}")
-    added = result.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for add in (add_regularize, add_remesh, add_flow, add_move, add_quality, add_orient, add_check, add_demo):
-        add(added)
+    subparsers = result.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for name, command in COMMANDS.items():
+        _add_command(subparsers, name, command)
     return result
+
+
+def _add_command(subparsers: Any, name: str, command: Command) -> None:
+    summary = command.SUMMARY
+    subparser: ArgumentParser = subparsers.add_parser(
+        name,
+        help=summary[0].lower() + summary[1:].partition(".")[0],
+        description=summary,
+        epilog=f"examples:\n{command.EXAMPLES}",
+        formatter_class=RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    subparser.set_defaults(run=command.run)
+    command.add_arguments(subparser)

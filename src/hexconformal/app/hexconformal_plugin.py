@@ -1,10 +1,10 @@
 """ParaView filters: Regularize Hexahedra, Hexahedra Quality and Remesh Surface.
 
-Load this file in ParaView (Tools > Manage Plugins > Load New); docs/paraview.md of the project tells how ParaView's
+Load this file in ParaView (Tools > Manage Plugins > Load New); docs/paraview.md of the project says how ParaView's
 Python finds the library. The filters also work as vtkAlgorithms without ParaView.
 """
 
-# ParaView makes a module of the name of this file: it must be unlike those of other plugins.
+# ParaView makes a module with the name of this file, which must differ from those of other plugins.
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ try:
 except ImportError:
 
     class _Undecorated:
-        """Takes the place of ParaView's decorators: what they decorate stays as it is."""
+        """Stands in for ParaView's decorators and returns what they decorate unchanged."""
 
         def __getattr__(self, name: str) -> Any:
             return lambda *words, **named: lambda decorated: decorated
@@ -30,12 +30,12 @@ except ImportError:
 paraview_plugin_name = "hexconformal"
 
 _MENU = '<ShowInMenu category="Hexconformal"/>'
-_YES_OR_NO = '<BooleanDomain name="bool"/>'
-_NOT_NEGATIVE = '<IntRangeDomain name="range" min="0"/>'
+_BOOLEAN = '<BooleanDomain name="bool"/>'
+_NON_NEGATIVE = '<IntRangeDomain name="range" min="0"/>'
 
 
-def _nested(text: str, domain: str = "") -> Any:
-    """A decorator: what a property means, and which values it may have."""
+def _help(text: str, domain: str = "") -> Any:
+    """A decorator with the documentation of a property and the domain of its values."""
     return smdomain.xml(f"<Documentation>{text}</Documentation>{domain}")
 
 
@@ -45,9 +45,9 @@ def _choices(*names: str) -> str:
 
 
 class _Filter(VTKPythonAlgorithmBase):  # type: ignore[misc]
-    """One dataset in, one of the same type out; what goes wrong is told as an error of VTK, the output is empty then.
+    """A filter from one dataset to another of the same type; on an error of VTK the output is empty.
 
-    The library itself is imported when a filter runs: if it cannot be, that is told like all else.
+    The library itself is imported when a filter runs, so that a failed import is an error like any other.
     """
 
     label = ""
@@ -57,7 +57,7 @@ class _Filter(VTKPythonAlgorithmBase):  # type: ignore[misc]
         self.options = options
 
     def set_option(self, name: str, value: Any) -> None:
-        """Set an option; the filter has to run again if that changes it."""
+        """Set an option; the filter runs again if that changes it."""
         if self.options[name] != value:
             self.options[name] = value
             self.Modified()
@@ -67,22 +67,22 @@ class _Filter(VTKPythonAlgorithmBase):  # type: ignore[misc]
         source: Any = vtkDataObject.GetData(inputs[0])
         target: Any = vtkDataObject.GetData(outputs)
         try:
-            # On a parallel server some have no part of the data.
-            target.ShallowCopy(self.worked(source) if source.GetNumberOfCells() else source)
+            # On a parallel server some processes have no part of the data.
+            target.ShallowCopy(self.output_of(source) if source.GetNumberOfCells() else source)
         except Exception as problem:
             target.Initialize()
-            vtkOutputWindow.GetInstance().DisplayErrorText(f"{self.label}: {_told(problem)}\n")
-        # Not 0, for which VTK adds a page of its own, and runs the filter again at every rendering.
+            vtkOutputWindow.GetInstance().DisplayErrorText(f"{self.label}: {_error_text(problem)}\n")
+        # With 0 VTK would add a page of its own and run the filter again at every rendering.
         return 1
 
-    def worked(self, source: Any) -> Any:
-        """The dataset that comes out."""
+    def output_of(self, source: Any) -> Any:
+        """The output for an input."""
         raise NotImplementedError
 
-    def watched(self, run: Any, limit: int, told: Any) -> Any:
-        """The result of a run, which can be aborted."""
+    def run_until_aborted(self, run: Any, limit: int, describe: Any) -> Any:
+        """The result of a run, which the user can abort; `describe` gives the text of its progress."""
         for record in run:
-            self.SetProgressText(told(record))
+            self.SetProgressText(describe(record))
             self.UpdateProgress(min(record.iteration / max(limit, 1), 1.0))
             if self.GetAbortExecute():
                 break
@@ -105,54 +105,54 @@ class RegularizeHexahedra(_Filter):
         )  # fmt: skip
 
     @smproperty.stringvector(name="Boundary", default_values="slide", number_of_elements=1)
-    @_nested("Nodes of the boundary slide along the surface, stay, or are free.", _choices("slide", "fixed", "free"))
+    @_help("Nodes of the boundary slide along the surface, stay, or are free.", _choices("slide", "fixed", "free"))
     def SetBoundary(self, value: str) -> None:
         self.set_option("boundary", value)
 
     @smproperty.doublevector(name="Hausdorff", default_values=0.005, number_of_elements=1)
-    @_nested("How far a curved boundary may move, as a share of the diagonal of the bounding box.")
+    @_help("How far a curved boundary may move, as a share of the diagonal of the bounding box.")
     def SetHausdorff(self, value: float) -> None:
         self.set_option("hausdorff", value)
 
     @smproperty.stringvector(name="Features", default_values="auto", number_of_elements=1)
-    @_nested("Sharp edges: kept, rounded, or kept unless they are noise.", _choices("auto", "keep", "soft"))
+    @_help("Sharp edges: kept, rounded, or kept unless they are noise.", _choices("auto", "keep", "soft"))
     def SetFeatures(self, value: str) -> None:
         self.set_option("features", value)
 
     @smproperty.stringvector(name="Target", default_values="auto", number_of_elements=1)
-    @_nested("The perfect cell: auto, cube, input (the cells' own shapes), or edge lengths such as 1:1:4.")
+    @_help("The perfect cell: auto, cube, input (the cells' own shapes), or edge lengths such as 1:1:4.")
     def SetTarget(self, value: str) -> None:
         self.set_option("target", value)
 
     @smproperty.intvector(name="MaxIterations", default_values=200, number_of_elements=1)
-    @_nested("Stop after so many iterations.", _NOT_NEGATIVE)
+    @_help("Stop after so many iterations.", _NON_NEGATIVE)
     def SetMaxIterations(self, value: int) -> None:
         self.set_option("max_iterations", value)
 
     @smproperty.intvector(name="Lift", default_values=1, number_of_elements=1)
-    @_nested("Raise the worst cells once the distortion is low.", _YES_OR_NO)
+    @_help("Raise the worst cells once the distortion is low.", _BOOLEAN)
     def SetLift(self, value: int) -> None:
         self.set_option("lift", bool(value))
 
     @smproperty.stringvector(name="OtherCells", default_values="refuse", number_of_elements=1)
-    @_nested("Meshes with tetrahedra, wedges, ... besides: refuse them, or keep those cells, which then stay where"
+    @_help("Meshes with tetrahedra, wedges, ... besides: refuse them, or keep those cells, which then stay where"
              " they are.", _choices("refuse", "keep"))  # fmt: skip
     def SetOtherCells(self, value: str) -> None:
         self.set_option("other_cells", value)
 
     @smproperty.intvector(name="Linearise", default_values=0, number_of_elements=1)
-    @_nested("Take the corners of hexahedra with 20 or 27 nodes.", _YES_OR_NO)
+    @_help("Take the corners of hexahedra with 20 or 27 nodes.", _BOOLEAN)
     def SetLinearise(self, value: int) -> None:
         self.set_option("linearise", bool(value))
 
-    def worked(self, source: Any) -> Any:
+    def output_of(self, source: Any) -> Any:
         from hexconformal import Options, Regularization
         from hexconformal.io import from_vtk
 
         options = dict(self.options)
         mesh = from_vtk(source, options.pop("other_cells"), options.pop("linearise"))
         run = Regularization(mesh, Options(**options))
-        result = self.watched(
+        result = self.run_until_aborted(
             run,
             options["max_iterations"],
             lambda at: f"iteration {at.iteration}, smallest scaled Jacobian {at.min_scaled_jacobian:.3f}",
@@ -173,11 +173,11 @@ class HexahedraQuality(_Filter):
         _Filter.__init__(self, "vtkUnstructuredGrid", linearise=False)
 
     @smproperty.intvector(name="Linearise", default_values=0, number_of_elements=1)
-    @_nested("Measure hexahedra with 20 or 27 nodes by their corners, and straighten them.", _YES_OR_NO)
+    @_help("Measure hexahedra with 20 or 27 nodes by their corners, and straighten them.", _BOOLEAN)
     def SetLinearise(self, value: int) -> None:
         self.set_option("linearise", bool(value))
 
-    def worked(self, source: Any) -> Any:
+    def output_of(self, source: Any) -> Any:
         from hexconformal import quality
         from hexconformal.io import from_vtk
 
@@ -199,26 +199,26 @@ class RemeshSurface(_Filter):
         _Filter.__init__(self, "vtkPolyData", iterations=300, reference="equilateral", hausdorff=0.01)
 
     @smproperty.intvector(name="Iterations", default_values=300, number_of_elements=1)
-    @_nested("Stop after so many iterations.", _NOT_NEGATIVE)
+    @_help("Stop after so many iterations.", _NON_NEGATIVE)
     def SetIterations(self, value: int) -> None:
         self.set_option("iterations", value)
 
     @smproperty.stringvector(name="Reference", default_values="equilateral", number_of_elements=1)
-    @_nested("What the cells shall be conformal to: equilateral triangles and squares, shapes as flat as the valences"
+    @_help("What the cells shall be conformal to: equilateral triangles and squares, shapes as flat as the valences"
              " allow, or their own shapes.", _choices("equilateral", "flat", "input"))  # fmt: skip
     def SetReference(self, value: str) -> None:
         self.set_option("reference", value)
 
     @smproperty.doublevector(name="Hausdorff", default_values=0.01, number_of_elements=1)
-    @_nested("How far the surface may move, as a share of the diagonal of the bounding box.")
+    @_help("How far the surface may move, as a share of the diagonal of the bounding box.")
     def SetHausdorff(self, value: float) -> None:
         self.set_option("hausdorff", value)
 
-    def worked(self, source: Any) -> Any:
+    def output_of(self, source: Any) -> Any:
         from surface import Options, Remeshing
         from surface.io import from_vtk, to_vtk
 
-        result = self.watched(
+        result = self.run_until_aborted(
             Remeshing(from_vtk(source), Options(**self.options)),
             self.options["iterations"],
             lambda at: f"iteration {at.iteration}, smallest angle {at.min_angle:.1f}",
@@ -236,8 +236,8 @@ def _with_report(dataset: Any, report: Any) -> Any:
     return dataset
 
 
-def _told(problem: Exception) -> str:
-    """What went wrong, in words for people who see neither code nor traceback."""
+def _error_text(problem: Exception) -> str:
+    """The message of an error for people who see neither code nor traceback."""
     if isinstance(problem, ImportError):
         python = ".".join(map(str, sys.version_info[:2]))
         return (

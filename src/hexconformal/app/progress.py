@@ -1,4 +1,4 @@
-"""What is seen of a run while it goes on: a live line in the terminal."""
+"""A live line in the terminal that shows what a run is doing."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ class Progress:
     Parameters
     ----------
     quiet
-        Say nothing at all.
+        Show nothing at all, and log errors only.
 
     Examples
     --------
     >>> with Progress(quiet=True) as progress:
-    ...     progress.say("reading part.vtu")
+    ...     progress.show("reading part.vtu")
     """
 
     def __init__(self, quiet: bool = False) -> None:
         self._status: Any = None
         self._stack = ExitStack()
         self._quiet = quiet
-        self._wanted = not quiet and sys.stderr.isatty()
+        self._visible = not quiet and sys.stderr.isatty()
 
     def __enter__(self) -> Progress:
         if self._quiet:
             log = logging.getLogger("hexconformal")
             self._stack.callback(log.setLevel, log.level)
             log.setLevel(logging.ERROR)
-        if self._wanted:
+        if self._visible:
             from rich.console import Console
 
             self._status = self._stack.enter_context(Console(stderr=True).status("", spinner="line"))
@@ -45,8 +45,8 @@ class Progress:
         self._stack.close()
         self._status = None
 
-    def say(self, text: str) -> None:
-        """Show a text in the place of the last one."""
+    def show(self, text: str) -> None:
+        """Show a text in place of the last one."""
         if self._status is not None:
             from rich.text import Text
 

@@ -132,7 +132,7 @@ class CornerEnergy:
             total += self.surface_penalty.value(points)
         return total
 
-    def excess(self, points: Field) -> float:
+    def relative_distance(self, points: Field) -> float:
         """Largest distance of the boundary from the surface, in units of its bound."""
         return 0.0 if self.surface_penalty is None else self.surface_penalty.relative_distance(points)
 

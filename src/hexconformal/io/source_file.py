@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 __all__ = ["FileContents", "SourceFile"]
 
 
@@ -21,18 +24,21 @@ class SourceFile:
         Name of its :class:`Format`.
     version, ascii
         Its variant, where a format has several: Gmsh 4.1 as text.
-    data
-        All its bytes, where writing puts new coordinates into the file that came; empty for other formats.
-    text
-        All of it, where writing puts new coordinates into the text that came; empty for other formats.
+    text, data
+        All of it, as text or as bytes, where writing puts new coordinates into what came; empty for other formats.
+    node_labels, cell_labels
+        The numbers that the file itself gives to the points, and to all cells (0 to those that it has no numbers for);
+        None if it gives none.
     """
 
     path: Path
     format: str = ""
     version: str = ""
     ascii: bool = False
-    data: bytes = field(default=b"", repr=False)
     text: str = field(default="", repr=False)
+    data: bytes = field(default=b"", repr=False)
+    node_labels: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
+    cell_labels: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,21 @@ class HexMesh:
         """Remarks on what was changed or set aside when the mesh was read."""
         return () if self.origin is None else self.origin.selection.notes
 
+    @property
+    def node_labels(self) -> NDArray[np.int64] | None:
+        """(n,) the numbers that the file gives to its nodes; None if it gives none, or the mesh is of no file."""
+        return None if self._file is None else self._file.node_labels
+
+    @property
+    def cell_labels(self) -> NDArray[np.int64] | None:
+        """(m,) the numbers that the file gives to the hexahedra; None if it gives none, or the mesh is of no file."""
+        labels = None if self._file is None else self._file.cell_labels
+        return None if labels is None else labels[self.origin.selection.rows]
+
+    @property
+    def _file(self) -> Any:
+        return None if self.origin is None else self.origin.file
+
     def replaced(
         self,
         points: ArrayLike | None = None,

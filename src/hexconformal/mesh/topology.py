@@ -192,7 +192,7 @@ def connected_regions(cells: NDArray[np.int64], nodes: NDArray[np.bool_]) -> lis
     corners = cells[around]
     inside = nodes[corners.ravel()]
     rows = np.repeat(np.arange(len(around)), 8)[inside]
-    # A graph of the cells, and of the nodes of the region behind them.
+    # A graph of the cells, and of the nodes of the set behind them.
     pairs = np.stack([rows, len(around) + corners.ravel()[inside]]).T
     labels = connected_components(pairs, len(around) + len(nodes))[: len(around)]
     count = int(labels.max(initial=-1)) + 1

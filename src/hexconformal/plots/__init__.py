@@ -1,14 +1,14 @@
 """Pictures: histograms, meshes before and after, the worst cells in their place.
 
-Belongs here: what draws. Imports `common`, `mesh`, `io` and `quality`.
+Belongs here: pictures of meshes, and the drawing that they share. Imports `common`, `mesh`, `io` and `quality`.
 """
 
 from . import canvas
-from .canvas import PICTURES, require_rendering
+from .canvas import PICTURE_EXTENSIONS, require_rendering
 from .volume_plots import before_after, histogram, worst_cells
 
 __all__ = [
-    "PICTURES",
+    "PICTURE_EXTENSIONS",
     "before_after",
     "canvas",
     "histogram",

@@ -1,4 +1,4 @@
-"""What all pictures share: panels of histograms, and a stage for meshes in three dimensions."""
+"""Drawing that all pictures share: histograms, and scenes of meshes in three dimensions."""
 
 from __future__ import annotations
 
@@ -16,24 +16,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import WriteError, save_atomically
 
-__all__ = ["PICTURES", "PIXELS", "VIEW", "Panel", "View", "add_ghost", "add_grid", "bounds", "histograms"]
-__all__ += ["named", "on_screen", "require_rendering", "save", "side_by_side", "stage", "worst_view"]
+__all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_faces", "add_translucent"]
+__all__ += ["bounding_box", "draw_histograms", "label_before_after", "plotter_of", "require_rendering", "save"]
+__all__ += ["side_by_side", "to_pixels", "worst_scene"]
 
 Floats = NDArray[np.float64]
 
-PICTURES = (".pdf", ".png", ".svg")
+PICTURE_EXTENSIONS = (".pdf", ".png", ".svg")
 PIXELS = 1100
-VIEW = np.array([0.92, -1.0, 0.72])  # from where the camera looks
+VIEW_DIRECTION = np.array([0.92, -1.0, 0.72])  # from the mesh to the camera
 
 _BEFORE, _AFTER = "#c8553d", "#2a6f97"
 # Bad to good; readable for colour-blind eyes, and light enough for black edges.
 _BAD_TO_GOOD = ("#a4243b", "#d8572a", "#f4a259", "#f6e7b4", "#a9d6c6", "#5fa8b8")
 _FOLDED = "#7b1fa2"
 _INK = "#20262e"
-_SMALL = 0.025  # of the picture; smaller cells get a ring
+_RING_BELOW = 0.025  # share of the picture; smaller cells get a ring
 
-# Without a graphics driver VTK does not fail, it crashes: so another process has to try.
-_TRIAL = """
+# Without a graphics driver VTK does not raise an error but crashes: so another process has to try.
+_RENDER_TEST = """
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 import vtkmodules.vtkRenderingOpenGL2
 window = vtkRenderWindow()
@@ -43,37 +44,37 @@ window.Render()
 
 
 @dataclass(frozen=True, eq=False)
-class Panel:
-    """One histogram: its title, the values of each group of cells, the edges of its bins, and its kind of axis."""
+class Histogram:
+    """A histogram: its title, the values of each group of cells, the edges of its bins, and its kind of axis."""
 
     title: str
-    columns: Sequence[Floats]
+    groups: Sequence[Floats]
     edges: Floats
     logarithmic: bool = False
 
 
-def histograms(path: Path, heading: str, panels: Sequence[Panel]) -> None:
-    """Draw four panels, of one group of cells or of those before and after."""
+def draw_histograms(path: Path, heading: str, histograms: Sequence[Histogram]) -> None:
+    """Draw four histograms, of one group of cells or of those before and after."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 7))
-    places = figure.subplots(
+    panels = figure.subplots(
         2, 2, gridspec_kw={"left": 0.075, "right": 0.98, "top": 0.85, "hspace": 0.52, "bottom": 0.05}
     )
-    for axes, panel in zip(places.flat, panels, strict=True):
-        groups = [("before", _BEFORE), ("after", _AFTER)] if len(panel.columns) == 2 else [("cells", _AFTER)]
-        edges, least = panel.edges, len(groups) - 1
-        for number, ((label, colour), values) in enumerate(zip(groups, panel.columns, strict=True)):
+    for axes, histogram in zip(panels.flat, histograms, strict=True):
+        styles = [("before", _BEFORE), ("after", _AFTER)] if len(histogram.groups) == 2 else [("cells", _AFTER)]
+        edges, last = histogram.edges, len(styles) - 1
+        for number, ((label, colour), values) in enumerate(zip(styles, histogram.groups, strict=True)):
             share = 100 * np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / len(values)
             axes.stairs(share, edges, fill=True, color=colour, alpha=0.35)
             axes.stairs(share, edges, color=colour, linewidth=1.2)
-            place = (0, 1.05 + 0.075 * (least - number))
+            place = (0, 1.05 + 0.075 * (last - number))
             axes.text(*place, f"{label}: {_value_range(values)}", color=colour, fontsize=9, transform=axes.transAxes)
-        axes.set_title(panel.title, fontsize=10, loc="left", pad=20 + 12 * least, fontweight="bold")
+        axes.set_title(histogram.title, fontsize=10, loc="left", pad=20 + 12 * last, fontweight="bold")
         axes.set_yscale("log")
-        if panel.logarithmic:
+        if histogram.logarithmic:
             axes.set_xscale("log")
-        axes.set_ylim(50 / max(len(values) for values in panel.columns), 150)
+        axes.set_ylim(50 / max(len(values) for values in histogram.groups), 150)
         axes.yaxis.set_major_formatter("{x:g} %")
         axes.tick_params(labelsize=9)
         axes.spines[["top", "right"]].set_visible(False)
@@ -85,10 +86,10 @@ def histograms(path: Path, heading: str, panels: Sequence[Panel]) -> None:
 
 def save(path: Path, figure: Any) -> None:
     """Write a figure, completely or not at all."""
-    save_atomically(path, partial(_put, figure))
+    save_atomically(path, partial(_savefig, figure))
 
 
-def _put(figure: Any, target: Path) -> None:
+def _savefig(figure: Any, target: Path) -> None:
     figure.savefig(target, dpi=160, facecolor="white")
 
 
@@ -109,7 +110,7 @@ def require_rendering() -> None:
     """Raise a WriteError unless three-dimensional pictures can be drawn here, on a screen or without one."""
     if not sys.executable:
         return
-    trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, check=False)
+    trial = subprocess.run([sys.executable, "-c", _RENDER_TEST], capture_output=True, check=False)
     if trial.returncode != 0:
         raise WriteError(
             "this machine cannot draw in three dimensions: VTK finds no graphics driver; install a software one "
@@ -118,60 +119,62 @@ def require_rendering() -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class View:
-    """One of the meshes drawn side by side.
+class Scene:
+    """One of the meshes that are drawn side by side.
 
     Attributes
     ----------
     title
-        What stands above it.
+        Text above the picture.
     values
         The measure of all its cells.
     draw
-        Puts what is to be seen onto the stage.
-    said
-        What stands below the title, before the range of the values.
-    small
+        Adds the mesh to a plotter.
+    subtitle
+        Text below the title, before the range of the values.
+    ringed
         (k, j, 3) corners of the cells that get a ring where they are too small to be seen.
     """
 
     title: str
     values: Floats
     draw: Callable[[Any], None]
-    said: str = ""
-    small: Floats | None = None
+    subtitle: str = ""
+    ringed: Floats | None = None
 
 
-def worst_view(values: Floats, corners: Floats, draw: Callable[[Any], None]) -> View:
-    """A view of the worst cells, with their corners (k, j, 3), of a mesh whose cells have these values."""
-    said = f"{int((values <= 0).sum())} inverted   "
-    return View(f"{len(corners)} worst of {len(values)} cells", values, draw, said, corners)
+def worst_scene(values: Floats, corners: Floats, draw: Callable[[Any], None]) -> Scene:
+    """A scene of the worst cells, with their corners (k, j, 3), of a mesh whose cells have these values."""
+    subtitle = f"{int((values <= 0).sum())} inverted   "
+    return Scene(f"{len(corners)} worst of {len(values)} cells", values, draw, subtitle, corners)
 
 
-def named(views: Sequence[View]) -> list[View]:
-    """The views, titled before and after if there are two."""
-    names = ("before: ", "after: ") if len(views) == 2 else ("",)
-    return [replace(view, title=name + view.title) for name, view in zip(names, views, strict=True)]
+def label_before_after(scenes: Sequence[Scene]) -> list[Scene]:
+    """The scenes, titled before and after if there are two."""
+    names = ("before: ", "after: ") if len(scenes) == 2 else ("",)
+    return [replace(scene, title=name + scene.title) for name, scene in zip(names, scenes, strict=True)]
 
 
-def side_by_side(path: Path, views: Sequence[View], box: list[float], measure: str) -> None:
+def side_by_side(path: Path, scenes: Sequence[Scene], box: list[float], measure: str) -> None:
     """Draw meshes in three dimensions side by side, seen from the same place, coloured by a measure."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(5 * len(views), 5.9), facecolor="white")
-    for number, view in enumerate(views):
-        with stage(box) as plotter:
-            view.draw(plotter)
+    figure = Figure(figsize=(5 * len(scenes), 5.9), facecolor="white")
+    for number, scene in enumerate(scenes):
+        with plotter_of(box) as plotter:
+            scene.draw(plotter)
             picture = plotter.screenshot(None, return_img=True)
-            corners = None if view.small is None else on_screen(plotter, view.small)
-        axes = _panel(figure, number, len(views), picture, view.title, view.said + _value_range(view.values))
+            corners = None if scene.ringed is None else to_pixels(plotter, scene.ringed)
+        axes = _add_picture(
+            figure, number, len(scenes), picture, scene.title, scene.subtitle + _value_range(scene.values)
+        )
         if corners is not None:
-            _ring_small(axes, corners)
-    _colour_bar(figure, measure, any((view.values < 0).any() for view in views))
+            _ring_small_cells(axes, corners)
+    _colour_bar(figure, measure, any((scene.values < 0).any() for scene in scenes))
     save(path, figure)
 
 
-def bounds(*corners: ArrayLike) -> list[float]:
+def bounding_box(*corners: ArrayLike) -> list[float]:
     """xmin, xmax, ymin, ... of points (..., 3)."""
     points = np.concatenate([np.reshape(part, (-1, 3)) for part in corners])
     result: list[float] = np.stack([points.min(axis=0), points.max(axis=0)], axis=1).ravel().tolist()
@@ -179,8 +182,8 @@ def bounds(*corners: ArrayLike) -> list[float]:
 
 
 @contextmanager
-def stage(box: list[float]) -> Iterator[Any]:
-    """A plotter with its light and its camera, which looks at the box."""
+def plotter_of(box: list[float]) -> Iterator[Any]:
+    """A plotter whose camera shows the box, closed at the end."""
     import pyvista
 
     pv: Any = pyvista
@@ -191,7 +194,7 @@ def stage(box: list[float]) -> Iterator[Any]:
             plotter.add_light(pv.Light(position=(0.4, -0.95, 1.4), light_type="scene light", intensity=1.0))
             plotter.enable_parallel_projection()
             plotter.camera_position = "xy"
-            plotter.view_vector(VIEW, viewup=(0, 0, 1))
+            plotter.view_vector(VIEW_DIRECTION, viewup=(0, 0, 1))
             plotter.reset_camera(bounds=box)
             plotter.camera.zoom(1.08)
             plotter.enable_anti_aliasing("ssaa")
@@ -200,8 +203,8 @@ def stage(box: list[float]) -> Iterator[Any]:
             plotter.close()
 
 
-def add_grid(plotter: Any, faces: Any, values: Floats, line_width: float = 2.2) -> None:
-    """Show faces (a pyvista surface) with their edges, coloured by a measure that is 1 at best, folded below 0."""
+def add_faces(plotter: Any, faces: Any, values: Floats, line_width: float = 2.2) -> None:
+    """Add faces (a pyvista surface) with their edges, coloured by a measure: 1 is best, below 0 a cell is folded."""
     from matplotlib.colors import ListedColormap
 
     faces.cell_data["measure"] = values
@@ -221,22 +224,22 @@ def add_grid(plotter: Any, faces: Any, values: Floats, line_width: float = 2.2) 
     )
 
 
-def add_ghost(plotter: Any, faces: Any) -> None:
-    """Show a surface as a translucent skin."""
+def add_translucent(plotter: Any, faces: Any) -> None:
+    """Add a translucent surface."""
     plotter.add_mesh(faces, color="#8fa3b0", opacity=0.1, reset_camera=False)
     plotter.add_mesh(faces, style="wireframe", color=_INK, opacity=0.08, line_width=1, reset_camera=False)
 
 
-def on_screen(plotter: Any, points: Floats) -> Floats:
-    """Pixels (..., 2) where points (..., 3) appear, from the upper left."""
+def to_pixels(plotter: Any, points: Floats) -> Floats:
+    """Pixels (..., 2), from the upper left, at which points (..., 3) appear."""
     matrix = plotter.camera.GetCompositeProjectionTransformMatrix(1.0, -1.0, 1.0)
     to_view = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(2)])
     view = points @ to_view[:, :3].T + to_view[:, 3]
     return np.asarray((view * [0.5, -0.5] + 0.5) * PIXELS)
 
 
-def _panel(figure: Any, number: int, count: int, picture: Any, title: str, text: str) -> Any:
-    """One of the pictures of a figure, side by side."""
+def _add_picture(figure: Any, number: int, count: int, picture: Any, title: str, text: str) -> Any:
+    """Add one of the pictures of a figure, with its title and text; returns its axes."""
     width = 1 / count
     axes = figure.add_axes((width * (number + 0.02), 0.13, 0.96 * width, 0.77))
     axes.imshow(picture)
@@ -246,14 +249,14 @@ def _panel(figure: Any, number: int, count: int, picture: Any, title: str, text:
     return axes
 
 
-def _ring_small(axes: Any, corners: Floats) -> None:
-    """A ring around each cell, with its corners (m, k, 2) on the screen, that is too small to be seen."""
-    small = np.ptp(corners, axis=1).max(axis=1) < _SMALL * PIXELS
+def _ring_small_cells(axes: Any, corners: Floats) -> None:
+    """Draw rings around the cells, with corners (m, k, 2) in pixels, that are too small to be seen."""
+    small = np.ptp(corners, axis=1).max(axis=1) < _RING_BELOW * PIXELS
     axes.scatter(*corners[small].mean(axis=1).T, s=130, facecolors="none", edgecolors=_INK, linewidths=0.8)
 
 
 def _colour_bar(figure: Any, label: str, folded: bool) -> None:
-    """What the colours mean; `folded` tells whether there are any below 0."""
+    """Add a legend of the colours; `folded` tells whether any value is below 0."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 

@@ -1,4 +1,4 @@
-"""Pictures: how quality is distributed, and what a mesh looks like inside, before and after."""
+"""Pictures of hexahedral meshes: histograms of quality, cells before and after, the worst cells."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..io import as_hex_mesh
 from ..mesh import HexMesh, boundary_quads
 from ..quality import Quality, quality
 from . import canvas
-from .canvas import PICTURES, VIEW, require_rendering
+from .canvas import PICTURE_EXTENSIONS, VIEW_DIRECTION, require_rendering
 
-__all__ = ["PICTURES", "before_after", "histogram", "worst_cells"]
+__all__ = ["before_after", "histogram", "worst_cells"]
 
 _MEASURE = "scaled Jacobian"
-_LONG = 20  # edge ratio from which on the axis is logarithmic
+_LOGARITHMIC_FROM = 20  # edge ratio from which on the axis is logarithmic
 
 
 def histogram(path: Any, before: Any, after: Any = None) -> None:
@@ -30,7 +30,7 @@ def histogram(path: Any, before: Any, after: Any = None) -> None:
     path
         A .png, .pdf or .svg file.
     before, after
-        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or what :func:`hexconformal.quality` said of them.
+        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or their :class:`hexconformal.Quality`.
 
     Raises
     ------
@@ -43,14 +43,14 @@ def histogram(path: Any, before: Any, after: Any = None) -> None:
     >>> histogram("quality.png", sheared_cube(6), box((6, 6, 6)))
     """
     path = Path(path)
-    check_writable(path, PICTURES)
-    groups = [_measured(mesh) for mesh in (before, after) if mesh is not None]
-    panels = []
+    check_writable(path, PICTURE_EXTENSIONS)
+    measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
+    histograms = []
     for name, title in _PANELS:
-        columns = [np.asarray(getattr(measured, name)) for measured in groups]
-        edges = _bins(name, np.concatenate(columns))
-        panels.append(canvas.Panel(title, columns, edges, logarithmic=edges[-1] >= _LONG))
-    canvas.histograms(path, f"Quality of {len(groups[0].cells)} cells: share of the cells by", panels)
+        groups = [np.asarray(getattr(one, name)) for one in measured]
+        edges = _bins(name, np.concatenate(groups))
+        histograms.append(canvas.Histogram(title, groups, edges, logarithmic=edges[-1] >= _LOGARITHMIC_FROM))
+    canvas.draw_histograms(path, f"Quality of {len(measured[0].cells)} cells: share of the cells by", histograms)
 
 
 _PANELS = (
@@ -81,17 +81,17 @@ def before_after(path: Any, before: Any, after: Any) -> None:
         If the file cannot be written, or this machine cannot draw in three dimensions.
     """
     path = Path(path)
-    check_writable(path, PICTURES)
+    check_writable(path, PICTURE_EXTENSIONS)
     meshes = as_hex_mesh(before), as_hex_mesh(after)
     if not np.array_equal(meshes[0].cells, meshes[1].cells):
         raise MeshError("before and after must have the same cells")
     require_rendering()
-    kept = ~_facing(meshes[1])
-    views = [
-        canvas.View(title, measured.scaled_jacobian, partial(_add_cells, mesh=measured, kept=kept))
+    kept = ~_in_front_octant(meshes[1])
+    scenes = [
+        canvas.Scene(title, measured.scaled_jacobian, partial(_add_cells, mesh=measured, kept=kept))
         for title, measured in zip(("before", "after"), map(quality, meshes), strict=True)
     ]
-    canvas.side_by_side(path, views, canvas.bounds(*(mesh.points[mesh.cells] for mesh in meshes)), _MEASURE)
+    canvas.side_by_side(path, scenes, canvas.bounding_box(*(mesh.points[mesh.cells] for mesh in meshes)), _MEASURE)
 
 
 def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> None:
@@ -104,9 +104,9 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
     path
         A .png, .pdf or .svg file.
     before, after
-        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or what :func:`hexconformal.quality` said of them.
+        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or their :class:`hexconformal.Quality`.
     count
-        How many cells, those with the smallest scaled Jacobian.
+        Number of cells, those with the smallest scaled Jacobian.
 
     Raises
     ------
@@ -116,25 +116,25 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
         If the file cannot be written, or this machine cannot draw in three dimensions.
     """
     path = Path(path)
-    check_writable(path, PICTURES)
+    check_writable(path, PICTURE_EXTENSIONS)
     if count < 1:
-        raise OptionError(f"a picture of the worst cells needs one or more, not {count}")
+        raise OptionError(f"count must be 1 or more worst cells, not {count}")
     require_rendering()
     measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
-    box = canvas.bounds(*(mesh.points[mesh.cells] for mesh in measured))
-    canvas.side_by_side(path, canvas.named([_worst(mesh, count) for mesh in measured]), box, _MEASURE)
+    box = canvas.bounding_box(*(mesh.points[mesh.cells] for mesh in measured))
+    canvas.side_by_side(path, canvas.label_before_after([_worst(mesh, count) for mesh in measured]), box, _MEASURE)
 
 
-def _worst(mesh: Quality, count: int) -> canvas.View:
+def _worst(mesh: Quality, count: int) -> canvas.Scene:
     worst = mesh.worst(count)
     shown = np.zeros(len(mesh.cells), dtype=bool)
     shown[worst] = True
 
     def draw(plotter: Any) -> None:
-        canvas.add_ghost(plotter, _boundary(mesh))
+        canvas.add_translucent(plotter, _boundary(mesh))
         _add_cells(plotter, mesh, shown)
 
-    return canvas.worst_view(mesh.scaled_jacobian, mesh.points[mesh.cells[worst]], draw)
+    return canvas.worst_scene(mesh.scaled_jacobian, mesh.points[mesh.cells[worst]], draw)
 
 
 def _measured(mesh: Any) -> Quality:
@@ -144,16 +144,16 @@ def _measured(mesh: Any) -> Quality:
 def _bins(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     if name == "edge_ratio":
         largest = float(values[np.isfinite(values)].max(initial=1.1))
-        return np.linspace(1, largest, 41) if largest < _LONG else np.geomspace(1, largest, 41)
+        return np.linspace(1, largest, 41) if largest < _LOGARITHMIC_FROM else np.geomspace(1, largest, 41)
     return np.linspace(min(float(np.floor(10 * values.min()) / 10), 0), 1, 41)
 
 
-def _facing(mesh: HexMesh) -> NDArray[np.bool_]:
+def _in_front_octant(mesh: HexMesh) -> NDArray[np.bool_]:
     """(m,) cells whose centre lies in the octant, of the box around the mesh, that faces the viewer."""
     centres = mesh.points[mesh.cells].mean(axis=1)
     middle = (centres.min(axis=0) + centres.max(axis=0)) / 2
     size = float(np.ptp(centres, axis=0).max())
-    facing: NDArray[np.bool_] = ((centres - middle) * np.sign(VIEW) > 1e-6 * size).all(axis=1)
+    facing: NDArray[np.bool_] = ((centres - middle) * np.sign(VIEW_DIRECTION) > 1e-6 * size).all(axis=1)
     return facing if not facing.all() else ~facing
 
 
@@ -165,7 +165,7 @@ def _add_cells(plotter: Any, mesh: Quality, kept: NDArray[np.bool_]) -> None:
     grid = pv.UnstructuredGrid(cells.ravel(), np.full(len(cells), pv.CellType.HEXAHEDRON), np.array(mesh.points))
     grid.cell_data["cell"] = np.flatnonzero(kept)
     faces = grid.extract_surface(algorithm="dataset_surface")
-    canvas.add_grid(plotter, faces, mesh.scaled_jacobian[np.asarray(faces.cell_data["cell"])])
+    canvas.add_faces(plotter, faces, mesh.scaled_jacobian[np.asarray(faces.cell_data["cell"])])
 
 
 def _boundary(mesh: Quality) -> Any:

@@ -146,13 +146,13 @@ def _unfold_patches(problem: CornerEnergy, points: Field, first: Field, cores: l
     trial = points
     for core in cores:
         trial = _unfold_patch(problem, trial, first, core)
-    limit = max(1.0, problem.excess(points))
-    if problem.excess(trial) <= limit:
+    limit = max(1.0, problem.relative_distance(points))
+    if problem.relative_distance(trial) <= limit:
         return trial
     # A patch watches the surface around itself only; one of them came to where others are.
     for core in cores:
         trial = _unfold_patch(problem, points, first, core)
-        points = trial if problem.excess(trial) <= limit else points
+        points = trial if problem.relative_distance(trial) <= limit else points
     return points
 
 

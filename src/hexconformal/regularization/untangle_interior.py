@@ -46,7 +46,8 @@ def unfold_inside(problem: CornerEnergy, points: Field) -> Field:
             if patch.free.any():
                 trial = points.copy()
                 trial[nodes] = _unfold(patch, points[nodes], first_eps)
-                points = trial if problem.excess(trial) <= max(1.0, problem.excess(points)) else points
+                reached = problem.relative_distance(trial)
+                points = trial if reached <= max(1.0, problem.relative_distance(points)) else points
     return points
 
 

@@ -1,4 +1,4 @@
-"""A flow in a file, or a folder: a run that goes on from a checkpoint equals the one that never stopped."""
+"""Checkpoints of a flow: a run that is resumed from one equals the run that never stopped."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["FlowRun", "load", "save"]
 
 
 def save(path: str | os.PathLike[str], run: Evolution) -> None:
-    """Write where a run stands.
+    """Write the state of a run.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ def save(path: str | os.PathLike[str], run: Evolution) -> None:
 
 
 def load(path: str | os.PathLike[str], run: Evolution) -> None:
-    """Set a run to where the checkpoint stands.
+    """Set a run to the state of a checkpoint.
 
     Parameters
     ----------
     path
-        What :func:`surface.flow.save` has written.
+        The file that :func:`surface.flow.save` has written.
     run
         A run made for the same surface and flow, not begun yet.
 
@@ -67,7 +67,7 @@ class FlowRun:
         The flow.
     """
 
-    version, record, other_runs = 2, Record, "another surface or another flow"
+    version, record, other_runs = 3, Record, "another surface or another flow"
 
     def __init__(self, run: Evolution) -> None:
         self._run = run
@@ -85,7 +85,7 @@ class FlowRun:
 
     @property
     def fingerprint(self) -> str:
-        """Of input, energy and constraints."""
+        """A text that identifies input, energy and constraints, with which a checkpoint must agree."""
         mesh = self._run.mesh
         return run_fingerprint(repr(self._run.flow), (mesh.points, mesh.cells.triangles, mesh.cells.quads))
 
@@ -96,11 +96,11 @@ class FlowRun:
             yield RunState(record.step, record.time, partial(_frame, moment), record, frame_wanted)
 
     def state(self) -> dict[str, Any]:
-        """Where the run stands."""
+        """The state of the run."""
         return self._run.state()
 
     def resume(self, state: Mapping[str, Any]) -> None:
-        """Go on from there."""
+        """Go on from a state."""
         self._run.resume(state)
 
     def write(self, path: Path) -> None:

@@ -18,32 +18,32 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..mesh import Floats
-from .discrete import State
+from .discrete import DiscreteSurface
 from .terms import Term
 
 __all__ = ["curvature_at_points", "energy", "energy_gradient"]
 
 
-def energy(state: State, terms: Sequence[Term]) -> float:
-    """Sum of the terms at a state."""
-    y = curvature_at_points(state, terms)
-    return float(sum((state.elements.weights * term.density(y, state.vectors)).sum() for term in terms))
+def energy(surface: DiscreteSurface, terms: Sequence[Term]) -> float:
+    """The energy of a surface, the sum of the terms."""
+    y = curvature_at_points(surface, terms)
+    return float(sum((surface.elements.weights * term.density(y, surface.area_vectors)).sum() for term in terms))
 
 
-def energy_gradient(state: State, terms: Sequence[Term]) -> Floats:
+def energy_gradient(surface: DiscreteSurface, terms: Sequence[Term]) -> Floats:
     """(n, 3) gradient of the energy with respect to the nodes."""
-    y, c, elements = curvature_at_points(state, terms), state.vectors, state.elements
+    y, c, elements = curvature_at_points(surface, terms), surface.area_vectors, surface.elements
     by_area = sum(term.by_area(y, c) for term in terms)
     if not any(term.curved for term in terms):
-        return state.pulled(np.einsum("fr,frx->fx", elements.weights, by_area))
-    w = state.solved(elements.moments(np.asarray(sum(term.by_curvature(y, c) for term in terms))))
-    coupled = (elements.at_points(w) * y).sum(axis=2)
-    by_area = by_area - coupled[:, :, None] * state.normals[:, None]
-    return state.pulled(np.einsum("fr,frx->fx", elements.weights, by_area)) - state.area_hessian(w)
+        return surface.area_vector_gradient(np.einsum("fr,frx->fx", elements.weights, by_area))
+    w = surface.solve_mass(elements.load_vector(np.asarray(sum(term.by_curvature(y, c) for term in terms))))
+    coupled = (elements.interpolate(w) * y).sum(axis=2)
+    by_area = by_area - coupled[:, :, None] * surface.normals[:, None]
+    return surface.area_vector_gradient(np.einsum("fr,frx->fx", elements.weights, by_area)) - surface.area_hessian(w)
 
 
-def curvature_at_points(state: State, terms: Sequence[Term]) -> Floats:
-    """(f, r, 3) Y at the points, zeros where no term asks for it."""
+def curvature_at_points(surface: DiscreteSurface, terms: Sequence[Term]) -> Floats:
+    """(f, r, 3) Y at the points, zeros where no term needs it."""
     if any(term.curved for term in terms):
-        return state.elements.at_points(state.curvature)
-    return np.zeros((*state.elements.weights.shape, 3))
+        return surface.elements.interpolate(surface.curvature)
+    return np.zeros((*surface.elements.weights.shape, 3))

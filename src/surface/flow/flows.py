@@ -1,4 +1,4 @@
-"""The flows: a surface, the energy that falls, and what is kept."""
+"""The flows: each is a surface, the energy that falls, and the quantities that are conserved."""
 
 from __future__ import annotations
 
@@ -42,25 +42,25 @@ class Flow:
     """
 
     def __init__(self, mesh: Any, terms: Sequence[Term], conserve: str | Sequence[str] = (), fixed: Any = None) -> None:
-        kept = _listed(conserve)
-        unknown = [name for name in kept if not isinstance(name, str) or name not in CONSERVED]
+        conserved = _as_tuple(conserve)
+        unknown = [name for name in conserved if not isinstance(name, str) or name not in CONSERVED]
         if unknown:
-            raise OptionError(f"conserve is 'area', 'volume' or both, not {unknown[0]!r}")
-        parts = _listed(terms)
+            raise OptionError(f"conserve must be 'area', 'volume' or both, not {unknown[0]!r}")
+        parts = _as_tuple(terms)
         if not parts or not all(isinstance(term, Term) for term in parts):
             raise OptionError("a flow needs at least one term, such as Tension() or Bending()")
-        self.mesh, self.terms, self.conserve, self.fixed = mesh, parts, kept, fixed
+        self.mesh, self.terms, self.conserve, self.fixed = mesh, parts, conserved, fixed
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({' + '.join(map(repr, self.terms))}, conserve={self.conserve})"
 
 
-def _listed(given: Any) -> tuple[Any, ...]:
-    """One or several, as a tuple."""
+def _as_tuple(value: Any) -> tuple[Any, ...]:
+    """One value or several, as a tuple."""
     try:
-        return (given,) if isinstance(given, str) else tuple(given)
+        return (value,) if isinstance(value, str) else tuple(value)
     except TypeError:
-        return (given,)
+        return (value,)
 
 
 class MeanCurvature(Flow):

@@ -1,4 +1,4 @@
-"""A surface along a flow, and what is said of it."""
+"""A surface at one time of a flow, with its record."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ..mesh import Floats, SurfaceMesh, nodal_area_vectors, unit_vectors
 from ..quality import smallest_angles
-from .discrete import Elements, State
+from .discrete import DiscreteSurface, Elements
 from .options import Record
 
 __all__ = ["Moment"]
@@ -17,19 +17,19 @@ __all__ = ["Moment"]
 
 @dataclass(frozen=True)
 class Moment:
-    """A surface along a flow.
+    """A surface at one time of a flow.
 
     Attributes
     ----------
     record
-        What is said of it.
+        Its numbers.
     points
         (n, 3) positions.
     """
 
     record: Record
     points: Floats
-    _start: SurfaceMesh
+    _input: SurfaceMesh
     _elements: Elements
     _origin: Floats
 
@@ -41,13 +41,13 @@ class Moment:
     @property
     def surface_mesh(self) -> SurfaceMesh:
         """The same as a :class:`surface.SurfaceMesh`."""
-        cells = self._start.cells
+        cells = self._input.cells
         normals = unit_vectors(nodal_area_vectors(self.points, cells))
-        y = State(self._elements, self.points - self._origin).nodal_curvature
+        y = DiscreteSurface(self._elements, self.points - self._origin).nodal_curvature
         arrays = {
             "normal": normals,
             "mean_curvature": -(y * normals).sum(axis=1) / 2,
             "curvature": np.linalg.norm(y, axis=1),
         }
         angles = smallest_angles(self.points, cells)
-        return self._start.replaced(self.points, arrays, {"min_angle": angles})
+        return self._input.replaced(self.points, arrays, {"min_angle": angles})

@@ -1,4 +1,4 @@
-"""How a flow is followed, and what is said of every step."""
+"""Options of a flow, and the record of a step."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Stepping:
     >>> Stepping(t_end=1.0, growth=0.5)
     Traceback (most recent call last):
         ...
-    hexconformal.OptionError: growth is at least 1, not 0.5
+    hexconformal.OptionError: growth must be at least 1, not 0.5
     """
 
     t_end: float | None = None
@@ -72,22 +72,22 @@ class Stepping:
         for name in ("t_end", "tau", "tau_max"):
             value = getattr(self, name)
             if value is not None and not value > 0:
-                raise OptionError(f"{name} is positive, not {value!r}")
+                raise OptionError(f"{name} must be positive, not {value!r}")
         if not 1.0 <= self.growth < float("inf"):
-            raise OptionError(f"growth is at least 1, not {self.growth!r}")
+            raise OptionError(f"growth must be at least 1, not {self.growth!r}")
         if not 0.0 <= self.stall < 1.0:
-            raise OptionError(f"stall lies in [0, 1), not {self.stall!r}")
+            raise OptionError(f"stall must lie in [0, 1), not {self.stall!r}")
         if self.t_end is None and self.steps is None and self.stall == 0.0:
-            raise OptionError("nothing ends the run: give t_end, steps or stall")
+            raise OptionError("nothing ends the run: t_end, steps or stall must be given")
         if not isinstance(self.remesh, (Integral, np.bool_)) or self.remesh < 0:
-            raise OptionError(f"remesh is a boolean, or every how many steps, not {self.remesh!r}")
+            raise OptionError(f"remesh must be a boolean, or every how many steps, not {self.remesh!r}")
         if self.remesh_below is not None and not 0.0 < self.remesh_below < 90.0:
-            raise OptionError(f"remesh_below is an angle in (0, 90) degrees, not {self.remesh_below!r}")
+            raise OptionError(f"remesh_below must be an angle in (0, 90) degrees, not {self.remesh_below!r}")
         if not isinstance(self.remesh_options, Mapping):
-            raise OptionError(f"remesh_options are options by name, not {self.remesh_options!r}")
+            raise OptionError(f"remesh_options must be options by name, not {self.remesh_options!r}")
         outputs = array_of_numbers("outputs", self.outputs)
         if outputs.ndim != 1 or not (np.diff(outputs, prepend=0.0) > 0).all():
-            raise OptionError("outputs are positive times that grow")
+            raise OptionError("outputs must be positive times that grow")
         object.__setattr__(self, "outputs", tuple(outputs.tolist()))
 
     def next_stop(self, time: float) -> float:
@@ -111,7 +111,7 @@ class Record:
     energy
         After it.
     remesh_jump
-        What remeshing before the step added to the energy; nan where there was none.
+        Energy that remeshing before the step has added; nan where there was none.
     area, volume
         Of the surface; the volume of an open one is that of the cone over it.
     reduced_volume
@@ -123,7 +123,7 @@ class Record:
     conserved_error
         Largest relative deviation of what is conserved.
     halvings
-        How often the step had to be halved.
+        Number of times that the step had to be halved.
     """
 
     step: int

@@ -16,8 +16,8 @@ from ..remeshing import Options, Remeshing
 
 __all__ = ["Remesher"]
 
-# A surface that flows is smooth or becomes so: no features; and it is remeshed again before long.
-_EARLY = 3  # iterations while the mesh that came in is made good
+# A surface that flows is smooth or becomes so, and has no features; and it is remeshed again soon.
+_EARLY_ITERATIONS = 3  # while the mesh of the input is improved
 _DEFAULTS: dict[str, Any] = {"iterations": 1, "features": None, "emphasis": "worst"}
 
 
@@ -37,13 +37,13 @@ class Remesher:
     def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
         self._mesh = mesh
         self._options = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
-        self._gentle = replace(self._options, emphasis="mean")
-        self._early = replace(self._gentle, iterations=max(self._options.iterations, _EARLY))
+        self._mean = replace(self._options, emphasis="mean")
+        self._early = replace(self._mean, iterations=max(self._options.iterations, _EARLY_ITERATIONS))
 
     def __call__(self, points: Floats, early: bool) -> Floats | None:
         """Positions (n, 3) after remeshing, more thorough at the beginning; None where nothing could be done."""
         mesh = self._mesh.replaced(points)
-        for options in (self._early,) if early else (self._options, self._gentle):
+        for options in (self._early,) if early else (self._options, self._mean):
             try:
                 run = Remeshing(mesh, options)
             except MeshError:
@@ -52,8 +52,8 @@ class Remesher:
             for _ in run:
                 pass
             if len(run.history) > 1:
-                return run.latest
-            # Where the worst are in the way of themselves, the rest may still gain; not where they are at their best.
+                return run.last_points
+            # Where the worst cells cannot be raised, the mean may still gain; not where the worst are at their best.
             if run.converged:
                 break
         return None

@@ -21,108 +21,119 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..mesh import Floats, enclosed_volume, nodal_area_vectors
-from .discrete import State, factorized
+from .discrete import DiscreteSurface, factorize
 from .energy import curvature_at_points, energy_gradient
 from .terms import Term
 
-__all__ = ["CONSERVED", "Conserved", "implicit_step", "restored"]
+__all__ = ["CONSERVED", "Conserved", "implicit_step", "restore_conserved"]
 
 CONSERVED = ("area", "volume")
-_EXACT = 1e-13
-_ROUNDS = 30
-_SMOOTHED = 10.0  # cells over which what restores area and volume is spread
+_MULTIPLIER_TOLERANCE = 1e-13  # relative error of area and volume
+_MAX_ITERATIONS = 30
+_SMOOTHING_LENGTH = 10.0  # in cells, of the displacements that restore area and volume
 
 
 class Conserved:
-    """What stays constant along a flow.
+    """The quantities that stay constant along a flow.
 
     Parameters
     ----------
     names
         "area", "volume", both, or none.
     start
-        The state that has the values to keep.
+        The surface that has the values to keep.
     """
 
-    def __init__(self, names: Sequence[str], start: State) -> None:
+    def __init__(self, names: Sequence[str], start: DiscreteSurface) -> None:
         self.names = tuple(name for name in CONSERVED if name in names)
-        self.values = self.measured(start)
+        self.values = self.values_of(start)
 
-    def measured(self, state: State) -> Floats:
-        """(k,) the conserved quantities of a state."""
-        found = {"area": lambda: state.area, "volume": lambda: enclosed_volume(state.points, state.elements.cells)}
-        return np.array([found[name]() for name in self.names])
-
-    def gradients(self, state: State) -> list[Floats]:
-        """k gradients (n, 3)."""
-        found = {
-            "area": lambda: state.area_gradient,
-            "volume": lambda: nodal_area_vectors(state.points, state.elements.cells),
+    def values_of(self, surface: DiscreteSurface) -> Floats:
+        """(k,) the conserved quantities of a surface."""
+        known = {
+            "area": lambda: surface.area,
+            "volume": lambda: enclosed_volume(surface.points, surface.elements.cells),
         }
-        return [found[name]() for name in self.names]
+        return np.array([known[name]() for name in self.names])
 
-    def error(self, state: State) -> float:
+    def gradients(self, surface: DiscreteSurface) -> list[Floats]:
+        """k gradients (n, 3)."""
+        known = {
+            "area": lambda: surface.area_gradient,
+            "volume": lambda: nodal_area_vectors(surface.points, surface.elements.cells),
+        }
+        return [known[name]() for name in self.names]
+
+    def error(self, surface: DiscreteSurface) -> float:
         """Largest relative deviation."""
         if not self.names:
             return 0.0
-        return float(np.abs(self.measured(state) / self.values - 1).max())
+        return float(np.abs(self.values_of(surface) / self.values - 1).max())
 
 
 def implicit_step(
-    state: State, terms: Sequence[Term], conserved: Conserved, tau: float, fixed: NDArray[np.bool_]
-) -> tuple[State, Floats] | None:
-    """The state after a time step, and the multipliers; None if no multipliers meet the constraints.
+    surface: DiscreteSurface, terms: Sequence[Term], conserved: Conserved, tau: float, fixed: NDArray[np.bool_]
+) -> tuple[DiscreteSurface, Floats] | None:
+    """The surface after a time step, and the multipliers; None if no multipliers meet the constraints.
 
     Parameters
     ----------
-    state
-        The old one.
+    surface
+        The old surface.
     terms
         The energy.
     conserved
-        What to keep.
+        The quantities to keep.
     tau
         Time step.
     fixed
         (n,) nodes that stay.
     """
-    solve = _solver(state, terms, tau, fixed)
-    free = solve(-energy_gradient(state, terms))
-    return _constrained(state, conserved, free, [solve(-gradient) for gradient in conserved.gradients(state)])
+    solve = _implicit_solver(surface, terms, tau, fixed)
+    displacement = solve(-energy_gradient(surface, terms))
+    return _solve_multipliers(
+        surface, conserved, displacement, [solve(-gradient) for gradient in conserved.gradients(surface)]
+    )
 
 
-def restored(state: State, conserved: Conserved, fixed: NDArray[np.bool_]) -> State | None:
-    """A state close by that has the values to keep; None if there is none.
+def restore_conserved(
+    surface: DiscreteSurface, conserved: Conserved, fixed: NDArray[np.bool_]
+) -> DiscreteSurface | None:
+    """A surface close by that has the values to keep; None if there is none.
 
-    It is reached along the gradients of what is kept, smoothed over some cells, (M + s K)^-1: those of a rough surface
-    are rough, and would raise a bending energy more than remeshing lowers it.
+    It is reached along the gradients of the conserved quantities, smoothed over some cells, (M + s K)^-1: those of a
+    rough surface are rough, and would raise a bending energy more than remeshing lowers it.
     """
     if not conserved.names:
-        return state
-    hold = sparse.diags_array((~fixed).astype(np.float64))
-    smoothing = _SMOOTHED**2 * state.area / len(state.elements.cells)
-    matrix = hold @ (state.mass_matrix + smoothing * state.stiffness) @ hold + sparse.diags_array(fixed * 1.0)
-    factors = factorized(sparse.csr_matrix(matrix))
-    ways = [factors.solve(np.where(fixed[:, None], 0.0, -gradient)) for gradient in conserved.gradients(state)]
-    found = _constrained(state, conserved, np.zeros_like(state.points), ways)
+        return surface
+    free_nodes = sparse.diags_array((~fixed).astype(np.float64))
+    smoothing = _SMOOTHING_LENGTH**2 * surface.area / len(surface.elements.cells)
+    matrix = free_nodes @ (surface.mass_matrix + smoothing * surface.stiffness) @ free_nodes + sparse.diags_array(
+        fixed * 1.0
+    )
+    factors = factorize(sparse.csr_matrix(matrix))
+    directions = [factors.solve(np.where(fixed[:, None], 0.0, -gradient)) for gradient in conserved.gradients(surface)]
+    found = _solve_multipliers(surface, conserved, np.zeros_like(surface.points), directions)
     return None if found is None else found[0]
 
 
-def _constrained(state: State, conserved: Conserved, step: Floats, ways: list[Floats]) -> tuple[State, Floats] | None:
+def _solve_multipliers(
+    surface: DiscreteSurface, conserved: Conserved, step: Floats, directions: list[Floats]
+) -> tuple[DiscreteSurface, Floats] | None:
     """Newton's method for the multipliers of x + step + sum multiplier_i way_i."""
-    multipliers = np.zeros(len(ways))
-    for _ in range(_ROUNDS):
-        moved = state.points + step
-        for multiplier, way in zip(multipliers, ways, strict=True):
-            moved = moved + multiplier * way
-        new = State(state.elements, moved)
-        if not ways:
+    multipliers = np.zeros(len(directions))
+    for _ in range(_MAX_ITERATIONS):
+        moved = surface.points + step
+        for multiplier, direction in zip(multipliers, directions, strict=True):
+            moved = moved + multiplier * direction
+        new = DiscreteSurface(surface.elements, moved)
+        if not directions:
             return new, multipliers
-        residual = conserved.measured(new) - conserved.values
-        if (np.abs(residual) <= _EXACT * np.abs(conserved.values)).all():
+        residual = conserved.values_of(new) - conserved.values
+        if (np.abs(residual) <= _MULTIPLIER_TOLERANCE * np.abs(conserved.values)).all():
             return new, multipliers
-        slopes = np.array([[(g * way).sum() for way in ways] for g in conserved.gradients(new)])
-        # On a sphere both constraints say the same, and the smallest multipliers are as good as any.
+        slopes = np.array([[(g * direction).sum() for direction in directions] for g in conserved.gradients(new)])
+        # On a sphere the gradients of both constraints are parallel, and the smallest multipliers are as good as any.
         change = np.linalg.lstsq(slopes, residual, rcond=1e-9)[0]
         if not np.isfinite(change).all():
             return None
@@ -130,22 +141,24 @@ def _constrained(state: State, conserved: Conserved, step: Floats, ways: list[Fl
     return (new, multipliers) if conserved.error(new) <= 1e-11 else None
 
 
-def _solver(state: State, terms: Sequence[Term], tau: float, fixed: NDArray[np.bool_]) -> Callable[[Floats], Floats]:
+def _implicit_solver(
+    surface: DiscreteSurface, terms: Sequence[Term], tau: float, fixed: NDArray[np.bool_]
+) -> Callable[[Floats], Floats]:
     """Loads (n, 3) -> displacements (n, 3)."""
-    count = len(state.points)
+    count = len(surface.points)
     free = ~fixed
-    parts = [term.stiffness(curvature_at_points(state, terms)) for term in terms]
+    parts = [term.stiffness(curvature_at_points(surface, terms)) for term in terms]
     bending, tension = sum(part[0] for part in parts), sum(part[1] for part in parts)
-    hold = sparse.diags_array(free.astype(np.float64))
+    free_nodes = sparse.diags_array(free.astype(np.float64))
     # Rows of nodes that stay are those of the identity.
     identity = sparse.diags_array(fixed.astype(np.float64))
-    matrix: Any = hold @ (state.mass_matrix / tau + tension * state.stiffness) @ hold + identity
+    matrix: Any = free_nodes @ (surface.mass_matrix / tau + tension * surface.stiffness) @ free_nodes + identity
     curved = bool(np.any(np.asarray(bending) > 0))
     if curved:
-        coupling = hold @ state.stiffness
-        inner = state.mass(1.0 / np.broadcast_to(bending, state.elements.weights.shape))
+        coupling = free_nodes @ surface.stiffness
+        inner = surface.mass(1.0 / np.broadcast_to(bending, surface.elements.weights.shape))
         matrix = sparse.bmat([[matrix, coupling], [coupling.T, -inner]])
-    factors = factorized(sparse.csr_matrix(matrix))
+    factors = factorize(sparse.csr_matrix(matrix))
 
     def solve(loads: Floats) -> Floats:
         loads = loads * free[:, None]

@@ -80,7 +80,7 @@ class Bending:
     def __post_init__(self) -> None:
         require_numbers(self, "p")
         if not 1.0 <= self.p < float("inf"):
-            raise OptionError(f"p is at least 1, not {self.p!r} (p = 0 is the area: MeanCurvature)")
+            raise OptionError(f"p must be at least 1, not {self.p!r} (p = 0 is the area: MeanCurvature)")
 
     def density(self, y: Floats, c: Floats) -> Floats:
         return np.asarray(_length(y) ** self.p * _length(c)[:, None])
@@ -129,7 +129,7 @@ class Membrane:
     def __post_init__(self) -> None:
         _require_finite(self, "kc", "c0", "gamma")
         if not self.kc > 0.0:
-            raise OptionError(f"kc is positive, not {self.kc!r}")
+            raise OptionError(f"kc must be positive, not {self.kc!r}")
 
     def density(self, y: Floats, c: Floats) -> Floats:
         flat = self.kc * self.c0**2 / 2 + self.gamma
@@ -152,7 +152,7 @@ def _require_finite(term: Term, *names: str) -> None:
     require_numbers(term, *names)
     for name in names:
         if not np.isfinite(getattr(term, name)):
-            raise OptionError(f"{name} is finite, not {getattr(term, name)!r}")
+            raise OptionError(f"{name} must be finite, not {getattr(term, name)!r}")
 
 
 def _length(vectors: Floats) -> Floats:

@@ -1,6 +1,7 @@
 """Pictures of surfaces and of flows.
 
-Belongs here: what draws. Imports `hexconformal.common`, `mesh`, `hexconformal.plots`, `io` and `quality`.
+Belongs here: pictures of surface meshes and of the history of a flow. Imports `hexconformal.common`, `mesh`,
+`hexconformal.plots`, `io` and `quality`.
 """
 
 from .flow_plots import plot_history

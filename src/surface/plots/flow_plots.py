@@ -1,4 +1,4 @@
-"""What happened along a flow, in one picture."""
+"""The history of a flow in one picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hexconformal.plots import canvas
 __all__ = ["plot_history"]
 
 _COLOUR = "#2a6f97"
-_FLAT = 1e-3
+_MIN_RELATIVE_RANGE = 1e-3
 _LABELS = {"tau": "time step"}
 
 
@@ -38,7 +38,7 @@ def plot_history(path: Any, history: Any) -> None:
     from matplotlib.figure import Figure
 
     path = Path(path)
-    check_writable(path, canvas.PICTURES)
+    check_writable(path, canvas.PICTURE_EXTENSIONS)
     with open(history, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     columns = {name: np.array([float(row[name]) for row in rows]) for name in (rows[0] if rows else ())}
@@ -60,9 +60,11 @@ def plot_history(path: Any, history: Any) -> None:
         axes.ticklabel_format(useOffset=False)
         axes.tick_params(labelsize=9)
         low, high = axes.get_ylim()
-        if high - low < _FLAT * abs(high):
-            # What is kept to rounding is a straight line, not its rounding.
-            axes.set_ylim((low + high) / 2 - _FLAT * abs(high), (low + high) / 2 + _FLAT * abs(high))
+        if high - low < _MIN_RELATIVE_RANGE * abs(high):
+            # A quantity that is constant up to rounding shows as a straight line.
+            axes.set_ylim(
+                (low + high) / 2 - _MIN_RELATIVE_RANGE * abs(high), (low + high) / 2 + _MIN_RELATIVE_RANGE * abs(high)
+            )
         if columns and len(names) > 1:
             axes.legend(frameon=False, fontsize=9)
     if columns and any((columns[name] > 0.0).any() for name in _PANELS[-1][1]):

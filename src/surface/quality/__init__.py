@@ -1,4 +1,4 @@
-"""How good a surface mesh is, and whether it can be remeshed.
+"""Measures and checks of surface meshes.
 
 Belongs here: measures and checks. Imports `hexconformal.common`, `hexconformal.quality`, `mesh`, `energy` and `io`.
 """

@@ -1,8 +1,8 @@
-"""How good is every cell of a surface."""
+"""Measures of every cell of a surface."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,6 @@ from ..mesh import Cells, Floats, Ints, SurfaceMesh, area_vectors, cell_angles, 
 from .checks import require_numbers
 
 __all__ = ["MEASURES", "Quality", "Summary", "WorstCell", "quality", "smallest_angles"]
-
-MEASURES = (
-    "min_angle", "max_angle", "radius_ratio", "scaled_jacobian", "conformality", "dilatation", "conformal_distortion",
-    "area",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -106,7 +101,7 @@ class Quality:
     area
         In squares of the mesh's unit.
     mesh
-        What was measured.
+        The surface that was measured.
     """
 
     min_angle: Floats
@@ -171,6 +166,9 @@ class Quality:
     def arrays(self) -> dict[str, Floats]:
         """All measures by name, to put them on a mesh."""
         return {name: getattr(self, name) for name in MEASURES}
+
+
+MEASURES = tuple(field.name for field in fields(Quality) if field.name != "mesh")
 
 
 def smallest_angles(points: Floats, cells: Cells) -> Floats:

@@ -1,4 +1,4 @@
-"""Is this a surface that can be remeshed? Every reason why not, found before the work starts."""
+"""Checks that a surface can be remeshed: all reasons against it, found before the work starts."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ..mesh import Ints, SurfaceMesh, cell_areas, edge_table
 __all__ = ["held_nodes", "require_numbers", "require_sound"]
 
 # Relative to the size of the mesh, and to the mean area.
-_COINCIDENT = 1e-12
-_FLAT = 1e-14
+_COINCIDENCE = 1e-12
+_NO_AREA = 1e-14
 
 
 def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
-    """Raise a MeshError that lists all that is wrong with a surface; otherwise return what is doubtful, in words.
+    """Raise a MeshError that lists all faults of a surface; otherwise return warnings.
 
     Refused are points that are not finite, nodes that are no points, repeated nodes and cells, edges of more than
     two cells, neighbours that disagree on which side is out, and cells without area. Folded quadrilaterals, slivers,
@@ -33,12 +33,12 @@ def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
     ()
     """
     require_numbers(mesh)
-    # Each of these would make nonsense of what is looked for after it.
+    # Each of these checks is meaningful only if those before it found nothing.
     for find in (_nodes, _edges, _areas):
         wrong = find(mesh)
         if wrong:
             raise MeshError("; ".join(wrong))
-    return (*mesh.notes, *_doubts(mesh))
+    return (*mesh.notes, *_warnings(mesh))
 
 
 def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
@@ -56,7 +56,7 @@ def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
     """
     mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
     if mask.ndim != 1:
-        raise OptionError("fixed holds whole nodes on a surface: one boolean per point")
+        raise OptionError("fixed must have one boolean per point: on a surface nodes are held as a whole")
     return mask
 
 
@@ -66,7 +66,7 @@ def require_numbers(mesh: SurfaceMesh) -> None:
     bad, text = odd_points(mesh.points)
     if len(bad):
         wrong.append(text)
-    bad = _where(mesh, lambda table: ((table < 0) | (table >= len(mesh.points))).any(axis=1))
+    bad = _cells_where(mesh, lambda table: ((table < 0) | (table >= len(mesh.points))).any(axis=1))
     if len(bad):
         text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
         used = mesh.cells.nodes()
@@ -79,16 +79,16 @@ def require_numbers(mesh: SurfaceMesh) -> None:
 
 def _nodes(mesh: SurfaceMesh) -> list[str]:
     wrong = []
-    bad = _where(mesh, lambda table: (np.diff(np.sort(table, axis=1), axis=1) == 0).any(axis=1))
+    bad = _cells_where(mesh, lambda table: (np.diff(np.sort(table, axis=1), axis=1) == 0).any(axis=1))
     if len(bad):
         wrong.append(f"cells with a repeated node: {first_ids(bad)}; remove them, or make triangles of quadrilaterals")
-    bad = _where(mesh, _twins)
+    bad = _cells_where(mesh, _repeated)
     if len(bad):
         wrong.append(f"cells with the same nodes as an earlier one: {first_ids(bad)}; remove them")
     return wrong
 
 
-def _twins(table: Ints) -> NDArray[np.bool_]:
+def _repeated(table: Ints) -> NDArray[np.bool_]:
     first = np.unique(np.sort(table, axis=1), axis=0, return_index=True)[1]
     again = np.ones(len(table), dtype=bool)
     again[first] = False
@@ -98,12 +98,12 @@ def _twins(table: Ints) -> NDArray[np.bool_]:
 def _edges(mesh: SurfaceMesh) -> list[str]:
     wrong = []
     edges = edge_table(mesh.cells)
-    crowded = edges.uses > 2
-    if crowded.any():
-        cells = np.unique(edges.cells[crowded])
-        names = ", ".join(str(tuple(nodes)) for nodes in edges.nodes[crowded][:3].tolist())
+    non_manifold = edges.uses > 2
+    if non_manifold.any():
+        cells = np.unique(edges.cells[non_manifold])
+        names = ", ".join(str(tuple(nodes)) for nodes in edges.nodes[non_manifold][:3].tolist())
         wrong.append(
-            f"edges of more than two cells (no manifold): {int(crowded.sum())} (nodes {names}), at cells "
+            f"edges of more than two cells (non-manifold): {int(non_manifold.sum())} (nodes {names}), at cells "
             f"{first_ids(_ids(mesh, cells[cells >= 0]))}; remesh the sheets one by one"
         )
     odd = (edges.uses == 2) & (edges.cells < 0).any(axis=1)
@@ -118,11 +118,11 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
 
 def _areas(mesh: SurfaceMesh) -> list[str]:
     areas = cell_areas(mesh.points, mesh.cells)
-    flat = _ids(mesh, np.flatnonzero(areas <= _FLAT * areas.mean()))
+    flat = _ids(mesh, np.flatnonzero(areas <= _NO_AREA * areas.mean()))
     return [f"cells without area: {first_ids(flat)}; remove them, or merge their nodes"] if len(flat) else []
 
 
-def _doubts(mesh: SurfaceMesh) -> list[str]:
+def _warnings(mesh: SurfaceMesh) -> list[str]:
     from scipy.spatial import cKDTree
 
     notes = []
@@ -132,18 +132,18 @@ def _doubts(mesh: SurfaceMesh) -> list[str]:
         notes.append(f"points in no cell (kept): {first_ids(np.flatnonzero(~used))}")
     nodes = np.flatnonzero(used)
     places = mesh.points[nodes] - mesh.points[nodes].mean(axis=0)
-    second = np.asarray(cKDTree(places).query(places, k=2)[0])[:, 1]
-    close = np.asarray(second <= _COINCIDENT * np.abs(places).max())
+    distances = np.asarray(cKDTree(places).query(places, k=2)[0])[:, 1]
+    close = np.asarray(distances <= _COINCIDENCE * np.abs(places).max())
     if close.any():
         notes.append(f"points that coincide with another: {first_ids(nodes[close])}; if they are one, merge them")
     return notes
 
 
-def _where(mesh: SurfaceMesh, bad: Callable[[Ints], ArrayLike]) -> Ints:
-    """Cells, as the user counts them, whose nodes make `bad` true."""
+def _cells_where(mesh: SurfaceMesh, bad: Callable[[Ints], ArrayLike]) -> Ints:
+    """Ids, in the input, of the cells whose nodes make `bad` true."""
     return _ids(mesh, np.flatnonzero(np.concatenate([np.asarray(bad(table)) for table in mesh.cells.groups()])))
 
 
 def _ids(mesh: SurfaceMesh, cells: Ints) -> Ints:
-    """Cells as the user counts them, from places with triangles first."""
+    """Ids of cells in the input, from positions with triangles first."""
     return cells if mesh.rows is None else np.sort(mesh.rows[cells])

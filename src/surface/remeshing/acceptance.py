@@ -1,4 +1,4 @@
-"""Whether a remeshed surface is no worse than the input, and so much better that nodes are moved for it."""
+"""The rules by which a remeshed surface is accepted: no worse than the input, and enough better to move nodes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from .options import Options, Record
 
 __all__ = ["Acceptance"]
 
-_ROUNDING = 1e-9  # degrees, or of the energy
-_SLIGHTLY = 1e-3  # of the smallest angle: corners of a plane grid have the best one there is, and hold all others
-_VAIN = (1.02, 0.1)  # factor of the smallest and gain of the mean angle from which on anything was gained at all
-_TENTH = 0.1  # of the energy; and of the smallest angle, or of what the mean one misses: that nodes are moved for
-_FAR, _DEAR = 0.5, 0.15  # of the distance that is allowed, beyond which so much of what an angle misses must be gained
-_ENERGY = 0.02  # relative decrease, where the cells shall have other shapes than regular ones
+_ROUNDING = 1e-9  # of a mean angle in degrees, or of the energy
+# Relative decrease of the smallest angle that is tolerated: corners of a plane grid have the best one there is, and
+# would hold all others.
+_ANGLE_TOLERANCE = 1e-3
+_NO_GAIN = (1.02, 0.1)  # factor of the smallest angle, and degrees of the mean one, below which nothing was gained
+_LARGE_GAIN = 0.1  # of the energy, and of the smallest angle or the deficit of the mean one: enough to move nodes
+_FAR_SHARE, _FAR_GAIN = 0.5, 0.15  # beyond this share of the allowed distance, the share of a deficit to gain
+_ENERGY_GAIN = 0.02  # relative decrease that is enough where the energy decides
 
 
 @dataclass(frozen=True)
@@ -27,14 +29,14 @@ class Acceptance:
     Attributes
     ----------
     options
-        What was asked.
+        Options of the remeshing.
     cells
-        Of the surface.
+        Cells of the surface.
     first
         Record of the input.
     scale
-        An energy of one cell that is all wrong, in the unit of the records.
-    farthest
+        Energy of one very bad cell, in the unit of the records.
+    largest_distance
         The largest distance from the input of any surface so far, relative to the diagonal.
     """
 
@@ -42,61 +44,61 @@ class Acceptance:
     cells: Cells
     first: Record
     scale: float = 1.0
-    farthest: float = 0.0
+    largest_distance: float = 0.0
 
     @property
     def _by_energy(self) -> bool:
         return not isinstance(self.options.reference, str) or self.options.reference == "input"
 
     @property
-    def _smallest(self) -> float:
-        return (1 - _SLIGHTLY) * self.first.min_angle
+    def _least_angle(self) -> float:
+        return (1 - _ANGLE_TOLERANCE) * self.first.min_angle
 
     def no_worse(self, now: Record) -> bool:
-        """Whether no more cells are turned over, and neither the smallest (but slightly) nor the mean angle smaller."""
+        """True if no more cells are turned over, and neither the smallest (but slightly) nor the mean angle smaller."""
         if self._by_energy:
             better = now.energy < self.first.energy - _ROUNDING * self.scale
         else:
-            better = now.min_angle >= self._smallest and now.mean_angle >= self.first.mean_angle - _ROUNDING
+            better = now.min_angle >= self._least_angle and now.mean_angle >= self.first.mean_angle - _ROUNDING
         return better and now.turned <= self.first.turned
 
-    def beats(self, now: Record, other: Record) -> bool:
-        """Whether of two surfaces that are no worse than the input the first is better."""
+    def is_better(self, now: Record, other: Record) -> bool:
+        """True if the first of two surfaces, both no worse than the input, is the better one."""
         return self._merit(now) > self._merit(other)
 
     def _merit(self, record: Record) -> tuple[float, ...]:
         angles = (record.mean_angle, record.min_angle)
         if self.options.emphasis == "worst":
             angles = angles[::-1]
-        return (self.worthwhile(record), -record.turned, *((-record.energy,) if self._by_energy else angles))
+        return (self.is_worthwhile(record), -record.turned, *((-record.energy,) if self._by_energy else angles))
 
-    def thinner(self, angles: Floats) -> NDArray[np.bool_]:
-        """(m,) cells, of whose smallest angles are given, that are thinner than any of the input."""
-        return np.asarray(angles < self._smallest)
+    def too_thin(self, angles: Floats) -> NDArray[np.bool_]:
+        """(m,) cells whose smallest angles, which are given, are smaller than any of the input."""
+        return np.asarray(angles < self._least_angle)
 
-    def in_vain(self, best: Record) -> bool:
-        """Whether hardly anything was gained."""
+    def gained_nothing(self, best: Record) -> bool:
+        """True if hardly anything was gained."""
         if self._by_energy:
-            return best.energy > (1 - _ENERGY) * self.first.energy
+            return best.energy > (1 - _ENERGY_GAIN) * self.first.energy
         gained = best.mean_angle - self.first.mean_angle
-        return best.min_angle < _VAIN[0] * self.first.min_angle and gained < _VAIN[1]
+        return best.min_angle < _NO_GAIN[0] * self.first.min_angle and gained < _NO_GAIN[1]
 
-    def promising(self, energy: float) -> bool:
-        """Whether an energy is so much lower that nodes were moved for it, if no cell stood in the way."""
-        plain = self._by_energy or self.options.emphasis == "worst"
-        return energy <= (1 - (_ENERGY if plain else _TENTH)) * self.first.energy
+    def is_low(self, energy: float) -> bool:
+        """True if an energy is low enough to move nodes for it."""
+        small_gain = self._by_energy or self.options.emphasis == "worst"
+        return energy <= (1 - (_ENERGY_GAIN if small_gain else _LARGE_GAIN)) * self.first.energy
 
-    def worthwhile(self, best: Record) -> bool:
-        """Whether so much was gained that nodes are moved for it; what is as good as it gets stays where it is."""
+    def is_worthwhile(self, best: Record) -> bool:
+        """True if enough was gained to move nodes for it; a surface that is as good as it gets stays where it is."""
         if self._by_energy or self.options.emphasis == "worst" or best.turned < self.first.turned:
-            return not self.in_vain(best)
+            return not self.gained_nothing(best)
         smallest, mean = best.min_angle - self.first.min_angle, best.mean_angle - self.first.mean_angle
-        share = _DEAR if self.farthest > _FAR * self.options.hausdorff else 0.0
-        enough = smallest >= max(_TENTH * self.first.min_angle, share * self._missing(self.first.min_angle))
-        enough = enough or mean >= max(_TENTH, share) * self._missing(self.first.mean_angle)
-        return enough and self.promising(best.energy)
+        wanted = _FAR_GAIN if self.largest_distance > _FAR_SHARE * self.options.hausdorff else 0.0
+        enough = smallest >= max(_LARGE_GAIN * self.first.min_angle, wanted * self._deficit(self.first.min_angle))
+        enough = enough or mean >= max(_LARGE_GAIN, wanted) * self._deficit(self.first.mean_angle)
+        return enough and self.is_low(best.energy)
 
-    def _missing(self, angle: float) -> float:
-        """Degrees that an angle misses of what a regular cell has, on average over the cells."""
+    def _deficit(self, angle: float) -> float:
+        """Degrees by which an angle is smaller than that of a regular cell, on average over the cells."""
         t, q = len(self.cells.triangles), len(self.cells.quads)
         return (60.0 * t + 90.0 * q) / (t + q) - angle

@@ -1,4 +1,4 @@
-"""Descent on a surface: the loop, free of files and reports, in units of the mean edge length."""
+"""Damped Newton descent on a surface, free of files and reports, in units of the mean edge length."""
 
 from __future__ import annotations
 
@@ -12,29 +12,35 @@ from ..constraint import ConstrainedSystem, constrained_system, held_projectors
 from ..energy import Barrier
 from ..mesh import Floats, Ints
 from .problem import RemeshingProblem
+from .stopping import Continuation, StallTest
 
-__all__ = ["Iterate", "Outcome", "descend"]
+__all__ = ["Iterate", "Termination", "descend"]
 
-_TOGETHER = 3  # steps that all nodes try first, of full length, a half and a quarter
-_TRIES = 24
-_BLAMES = 3  # times that cells are blamed for a rise of the energy, before everybody is
-_SOFT, _STIFF = 0.125, 64.0  # damping of a node that is free, and beyond which it is held
-_RAISE, _RELAXED = 8.0, 0.25  # factors of the damping of nodes in trouble, and from one iteration to the next
-_MANY = 0.5  # of the nodes in trouble: the step is too long for all
-_CAP, _WIDE = 10.0, 100.0  # of the density, at first and at last: raised whenever the decrease is below _SETTLED
-_EASE = 64.0  # the energy's at first; lowered likewise, to 1
-_SETTLED = 0.05
-_STALL = 5  # iterations in a row that gain little
-_LATE = 0.01  # decrease from which on new normals may not raise the energy for long
-_BACK = 0.5  # of the last decrease, that new normals may take back from then on
-_VAIN = 10  # iterations from then on, in which against their own normals cells gain little
-_TINY = 1e-300
-_SLACK = 1e-4  # beyond that range
+_UNIFORM_TRIES = 3  # steps tried with all nodes alike: of full length, a half and a quarter
+_MAX_TRIES = 24
+_MAX_RISES = 3  # in one search, in which cells whose energy rises are damped before the step is shortened for all
+_MIN_DAMPING, _MAX_DAMPING = 0.125, 64.0  # of a node; one that would need more is held
+_DAMPING_GROWTH, _DAMPING_DECAY = 8.0, 0.25  # factors within a search, and from one iteration to the next
+_MAX_DAMPED = 0.5  # share of the nodes not held: where more would have to be damped the step is shortened for all
+_NORMALS_RISE = 0.5  # of the last decrease: late in a run new normals may raise the energy by this much
+_AREA_ROUNDING = 1e-4  # relative area beyond its range that a step may reach
 
 
 @dataclass(frozen=True)
 class Iterate:
-    """One accepted surface, and how it was reached."""
+    """One accepted surface, and the step that led to it.
+
+    Attributes
+    ----------
+    points
+        (n, 3) positions.
+    decrease
+        Relative decrease of the energy.
+    step
+        Largest displacement.
+    held
+        Number of nodes that were held.
+    """
 
     points: Floats
     decrease: float
@@ -42,173 +48,188 @@ class Iterate:
     held: int
 
 
-@dataclass(frozen=True)
-class _Way:
-    """How nodes go: the damping of each, and whether all try to go together first."""
-
-    damping: Floats
-    together: bool
-
-
-@dataclass(frozen=True)
-class _Step:
-    """A step that was found: the new surface and the points of the input it stands on, who stays, and how to go on."""
-
-    points: Floats
-    base: Floats
-    places: Ints | None
-    energy: float
-    held: NDArray[np.bool_]
-    way: _Way
-
-
 @dataclass
-class Outcome:
-    """Why the descent ended."""
+class Termination:
+    """The reason why the descent ended, and whether it converged."""
 
     reason: str = "interrupted"
     converged: bool = False
 
 
+@dataclass(frozen=True)
+class _StepControl:
+    """The limits of a step: the (n,) damping of the nodes, and whether a step of all nodes alike is tried first."""
+
+    damping: Floats
+    uniform_first: bool
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A step that lowers the energy.
+
+    Attributes
+    ----------
+    points, base
+        The new surface, and the points of the input below it.
+    facets
+        The facets of the input on which those lie; None without projection.
+    energy
+        Of the new surface.
+    held
+        (n,) nodes that did not step.
+    control
+        Its limits.
+    """
+
+    points: Floats
+    base: Floats
+    facets: Ints | None
+    energy: float
+    held: NDArray[np.bool_]
+    control: _StepControl
+
+
 def descend(
-    surface: RemeshingProblem, tolerance: float, outcome: Outcome, waiting: NDArray[np.bool_]
+    problem: RemeshingProblem, tolerance: float, termination: Termination, postponed: NDArray[np.bool_]
 ) -> Iterator[Iterate]:
     """Lower the energy until a step would gain less than `tolerance` of it; yields every surface that is accepted.
 
-    Newton steps along the surface, put back onto it. Where a cell would be spoiled, or leave the input, its nodes are
-    damped, so that the others' steps follow from how far these can go; the damping fades. First all try to go together.
-    The barrier is measured against the normals of the input, which are taken anew in every iteration: late in a run
-    only as far as that takes back no more than half of what the last step gained, so that the energy falls for good.
-    On the way cells may turn over; once the energy is the final one none does. Some nodes are waiting for that.
+    Newton steps along the surface, followed by a retraction onto it. Nodes of cells that would be spoiled, or leave the
+    input, are damped as in the Levenberg-Marquardt method, so that the steps of the others follow from how far these
+    can go; the damping decays. The whole step is shortened first. The barrier is measured against the normals of the
+    input, which are taken anew in every iteration: late in a run only as far as that takes back no more than half of
+    what the last step gained, so that the energy falls for good. Before the continuation is complete cells may turn
+    over; from then on none does. Postponed nodes are held until then.
     """
-    energy, target = surface.energy, surface.target
-    x = base = surface.start
-    way = _Way(np.where(waiting, np.inf, 1.0), True)
-    cap, ease, slow = _CAP, _EASE, 0
-    late, lowest, own, vain, value = False, np.inf, np.inf, 0, np.inf
-    surface.shape.forbid_turning = False
-    decrease = step = 0.0
-    held = 0
+    energy, projection = problem.energy, problem.projection
+    x = base = problem.start
+    control = _StepControl(np.where(postponed, np.inf, 1.0), True)
+    continuation, stall = Continuation(), StallTest(energy, tolerance)
+    problem.input_surface.forbid_turning = False
+    value, decrease, step, held = np.inf, 0.0, 0.0, 0
     while True:
-        normals = None if target is None else target.foot_points(base)[1]
+        normals = None if projection is None else projection.foot_points(base)[1]
         if isinstance(energy, Barrier):
-            energy.cap, energy.continuation = cap, ease
-            energy.update_normals(x, surface.frame_normals(x, normals), _BACK * decrease * value if late else np.inf)
+            energy.cap, energy.continuation = continuation.cap, continuation.factor
+            largest_rise = _NORMALS_RISE * decrease * value if stall.late else np.inf
+            energy.update_normals(x, problem.frame_normals(x, normals), largest_rise)
             energy.adapt(x)
         value = energy.value(x)
         yield Iterate(x, decrease, step, held)
-        surface.damp(np.minimum(way.damping, _STIFF))
-        gradient, linear = _system(surface, x, normals)
-        v = linear.solve_iteratively(-gradient, surface.precision, way.damping <= _STIFF)
-        downhill = -(gradient * v).sum() > tolerance * value
-        if not downhill and isinstance(energy, Barrier) and ease > 1:
-            ease, decrease, step = 1.0, 0.0, 0.0
+        gradient, direction = _newton_direction(problem, x, normals, control.damping)
+        promising = -(gradient * direction).sum() > tolerance * value
+        if not promising and isinstance(energy, Barrier) and continuation.factor > 1:
+            continuation, decrease, step = continuation.with_final_energy(), 0.0, 0.0
             continue
-        found = _search(surface, x, base, v, normals, way) if downhill else None
-        if found is None and waiting.any():
-            # Nobody else is on the way any more.
-            way, waiting = _Way(np.minimum(way.damping, _STIFF), True), np.zeros_like(waiting)
-            cap, ease, decrease, step, surface.shape.forbid_turning = _WIDE, 1.0, 0.0, 0.0, True
+        found = _search(problem, x, base, direction, normals, control) if promising else None
+        if found is None and postponed.any():
+            # The other nodes have arrived.
+            control, postponed = _StepControl(np.minimum(control.damping, _MAX_DAMPING), True), np.zeros_like(postponed)
+            continuation, decrease, step = continuation.completed(), 0.0, 0.0
+            problem.input_surface.forbid_turning = True
             continue
         if found is None:
-            # Where steps hardly gained any more, nothing is lost.
-            outcome.reason, outcome.converged = "no step lowers the energy further", True
-            if downhill:
-                outcome.reason, outcome.converged = "every step that lowers the energy spoils a cell or the shape", late
+            # Where steps hardly gained any more nothing is lost by a failed search.
+            termination.reason, termination.converged = "no step lowers the energy further", True
+            if promising:
+                termination.reason = "every step that lowers the energy spoils a cell or the shape"
+                termination.converged = stall.late
             return
         decrease = (value - found.energy) / value
         step = float(np.linalg.norm(found.points - x, axis=1).max())
         x, base = found.points, found.base
-        held = int(found.held[surface.moving].sum())
-        way = _Way(np.clip(_RELAXED * found.way.damping, _SOFT, _STIFF), found.way.together)
-        if decrease < _SETTLED:
-            cap, ease = min(2 * cap, _WIDE), max(ease / 4, 1.0)
-        surface.shape.accept()
-        if target is not None and found.places is not None:
-            target.node_facets = found.places
-        improve_folded = cap == _WIDE and ease == 1
-        surface.shape.forbid_turning = improve_folded
-        waiting = waiting & (not improve_folded)
-        way.damping[waiting] = np.inf
-        late = late or (improve_folded and decrease < _LATE)
-        fell = decrease
-        if late and isinstance(energy, Barrier):
-            energy.cap = cap
-            reached = energy.value_at_own_normals(x)
-            fell = max(fell, 1 - reached / max(own, _TINY))
-            own = reached
-            vain += 1
-            if reached < (1 - 0.5 * _VAIN * tolerance) * lowest:
-                lowest, vain = reached, 0
-        slow = slow + 1 if fell < tolerance and improve_folded else 0
-        if slow == _STALL or vain == _VAIN:
-            outcome.reason, outcome.converged = "iterations hardly lower the energy any more", True
+        held = int(found.held[problem.moving].sum())
+        continuation = continuation.after(decrease)
+        problem.input_surface.accept()
+        if projection is not None and found.facets is not None:
+            projection.node_facets = found.facets
+        problem.input_surface.forbid_turning = continuation.complete
+        postponed = postponed & (not continuation.complete)
+        damping = np.clip(_DAMPING_DECAY * found.control.damping, _MIN_DAMPING, _MAX_DAMPING)
+        damping[postponed] = np.inf
+        control = _StepControl(damping, found.control.uniform_first)
+        stall.update(x, decrease, continuation)
+        if stall.stalled:
+            termination.reason, termination.converged = "iterations hardly lower the energy any more", True
             if held:
-                outcome.reason += f"; {held} nodes are held at the limits of the shape"
+                termination.reason += f"; {held} nodes are held at the limits of the shape"
             return
 
 
-def _system(surface: RemeshingProblem, x: Floats, normals: Floats | None) -> tuple[Floats, ConstrainedSystem]:
-    """The derivative of the energy, and the linear system of a Newton step along the surface."""
-    energy = surface.energy
+def _newton_direction(
+    problem: RemeshingProblem, x: Floats, normals: Floats | None, damping: Floats
+) -> tuple[Floats, Floats]:
+    """The gradient, and the damped Newton direction along the surface; nodes beyond the largest damping are held."""
+    problem.set_damping(np.minimum(damping, _MAX_DAMPING))
+    gradient, system = _newton_system(problem, x, normals)
+    return gradient, system.solve_iteratively(-gradient, problem.solver_tolerance, damping <= _MAX_DAMPING)
+
+
+def _newton_system(problem: RemeshingProblem, x: Floats, normals: Floats | None) -> tuple[Floats, ConstrainedSystem]:
+    """The gradient of the energy, and the linear system of a Newton step along the surface."""
+    energy = problem.energy
     hessian = energy.hessian(x)
     if normals is not None:
         # Nodes are put back onto the surface: the limit eps = 0, and the normal is that of where they are.
-        return surface.slope(x), ConstrainedSystem(
-            hessian, held_projectors(normals, x, surface.features), None, surface.moving
-        )
+        projectors = held_projectors(normals, x, problem.features)
+        return problem.constrained_gradient(x), ConstrainedSystem(hessian, projectors, None, problem.moving)
     gradient = energy.gradient(x)
 
-    def along(v: Floats) -> ConstrainedSystem:
+    def linearized_at(v: Floats) -> ConstrainedSystem:
         return constrained_system(
-            hessian, x, v, surface.cells, surface.features, surface.eps, surface.normal, surface.moving
+            hessian, x, v, problem.cells, problem.features, problem.eps, problem.normal, problem.moving
         )
 
-    linear = along(np.zeros_like(x))
-    for _ in range(0 if surface.normal == "linear" else 3):
-        linear = along(linear.solve_iteratively(-gradient, surface.precision))
-    return gradient, linear
+    system = linearized_at(np.zeros_like(x))
+    for _ in range(0 if problem.normal == "linear" else 3):
+        system = linearized_at(system.solve_iteratively(-gradient, problem.solver_tolerance))
+    return gradient, system
 
 
 def _search(
-    surface: RemeshingProblem, x: Floats, base: Floats, v: Floats, normals: Floats | None, way: _Way
+    problem: RemeshingProblem,
+    x: Floats,
+    base: Floats,
+    direction: Floats,
+    normals: Floats | None,
+    control: _StepControl,
 ) -> _Step | None:
-    """A step that lowers the energy: nodes whose cells are in trouble are damped, and held at last.
+    """A step that lowers the energy and violates nothing, or None.
 
-    Where most are in trouble, or nobody is to blame, the step is too long for all.
+    Nodes of cells that violate something are damped, and held at last; where these are most, or none that could be
+    damped, the step is shortened for all.
     """
-    energy = surface.energy
+    energy = problem.energy
     before = energy.densities(x)
     value = float(before.sum())
-    damping, part, together, rises = way.damping.copy(), 1.0, way.together, 0
+    damping, length, uniform, rises = control.damping.copy(), 1.0, control.uniform_first, 0
     frozen = np.isinf(damping)
-    for tries in range(_TRIES):
-        held = damping > _STIFF
-        y, moved, places = surface.retracted(x, base, (part * ~held)[:, None] * v, frozen)
+    for tries in range(_MAX_TRIES):
+        held = damping > _MAX_DAMPING
+        y, new_base, facets = problem.retract(x, base, (length * ~held)[:, None] * direction, frozen)
         after = energy.densities(y)
         new = float(after.sum())
-        trouble = surface.in_trouble(y, before, after, held)
-        if not trouble.any():
-            if new < value and abs(surface.area_excess(y)) <= _SLACK:
-                return _Step(y, moved, places, new, held, _Way(damping, together or tries == 0))
+        violating = problem.violating_nodes(y, before, after, held)
+        if not violating.any():
+            if new < value and abs(problem.area_excess(y)) <= _AREA_ROUNDING:
+                return _Step(y, new_base, facets, new, held, _StepControl(damping, uniform or tries == 0))
             rises += 1
-            if not new < value and rises <= _BLAMES:
+            if not new < value and rises <= _MAX_RISES:
                 # The fewest cells without whose rise the energy would fall: where the surface is too rough to follow.
                 rise = after - before
                 order = np.argsort(-rise)
-                trouble = surface.nodes_of(order[np.cumsum(rise[order]) - rise[order] < new - value])
-        if together:
-            part, together = (0.5 * part, True) if tries + 1 < _TOGETHER else (1.0, False)
+                violating = problem.nodes_of_frames(order[np.cumsum(rise[order]) - rise[order] < new - value])
+        if uniform:
+            length, uniform = (0.5 * length, True) if tries + 1 < _UNIFORM_TRIES else (1.0, False)
             rises = 0
             continue
-        # Who is held already is not to blame: the neighbours are in the way, or that all moves a little with the rest.
-        frozen |= trouble & held & surface.shape.forbid_sheet_change
-        blamed = (trouble | surface.around(trouble & held)) & ~held
-        if not 0 < blamed.sum() <= _MANY * (~held).sum():
-            part *= 0.5
+        # A held node violates nothing by itself: its neighbours do, or the retraction, which moves all a little.
+        frozen |= violating & held & problem.input_surface.forbid_sheet_change
+        to_damp = (violating | problem.with_neighbours(violating & held)) & ~held
+        if not 0 < to_damp.sum() <= _MAX_DAMPED * (~held).sum():
+            length *= 0.5
             continue
-        damping[blamed] *= _RAISE
-        surface.damp(np.minimum(damping, _STIFF))
-        gradient, linear = _system(surface, x, normals)
-        v = linear.solve_iteratively(-gradient, surface.precision, damping <= _STIFF)
+        damping[to_damp] *= _DAMPING_GROWTH
+        _, direction = _newton_direction(problem, x, normals, damping)
     return None

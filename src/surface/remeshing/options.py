@@ -1,4 +1,4 @@
-"""What a remeshing is asked to do, and what it says of every iteration."""
+"""Options of a remeshing, and the record of an iteration."""
 
 from __future__ import annotations
 
@@ -97,19 +97,19 @@ class Options:
         require_choices(self, CHOICES)
         if isinstance(self.reference, str) and self.reference not in TARGETS:
             names = ", ".join(repr(name) for name in TARGETS)
-            raise OptionError(f"reference is {names} or an array, not {self.reference!r}")
+            raise OptionError(f"reference must be {names} or an array, not {self.reference!r}")
         require_numbers(self, "tolerance", "eps", "hausdorff")
         require_counts(self, "iterations")
         require_flags(self, "project")
         if not 0 <= self.tolerance < 1:
-            raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
+            raise OptionError(f"tolerance must lie in [0, 1), not {self.tolerance!r}")
         if not 0 < self.eps < float("inf"):
-            raise OptionError(f"eps is positive, not {self.eps!r}")
+            raise OptionError(f"eps must be positive, not {self.eps!r}")
         if not 0 < self.hausdorff < float("inf"):
-            raise OptionError(f"hausdorff is positive, not {self.hausdorff!r}")
+            raise OptionError(f"hausdorff must be positive, not {self.hausdorff!r}")
         if is_number(self.features):
             if not 0 < self.features < 180:
-                raise OptionError(f"features is an angle in (0, 180) degrees, not {self.features!r}")
+                raise OptionError(f"features must be an angle in (0, 180) degrees, not {self.features!r}")
         elif self.features is not None:
             array_of_numbers("features", self.features, "an angle, None or an array of edges")
 
@@ -141,7 +141,7 @@ class Record:
     turned
         Number of cells whose normal points against the input's below them.
     held
-        Number of nodes that were stopped to keep cells and shape.
+        Number of nodes that were held so that cells and shape are kept.
     seconds
         Since the run began.
     distance

@@ -1,7 +1,7 @@
-"""Take a surface back towards its input, where it ended farther away than it may.
+"""Pull a surface back towards its input until it is within its bound.
 
 While a run goes on distances are measured at nodes and centres, at its end at more places. Nodes of the cells that are
-too far away go back step by step; if that spoils cells, so do those around them, at last all.
+too far away go back step by step; if that spoils cells, their neighbours do so too, and at last all nodes.
 """
 
 from __future__ import annotations
@@ -14,40 +14,40 @@ import numpy as np
 from ..mesh import Floats
 from .problem import RemeshingProblem
 
-__all__ = ["nearer"]
+__all__ = ["pull_back"]
 
-_PART, _PARTS = 0.95, 60  # of its way that a node keeps each time, and how often
-_RINGS = 0, 1, 3  # of nodes around those that go back with them
-_SHARES = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the way that all keep
+_SHRINKAGE, _MAX_ROUNDS = 0.95, 60  # factor of the displacement of a node each time, and how often at most
+_NEIGHBOURHOODS = 0, 1, 3  # rings of nodes that go back with those that are too far away
+_FRACTIONS = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the displacements of all nodes
 
 
-def nearer(surface: RemeshingProblem, points: Floats, bound: float) -> Iterator[tuple[Floats, float]]:
-    """Surfaces between the input and some points that are within the bound, the best first, and their distances."""
-    everybody = np.ones((len(points), 1))
-    local = (_cut(surface, points, bound, rings) for rings in _RINGS)
-    for shares in chain(local, (share * everybody for share in _SHARES)):
-        trial = _between(surface, points, shares)
-        distance = surface.shape.hausdorff(trial)
-        if distance <= bound and surface.area_excess(trial) == 0.0:
+def pull_back(problem: RemeshingProblem, points: Floats, bound: float) -> Iterator[tuple[Floats, float]]:
+    """Surfaces within the bound on the way from given points to the input, the best first, and their distances."""
+    all_nodes = np.ones((len(points), 1))
+    local = (_local_fractions(problem, points, bound, rings) for rings in _NEIGHBOURHOODS)
+    for fractions in chain(local, (fraction * all_nodes for fraction in _FRACTIONS)):
+        trial = _interpolated(problem, points, fractions)
+        distance = problem.input_surface.hausdorff(trial)
+        if distance <= bound and problem.area_excess(trial) == 0.0:
             yield trial, distance
 
 
-def _cut(surface: RemeshingProblem, points: Floats, bound: float, rings: int) -> Floats:
-    """(n, 1) share of its way that each node keeps so that no cell is out of bounds."""
-    shares = np.ones((len(points), 1))
-    for _ in range(_PARTS):
-        beyond = surface.shape.nodes_out_of_bounds(_between(surface, points, shares), bound)
-        if not beyond.any():
+def _local_fractions(problem: RemeshingProblem, points: Floats, bound: float, rings: int) -> Floats:
+    """(n, 1) fraction of its displacement that each node keeps so that no cell is out of bounds."""
+    fractions = np.ones((len(points), 1))
+    for _ in range(_MAX_ROUNDS):
+        too_far = problem.input_surface.nodes_out_of_bounds(_interpolated(problem, points, fractions), bound)
+        if not too_far.any():
             break
         for _ in range(rings):
-            beyond = surface.around(beyond)
-        shares[beyond] *= _PART
-    return shares
+            too_far = problem.with_neighbours(too_far)
+        fractions[too_far] *= _SHRINKAGE
+    return fractions
 
 
-def _between(surface: RemeshingProblem, points: Floats, shares: Floats) -> Floats:
-    """A part of the way from the input to some points, with the input's volume."""
-    trial = surface.start + shares * (points - surface.start)
+def _interpolated(problem: RemeshingProblem, points: Floats, fractions: Floats) -> Floats:
+    """Points between the input and others, at given fractions of the way, with the input's volume."""
+    trial = problem.start + fractions * (points - problem.start)
     for _ in range(2):
-        trial = surface.with_volume(trial)
+        trial = problem.restore_volume(trial)
     return trial

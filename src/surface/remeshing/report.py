@@ -1,4 +1,4 @@
-"""What a remeshing did to a surface, for people and for programs."""
+"""The report of a remeshing, for people and for programs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Report(Serializable):
     before, after
         Quality.
     energy_before, energy_after
-        What was minimized, mean over the cells.
+        The energy that was minimized, mean over the cells.
     area_change, volume_change
         Relative; the volume's is None for an open surface.
     hausdorff
@@ -31,11 +31,11 @@ class Report(Serializable):
     largest_displacement
         In the mesh's unit of length.
     iterations, seconds, reason, converged
-        Work done, and why it ended.
+        Number of iterations, time, the reason for the end, and whether nothing was left to gain.
     options
-        What was chosen, defaults included.
+        All options, defaults included.
     notes
-        What else the user should know.
+        Remarks for the user.
     """
 
     before: Summary

@@ -1,4 +1,4 @@
-"""What remeshing a surface gives."""
+"""The result of a remeshing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Result"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What came out.
+    """A remeshed surface with its report and history.
 
     Attributes
     ----------
@@ -38,5 +38,5 @@ class Result:
 
     @property
     def converged(self) -> bool:
-        """Whether the run ended because there was nothing left to gain."""
+        """True if the run ended because there was nothing left to gain."""
         return self.report.converged

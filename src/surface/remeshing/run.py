@@ -1,4 +1,4 @@
-"""Remesh a surface: the main job, from whatever the user has to a better mesh and a report."""
+"""Remeshing of a surface, from what the user has to a better mesh and a report."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ from ..io import as_surface_mesh
 from ..mesh import Floats, SurfaceMesh, cell_areas, edge_table, enclosed_volume, mean_edge_length
 from ..quality import held_nodes, quality, require_sound, smallest_angles
 from .acceptance import Acceptance
-from .descent import Iterate, Outcome, descend
+from .descent import Iterate, Termination, descend
 from .options import Options, Record
 from .problem import RemeshingProblem
-from .pull_back import nearer
+from .pull_back import pull_back
 from .report import Report
 from .result import Result
 
 __all__ = ["Remeshing", "remesh"]
 
-_COUNTED = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # m and c of equation (16)
-_PATIENCE = (10, *8 * (1,), np.inf)  # iterations with cells turned over when no more can, descent by descent
-_MARGIN = 0.9  # of the Hausdorff bound that is measured at nodes and centres while the run goes on
+_BARRIER_PARAMETERS = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # m and c of equation (16)
+_PATIENCE = (10, *8 * (1,), np.inf)  # iterations with cells turned over, once that is forbidden, of each descent
+_BOUND_MARGIN = 0.9  # of the bound, for distances that are measured at nodes and centres while the run goes on
 
 
 class Remeshing:
-    """A run that can be watched: iterate over its records, stop whenever you like, then take the result.
+    """An iterable run: iterate over its records, stop at any of them, then take the result.
 
     Parameters
     ----------
     mesh
         Anything :func:`surface.as_surface_mesh` takes.
     options
-        What to do; the defaults suit a surface that stays where it is.
+        The options; the defaults suit a surface that stays where it is.
 
     Attributes
     ----------
     options, mesh
-        What was given, the mesh as a :class:`surface.SurfaceMesh`.
+        The arguments, the mesh as a :class:`surface.SurfaceMesh`.
     history
         The records so far.
 
@@ -74,19 +74,19 @@ class Remeshing:
         self._notes = list(require_sound(self.mesh))
         self._reason, self._converged = "interrupted before it began", False
         cells = self.mesh.cells
-        # The work is done in a frame of its own: edges of unit length on average, near the origin.
-        self._unit = mean_edge_length(self.mesh.points, cells)
+        # Coordinates of the run have their origin near the mesh, and edges of unit length on average.
+        self._edge_length = mean_edge_length(self.mesh.points, cells)
         nodes = cells.nodes()
-        self._start = (self.mesh.points - self.mesh.points[nodes].min(axis=0)) / self._unit
-        self._points, self._best, self._last = self._start, 0, self._start
+        self._start = (self.mesh.points - self.mesh.points[nodes].min(axis=0)) / self._edge_length
+        self._best_points, self._best_iteration, self._last_points = self._start, 0, self._start
         self._diagonal = float(np.linalg.norm(np.ptp(self._start[nodes], axis=0)))
-        self._held, self._waiting = np.zeros((2, len(self._start)), dtype=bool)
-        self._stayed, self._limited = np.flatnonzero(self._held), False
-        self._spoiled = np.zeros(len(self.mesh.cells), dtype=bool)
+        self._held, self._postponed = np.zeros((2, len(self._start)), dtype=bool)
+        self._held_for_best, self._out_of_iterations = np.flatnonzero(self._held), False
+        self._spoiled_cells = np.zeros(len(self.mesh.cells), dtype=bool)
         self._closed = bool((edge_table(cells).uses == 2).all())
-        self._core = self._surface()
+        self._problem = self._make_problem()
 
-    def _surface(self) -> RemeshingProblem:
+    def _make_problem(self) -> RemeshingProblem:
         options, cells, x = self.options, self.mesh.cells, self._start
         angle, edges = options.features, None
         if angle is not None and not is_number(angle):
@@ -96,125 +96,128 @@ class Remeshing:
         shapes = target_shapes(options.reference, x, cells)
         energy: Distortion
         if options.energy == "barrier":
-            energy = Barrier(cells, shapes, len(x), *_COUNTED[options.emphasis])
+            energy = Barrier(cells, shapes, len(x), *_BARRIER_PARAMETERS[options.emphasis])
             energy.emphasize_worst = options.emphasis == "worst"
         else:
             energy = Quaternionic(cells, shapes, len(x))
-        # The energy itself, while the run adapts its own to where it is.
-        self._measure = copy(energy)
-        bound = _MARGIN * options.hausdorff * self._diagonal if options.project else None
+        # A copy for the records, since the run adapts its own in every iteration.
+        self._recorded_energy = copy(energy)
+        bound = _BOUND_MARGIN * options.hausdorff * self._diagonal if options.project else None
         return RemeshingProblem(x, cells, features, energy, options.eps, options.normal, bound)
 
     @property
     def points(self) -> Floats:
-        """The best points so far, in the user's frame; what did not move is bit-identical to the input."""
-        return self._in_users_frame(self._points)
+        """The best points so far, in the coordinates of the input; nodes that did not move are bit-identical to it."""
+        return self._in_input_coordinates(self._best_points)
 
     @property
-    def latest(self) -> Floats:
-        """The points of the last record, whether they are the best or not: a surface that moves on needs no more."""
-        return self._in_users_frame(self._last)
+    def last_points(self) -> Floats:
+        """The points of the last record of the best descent so far, whether or not they are the best points."""
+        return self._in_input_coordinates(self._last_points)
 
     @property
     def converged(self) -> bool:
-        """Whether the run ended because there was nothing left to gain."""
+        """True if the run ended because there was nothing left to gain."""
         return self._converged
 
-    def _in_users_frame(self, points: Floats) -> Floats:
-        return np.asarray(self.mesh.points + self._unit * (points - self._start))
+    def _in_input_coordinates(self, points: Floats) -> Floats:
+        return np.asarray(self.mesh.points + self._edge_length * (points - self._start))
 
     def __iter__(self) -> Iterator[Record]:
         """Run; every record's surface keeps the shape, so the run may be left at any of them.
 
-        What :attr:`points` and the result hold is the last surface of a descent that is no worse than the input: no
+        :attr:`points` and the result hold the last surface of a descent that is no worse than the input: no
         smaller angles, neither the smallest (by more than a thousandth) nor in the mean, and no more cells turned over.
-        A descent that ends worse, or stuck, begins again with care; then the nodes of the cells in the way wait until
-        no cell turns over any more, or stay. The best descent counts.
+        After a descent that ends worse, or stuck, another begins that forbids cells to change to another sheet of the
+        input; then further ones that hold the nodes of spoiled cells, at first until no cell turns over any more, then
+        for good. The best descent counts.
         """
         for number, patience in enumerate(_PATIENCE):
-            yield from self._descent(patience if self.options.project else np.inf)
-            # With care alone first, which needs a surface to stay on.
-            alone = number == 0 and self.options.project
-            done = not (self._stopped or (alone and not self._converged)) or number == len(_PATIENCE) - 1
-            if self._limited or done or not (alone or self._set_aside()):
+            yield from self._descend(patience if self.options.project else np.inf)
+            # The second descent only forbids a change of sheet, which needs an input surface to stay on.
+            first = number == 0 and self.options.project
+            done = not (self._stuck or (first and not self._converged)) or number == len(_PATIENCE) - 1
+            if self._out_of_iterations or done or not (first or self._hold_spoiled_cells()):
                 break
-            self._core = self._surface()
-            self._core.shape.forbid_sheet_change = True
-        if len(self.history) > 1 and not self._worth.worthwhile(self.history[self._best]):
+            self._problem = self._make_problem()
+            self._problem.input_surface.forbid_sheet_change = True
+        if len(self.history) > 1 and not self._acceptance.is_worthwhile(self.history[self._best_iteration]):
             no_gain = "the input is about as good already"
-            if self._stopped or (self._waiting | self._held).any():
+            if self._stuck or (self._postponed | self._held).any():
                 no_gain = "nothing better was found without spoiling a cell"
-            elif self._limited:
+            elif self._out_of_iterations:
                 no_gain = "too little was gained to move nodes for it"
             self._reason += f"; {no_gain}"
-            self._points, self._best, self._stayed = self._start, 0, self._stayed[:0]
-        elif self._best < len(self.history) - 1:
-            self._reason += f"; iteration {self._best} is the best that is nowhere worse than the input"
-        if len(self._stayed):
-            self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(self._stayed)}")
+            self._best_points, self._best_iteration, self._held_for_best = self._start, 0, self._held_for_best[:0]
+        elif self._best_iteration < len(self.history) - 1:
+            self._reason += f"; iteration {self._best_iteration} is the best that is nowhere worse than the input"
+        if len(self._held_for_best):
+            self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(self._held_for_best)}")
 
-    def _set_aside(self) -> bool:
-        """Let nodes of the few cells wait, or stay, that stand in the way of all others; whether any is left to."""
-        nodes = self.mesh.cells.corners_of(self._spoiled)
-        waits = self.options.project and self.history[-1].turned > self.history[0].turned
-        if waits and not self._waiting[nodes].all():
-            self._waiting[nodes] = True
+    def _hold_spoiled_cells(self) -> bool:
+        """Hold the nodes of spoiled cells in the next descent, at first for its beginning; False if all are held."""
+        nodes = self.mesh.cells.corners_of(self._spoiled_cells)
+        postpone = self.options.project and self.history[-1].turned > self.history[0].turned
+        if postpone and not self._postponed[nodes].all():
+            self._postponed[nodes] = True
             return True
-        left = not self._held[nodes].all()
+        any_free = not self._held[nodes].all()
         self._held[nodes] = True
-        return left
+        return any_free
 
     @property
-    def _worth(self) -> Acceptance:
-        farthest = max(record.distance for record in self.history)
-        return Acceptance(self.options, self.mesh.cells, self.history[0], self._scale, farthest)
+    def _acceptance(self) -> Acceptance:
+        largest_distance = max(record.distance for record in self.history)
+        return Acceptance(self.options, self.mesh.cells, self.history[0], self._energy_scale, largest_distance)
 
     @property
-    def _stopped(self) -> bool:
-        """Whether the last descent ended worse than the input, though there was something to gain."""
-        first, last, worth = self.history[0], self.history[-1], self._worth
-        promising = last.turned > first.turned or worth.promising(min(record.energy for record in self.history))
-        return bool(self._spoiled.any()) and not worth.no_worse(last) and promising
+    def _stuck(self) -> bool:
+        """True if the last descent ended worse than the input, though there was something to gain."""
+        first, last, acceptance = self.history[0], self.history[-1], self._acceptance
+        gain = last.turned > first.turned or acceptance.is_low(min(record.energy for record in self.history))
+        return bool(self._spoiled_cells.any()) and not acceptance.no_worse(last) and gain
 
     @property
-    def _scale(self) -> float:
-        return 1.0 if self.options.energy == "barrier" else self._unit**2
+    def _energy_scale(self) -> float:
+        return 1.0 if self.options.energy == "barrier" else self._edge_length**2
 
-    def _descent(self, patience: float) -> Iterator[Record]:
-        """Descend from the input; tells which cells end turned over, or thinner than the thinnest of the input.
+    def _descend(self, patience: float) -> Iterator[Record]:
+        """Descend from the input, and note which cells end turned over, or with a smaller angle than any of the input.
 
-        Ends where some were turned over for so many iterations, since no more can: a few turn back by themselves.
+        The descent ends after `patience` iterations with cells turned over, counted from where no more can turn over:
+        a few turn back by themselves.
         """
         self._reason, self._converged = "interrupted", False
-        outcome, over, first = Outcome(), 0, not self.history
-        before = self.history[self._best] if self._best else None
-        for number, at in enumerate(descend(self._core, self.options.tolerance, outcome, self._waiting)):
+        termination, turned_iterations, first = Termination(), 0, not self.history
+        before = self.history[self._best_iteration] if self._best_iteration else None
+        for number, at in enumerate(descend(self._problem, self.options.tolerance, termination, self._postponed)):
             if self.history and number == 0:
-                continue  # the input again
+                continue  # the first iterate is the input, which is recorded already
             angles = smallest_angles(at.points, self.mesh.cells)
-            turned = self._core.shape.turned_over(at.points)
+            turned = self._problem.input_surface.turned_over(at.points)
             self.history.append(self._record(at, angles, turned))
-            now, worth = self.history[-1], self._worth
-            better = worth.no_worse(now) and (before is None or worth.beats(now, before))
+            now, acceptance = self.history[-1], self._acceptance
+            better = acceptance.no_worse(now) and (before is None or acceptance.is_better(now, before))
             if first or better:
-                self._last = at.points
+                self._last_points = at.points
             if better:
-                self._points, self._best, self._stayed = at.points, now.iteration, np.flatnonzero(self._held)
-            self._spoiled = turned | worth.thinner(angles)
+                self._best_points, self._best_iteration = at.points, now.iteration
+                self._held_for_best = np.flatnonzero(self._held)
+            self._spoiled_cells = turned | acceptance.too_thin(angles)
             yield now
             if now.iteration >= self.options.iterations:
-                self._reason, self._limited = f"reached iterations = {self.options.iterations}", True
+                self._reason, self._out_of_iterations = f"reached iterations = {self.options.iterations}", True
                 return
-            over += self._core.shape.forbid_turning and now.turned > self.history[0].turned
-            if over == patience:
-                outcome.reason = "cells turned over"
+            turned_iterations += self._problem.input_surface.forbid_turning and now.turned > self.history[0].turned
+            if turned_iterations == patience:
+                termination.reason = "cells turned over"
                 break
-        self._reason, self._converged = outcome.reason, outcome.converged
+        self._reason, self._converged = termination.reason, termination.converged
 
     def _record(self, at: Iterate, angles: Floats, turned: NDArray[np.bool_]) -> Record:
         return Record(
             iteration=len(self.history),
-            energy=self._scale * self._measure.value(at.points) / len(self.mesh.cells),
+            energy=self._energy_scale * self._recorded_energy.value(at.points) / len(self.mesh.cells),
             decrease=at.decrease,
             step=at.step,
             min_angle=float(angles.min()),
@@ -222,27 +225,27 @@ class Remeshing:
             turned=int(turned.sum()),
             held=at.held,
             seconds=time.perf_counter() - self._began,
-            distance=self._core.shape.largest_distance / self._diagonal,
+            distance=self._problem.input_surface.largest_distance / self._diagonal,
         )
 
     def result(self) -> Result:
-        """The surface reached, with its report."""
+        """The best surface so far, with its report."""
         mesh = self.mesh
-        best, distance, notes = self._within()
-        points = self._in_users_frame(best)
+        best, distance, notes = self._within_bound()
+        points = self._in_input_coordinates(best)
         before, after = quality(mesh), quality(mesh.replaced(points))
-        shape = self._core.shape
+        input_surface = self._problem.input_surface
         areas = [float(cell_areas(x, mesh.cells).sum()) for x in (self._start, best)]
         volumes = [enclosed_volume(x, mesh.cells) for x in (self._start, best)]
         report = Report(
             before=before.summary(),
             after=after.summary(),
             energy_before=self.history[0].energy if self.history else float("nan"),
-            energy_after=self.history[self._best].energy if self.history else float("nan"),
+            energy_after=self.history[self._best_iteration].energy if self.history else float("nan"),
             area_change=areas[1] / areas[0] - 1,
             volume_change=volumes[1] / volumes[0] - 1 if self._closed and volumes[0] else None,
             hausdorff=distance / self._diagonal,
-            turned=int(shape.turned_over(best).sum()),
+            turned=int(input_surface.turned_over(best).sum()),
             largest_displacement=float(np.linalg.norm(points - mesh.points, axis=1).max()),
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
@@ -254,22 +257,23 @@ class Remeshing:
         data = {"min_angle": after.min_angle, "min_angle_change": after.min_angle - before.min_angle}
         return Result(mesh.replaced(points, cell_data=data).to_source_type(), points, report, tuple(self.history))
 
-    def _within(self) -> tuple[Floats, float, list[str]]:
-        """The best points, their distance, and what to say.
+    def _within_bound(self) -> tuple[Floats, float, list[str]]:
+        """The best points within the bound, their distance from the input, and notes about them.
 
-        They are taken back towards the input where they are beyond the bound after all: while the run goes on, the
-        distance is measured at fewer places.
+        They are pulled back towards the input where they are beyond the bound after all: while the run goes on, the
+        distance is measured at fewer points.
         """
-        start, shape, cells = self._start, self._core.shape, self.mesh.cells
-        bound, distance = self.options.hausdorff * self._diagonal, shape.hausdorff(self._points)
+        start, input_surface, cells = self._start, self._problem.input_surface, self.mesh.cells
+        bound, distance = self.options.hausdorff * self._diagonal, input_surface.hausdorff(self._best_points)
         if not self.history or distance <= bound:
-            return self._points, distance, []
+            return self._best_points, distance, []
         if not self.options.project:
-            return self._points, distance, ["without projection the surface went farther than hausdorff"]
-        for trial, distance in nearer(self._core, self._points, bound):
+            return self._best_points, distance, ["without projection the surface went farther than hausdorff"]
+        for trial, distance in pull_back(self._problem, self._best_points, bound):
             at = Iterate(trial, np.nan, np.nan, 0)
-            if self._worth.no_worse(self._record(at, smallest_angles(trial, cells), shape.turned_over(trial))):
-                share = np.linalg.norm(trial - start) / np.linalg.norm(self._points - start)
+            record = self._record(at, smallest_angles(trial, cells), input_surface.turned_over(trial))
+            if self._acceptance.no_worse(record):
+                share = np.linalg.norm(trial - start) / np.linalg.norm(self._best_points - start)
                 return trial, distance, [f"hausdorff left room for {share:.1%} of the way nodes would have gone"]
         return start, 0.0, ["hausdorff left no room: the input comes back"]
 

@@ -24,7 +24,7 @@ from surface.flow import (
     load,
     save,
 )
-from surface.flow.discrete import Elements, State
+from surface.flow.discrete import DiscreteSurface, Elements
 from surface.flow.energy import energy, energy_gradient
 from surface.flow.options import reduced_volume
 from surface.mesh.geometry import Cells, cell_areas, enclosed_volume
@@ -66,11 +66,11 @@ def test_the_gradient_is_that_of_the_discrete_energy(surface, terms):
     points, cells = surface()
     elements = Elements(cells, len(points))
     ways = np.random.default_rng(1).standard_normal((8, *points.shape))
-    gradient = energy_gradient(State(elements, points), terms)
+    gradient = energy_gradient(DiscreteSurface(elements, points), terms)
     slopes = (gradient * ways).sum(axis=(1, 2))
 
     def difference(h):
-        values = [[energy(State(elements, points + s * h * way), terms) for s in (1, -1)] for way in ways]
+        values = [[energy(DiscreteSurface(elements, points + s * h * way), terms) for s in (1, -1)] for way in ways]
         return np.linalg.norm(np.diff(values, axis=1).ravel() / (-2 * h) - slopes) / np.linalg.norm(slopes)
 
     errors = [difference(h) for h in (1e-3, 1e-4)]
@@ -82,7 +82,7 @@ def test_the_gradient_is_that_of_the_discrete_energy(surface, terms):
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
 def test_the_discrete_energy_is_homogeneous(surface, p):
     points, cells = surface()
-    state = State(Elements(cells, len(points)), points)
+    state = DiscreteSurface(Elements(cells, len(points)), points)
     value, terms = energy(state, [Bending(p)]), [Bending(p)]
     assert (energy_gradient(state, terms) * points).sum() == pytest.approx((2 - p) * value, abs=1e-12 * value)
 
@@ -90,7 +90,7 @@ def test_the_discrete_energy_is_homogeneous(surface, p):
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
 def test_the_area_gradient_is_the_stiffness_matrix_times_the_points(surface):
     points, cells = surface()
-    state = State(Elements(cells, len(points)), points)
+    state = DiscreteSurface(Elements(cells, len(points)), points)
     assert np.abs(state.stiffness @ points - state.area_gradient).max() < 1e-13
     assert state.mass_matrix.sum() == pytest.approx(state.area, rel=1e-13)
 
@@ -99,7 +99,7 @@ def test_willmore_energy_of_icospheres_is_as_published():
     excess = []
     for level in (2, 3, 4):
         points, cells = icosphere(level)
-        excess.append(energy(State(Elements(cells, len(points)), points), [Bending(2)]) - 16 * np.pi)
+        excess.append(energy(DiscreteSurface(Elements(cells, len(points)), points), [Bending(2)]) - 16 * np.pi)
     assert excess == pytest.approx([0.2976, 0.07366, 0.01824], rel=1e-3)
 
 
@@ -108,7 +108,7 @@ def test_willmore_energy_of_tori_converges_with_order_two(major, exact):
     errors = []
     for n in (16, 32):
         points, cells = torus(major, 1.0, 3 * n, n)
-        errors.append(energy(State(Elements(cells, len(points)), points), [Bending(2)]) - exact)
+        errors.append(energy(DiscreteSurface(Elements(cells, len(points)), points), [Bending(2)]) - exact)
     assert abs(errors[1]) < 0.01 * exact
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
 
@@ -372,7 +372,7 @@ def test_curvature_converges_at_every_node_of_a_sphere(make, sizes, rate):
     errors = []
     for size in sizes:
         points, cells = make(size)
-        state = State(Elements(cells, len(points)), points)
+        state = DiscreteSurface(Elements(cells, len(points)), points)
         assert state.dual_areas.sum() == pytest.approx(state.area, rel=1e-12)
         errors.append(np.abs(np.linalg.norm(state.nodal_curvature, axis=1) - 2).max())
     assert errors[0] > rate * errors[1] > rate**2 * errors[2]
@@ -381,7 +381,7 @@ def test_curvature_converges_at_every_node_of_a_sphere(make, sizes, rate):
 
 def test_curvature_stays_finite_where_triangles_are_obtuse():
     points, cells = shaken(icosphere(3), 0.05)
-    state = State(Elements(cells, len(points)), points)
+    state = DiscreteSurface(Elements(cells, len(points)), points)
     masses = np.asarray(state.mass_matrix.sum(axis=1)).ravel()
     assert (state.dual_areas >= 0.25 * masses).all()
     assert (state.dual_areas < 0.26 * masses).any()
@@ -392,16 +392,16 @@ def test_curvature_stays_finite_where_triangles_are_obtuse():
     [
         (lambda m: Flow(m, []), "at least one term"),
         (lambda m: Willmore(m, "length"), "not 'length'"),
-        (lambda m: PWillmore(m, 0.5), "p is at least 1"),
-        (lambda m: Helfrich(m, kc=-1), "kc is positive"),
+        (lambda m: PWillmore(m, 0.5), "p must be at least 1"),
+        (lambda m: Helfrich(m, kc=-1), "kc must be positive"),
         (lambda m: evolve(Willmore(m), stall=0.0), "nothing ends"),
         (lambda m: evolve(Willmore(m), speed=3), "unknown option 'speed'"),
         (lambda m: Stepping(steps=1, outputs=(0.2, 0.1)), "times that grow"),
         (lambda m: Stepping(steps=1, remesh_below=120), "remesh_below"),
         (lambda m: Stepping(steps=-1), "steps is not negative, not -1"),
-        (lambda m: Stepping(steps=1, growth=0.9), r"growth is at least 1, not 0\.9"),
-        (lambda m: Stepping(steps=1, stall=1.0), r"stall lies in \[0, 1\), not 1\.0"),
-        (lambda m: Stepping(steps=1, remesh=-2), "remesh is a boolean, or every how many steps, not -2"),
+        (lambda m: Stepping(steps=1, growth=0.9), r"growth must be at least 1, not 0\.9"),
+        (lambda m: Stepping(steps=1, stall=1.0), r"stall must lie in \[0, 1\), not 1\.0"),
+        (lambda m: Stepping(steps=1, remesh=-2), "remesh must be a boolean, or every how many steps, not -2"),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, message):

@@ -5,8 +5,8 @@ import pytest
 from surface_shapes import grid, icosphere
 
 from surface.flow import MeanCurvature, Willmore, evolve
-from surface.flow.discrete import Elements, State
-from surface.flow.step import Conserved, restored
+from surface.flow.discrete import DiscreteSurface, Elements
+from surface.flow.step import Conserved, restore_conserved
 
 
 def hill(height=0.3):
@@ -29,20 +29,20 @@ def test_the_boundary_of_an_open_surface_stays_while_the_energy_falls(kind):
 def test_what_restores_the_area_moves_no_node_that_stays():
     points, cells, inner = hill()
     elements = Elements(cells, len(points))
-    conserved = Conserved(("area",), State(elements, points))
-    spoiled = State(elements, hill(height=0.35)[0])
+    conserved = Conserved(("area",), DiscreteSurface(elements, points))
+    spoiled = DiscreteSurface(elements, hill(height=0.35)[0])
     assert conserved.error(spoiled) > 1e-2
-    state = restored(spoiled, conserved, ~inner)
+    state = restore_conserved(spoiled, conserved, ~inner)
     assert conserved.error(state) < 1e-12
     assert np.array_equal(state.points[~inner], points[~inner])
 
 
 def test_an_area_that_no_surface_with_this_boundary_has_is_not_reached():
     points, cells, inner = hill()
-    state = State(Elements(cells, len(points)), points)
+    state = DiscreteSurface(Elements(cells, len(points)), points)
     conserved = Conserved(("area",), state)
     conserved.values = np.array([0.8])  # the flat square has 1
-    assert restored(state, conserved, ~inner) is None
+    assert restore_conserved(state, conserved, ~inner) is None
 
 
 def test_on_a_sphere_where_area_and_volume_say_the_same_both_are_kept():

@@ -86,7 +86,7 @@ def test_worst_cells_are_those_shown(tmp_path, rendering):
 def test_small_cells_get_a_ring(tmp_path, rendering, monkeypatch):
     rings = []
     for small in (0.0, 1.0):
-        monkeypatch.setattr(canvas, "_SMALL", small)
+        monkeypatch.setattr(canvas, "_RING_BELOW", small)
         worst_cells(tmp_path / "w.svg", as_mesh(shaken(mixed_sphere(4), 0.05)), count=3)
         rings.append((tmp_path / "w.svg").read_text().count("<use "))
     assert rings[1] - rings[0] == 3
@@ -102,7 +102,7 @@ def test_wrong_use_is_told(tmp_path):
         before_after(
             tmp_path / "f.png", ball, surface.SurfaceMesh(ball.points, Cells(ball.cells.triangles[::-1], none(4)))
         )
-    with pytest.raises(OptionError, match="one or more, not 0"):
+    with pytest.raises(OptionError, match="count must be 1 or more"):
         worst_cells(tmp_path / "w.png", ball, count=0)
 
 

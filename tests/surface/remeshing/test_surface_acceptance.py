@@ -27,13 +27,13 @@ QUADS = Cells(none(3), np.array([[0, 1, 2, 3]]))
     ],
 )
 def test_nodes_are_moved_for_a_tenth(change, expected):
-    assert Acceptance(Options(), TRIANGLES, INPUT).worthwhile(replace(INPUT, **change)) is expected
+    assert Acceptance(Options(), TRIANGLES, INPUT).is_worthwhile(replace(INPUT, **change)) is expected
 
 
 def test_right_angles_are_what_quadrilaterals_miss():
     best = replace(INPUT, energy=0.5, mean_angle=53.9)
-    assert not Acceptance(Options(), QUADS, INPUT).worthwhile(best)
-    assert Acceptance(Options(), QUADS, INPUT).worthwhile(replace(best, mean_angle=54.1))
+    assert not Acceptance(Options(), QUADS, INPUT).is_worthwhile(best)
+    assert Acceptance(Options(), QUADS, INPUT).is_worthwhile(replace(best, mean_angle=54.1))
 
 
 @pytest.mark.parametrize(
@@ -46,29 +46,29 @@ def test_right_angles_are_what_quadrilaterals_miss():
 )
 def test_more_must_be_gained_to_take_the_surface_far_from_its_place(change, expected):
     best = replace(INPUT, energy=0.5, **change)
-    assert Acceptance(Options(), TRIANGLES, INPUT, farthest=0.0051).worthwhile(best) is expected
-    assert Acceptance(Options(), TRIANGLES, INPUT, farthest=0.0049).worthwhile(best)
-    assert Acceptance(Options(hausdorff=0.02), TRIANGLES, INPUT, farthest=0.0099).worthwhile(best)
+    assert Acceptance(Options(), TRIANGLES, INPUT, largest_distance=0.0051).is_worthwhile(best) is expected
+    assert Acceptance(Options(), TRIANGLES, INPUT, largest_distance=0.0049).is_worthwhile(best)
+    assert Acceptance(Options(hausdorff=0.02), TRIANGLES, INPUT, largest_distance=0.0099).is_worthwhile(best)
 
 
 def test_far_from_the_input_no_less_is_enough_where_angles_are_good():
     first = replace(INPUT, min_angle=45.0)
     best = replace(first, energy=0.5, min_angle=48.0, mean_angle=50.5)
-    assert not Acceptance(Options(), TRIANGLES, first, farthest=0.009).worthwhile(best)
+    assert not Acceptance(Options(), TRIANGLES, first, largest_distance=0.009).is_worthwhile(best)
 
 
 def test_less_is_enough_for_the_worst_or_to_turn_cells_back():
     best = replace(INPUT, energy=0.99, min_angle=20.5)
-    assert not Acceptance(Options(), TRIANGLES, INPUT).worthwhile(best)
-    assert Acceptance(Options(emphasis="worst"), TRIANGLES, INPUT).worthwhile(best)
-    assert Acceptance(Options(), TRIANGLES, replace(INPUT, turned=1)).worthwhile(best)
+    assert not Acceptance(Options(), TRIANGLES, INPUT).is_worthwhile(best)
+    assert Acceptance(Options(emphasis="worst"), TRIANGLES, INPUT).is_worthwhile(best)
+    assert Acceptance(Options(), TRIANGLES, replace(INPUT, turned=1)).is_worthwhile(best)
 
 
 def test_no_angle_may_get_worse_and_no_cell_turn_over():
-    worth = Acceptance(Options(), TRIANGLES, INPUT)
-    assert worth.no_worse(INPUT)
+    acceptance = Acceptance(Options(), TRIANGLES, INPUT)
+    assert acceptance.no_worse(INPUT)
     for change in ({"min_angle": 19.9}, {"mean_angle": 49.9}, {"turned": 1}):
-        assert not worth.no_worse(replace(INPUT, energy=0.1, **change))
+        assert not acceptance.no_worse(replace(INPUT, energy=0.1, **change))
 
 
 def test_results_are_ranked_by_whether_they_are_worth_it_then_by_what_is_emphasized():
@@ -76,12 +76,12 @@ def test_results_are_ranked_by_whether_they_are_worth_it_then_by_what_is_emphasi
         replace(INPUT, energy=0.5, mean_angle=m, min_angle=a) for m, a in ((50.5, 20.0), (55.0, 21.0), (54.0, 30.0))
     )
     usual, worst = (Acceptance(Options(emphasis=e), TRIANGLES, INPUT) for e in ("mean", "worst"))
-    assert usual.beats(mean, least)
-    assert worst.beats(least, mean)
-    # Not worth it, whatever its mean.
-    assert usual.beats(replace(little, min_angle=30.0), replace(little, mean_angle=50.9))
+    assert usual.is_better(mean, least)
+    assert worst.is_better(least, mean)
+    # A gain of the mean that is not worthwhile.
+    assert usual.is_better(replace(little, min_angle=30.0), replace(little, mean_angle=50.9))
     folded = Acceptance(Options(), TRIANGLES, replace(INPUT, turned=2))
-    assert folded.beats(replace(least, turned=0), replace(mean, turned=1))
+    assert folded.is_better(replace(least, turned=0), replace(mean, turned=1))
 
 
 def test_cells_that_shall_not_be_regular_are_compared_by_their_energy():

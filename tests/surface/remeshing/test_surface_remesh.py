@@ -11,8 +11,8 @@ from surface.constraint.features import CORNER, CURVE, find_features
 from surface.constraint.input_surface import InputSurface
 from surface.mesh.geometry import Cells, enclosed_volume, mean_edge_length
 from surface.quality.assessment import smallest_angles
-from surface.remeshing.descent import Outcome, descend
-from surface.remeshing.pull_back import nearer
+from surface.remeshing.descent import Termination, descend
+from surface.remeshing.pull_back import pull_back
 
 STEPS = surface.Stepping(steps=1)
 
@@ -209,7 +209,7 @@ def test_nodes_are_held_by_the_name_of_a_point_array():
     for call in (surface.remesh, lambda mesh, fixed: surface.Evolution(surface.Willmore(mesh, fixed=fixed), STEPS)):
         with pytest.raises(OptionError, match="'wall' names no point array; there are: 'pole', 'axes'"):
             call(mesh, fixed="wall")
-        with pytest.raises(OptionError, match="fixed holds whole nodes on a surface"):
+        with pytest.raises(OptionError, match="fixed must have one boolean per point"):
             call(mesh, fixed="axes")
 
 
@@ -373,7 +373,7 @@ def test_numbers_are_no_text():
     ("options", "words"),
     [
         ({"iterations": -1}, "iterations is not negative, not -1"),
-        ({"tolerance": 1.0}, r"tolerance lies in \[0, 1\), not 1\.0"),
+        ({"tolerance": 1.0}, r"tolerance must lie in \[0, 1\), not 1\.0"),
         ({"features": 180}, "an angle in .0, 180. degrees, not 180"),
         ({"features": "sharp"}, "an angle, None or an array of edges, not 'sharp'"),
     ],
@@ -438,18 +438,18 @@ def test_a_cell_over_a_ridge_is_turned_over_if_either_side_says_so(side):
 
 def test_who_is_frozen_stays_exactly_and_the_others_keep_the_volume():
     points, cells = icosphere(3)
-    core = surface.Remeshing((points, cells.triangles))._core
+    problem = surface.Remeshing((points, cells.triangles))._problem
     rng = np.random.default_rng(0)
     frozen = np.arange(len(points)) % 9 == 0
     step = 0.1 * ~frozen[:, None] * rng.normal(size=points.shape)
-    x = core.start + 0.01 * rng.normal(size=points.shape)
-    volume = enclosed_volume(core.start, cells)
+    x = problem.start + 0.01 * rng.normal(size=points.shape)
+    volume = enclosed_volume(problem.start, cells)
     for who in (frozen, np.zeros_like(frozen)):
-        moved, base, _ = core.retracted(x, core.start, step, who)
+        moved, base, _ = problem.retract(x, problem.start, step, who)
         np.testing.assert_array_equal(moved[who], x[who])
-        np.testing.assert_array_equal(base[frozen], core.start[frozen])
+        np.testing.assert_array_equal(base[frozen], problem.start[frozen])
         assert abs(enclosed_volume(moved, cells) / volume - 1) < 1e-6
-    assert np.linalg.norm(moved[frozen] - core.start[frozen], axis=1).min() > 1e-4
+    assert np.linalg.norm(moved[frozen] - problem.start[frozen], axis=1).min() > 1e-4
 
 
 def test_a_rough_surface_ends_where_only_a_few_hopeless_cells_still_gain():
@@ -465,15 +465,15 @@ def test_a_rough_surface_ends_where_only_a_few_hopeless_cells_still_gain():
 
 def test_only_nodes_that_are_too_far_away_go_back():
     points, cells = icosphere(3)
-    core = surface.Remeshing((points, cells.triangles))._core
-    bound = 0.02 * np.linalg.norm(np.ptp(core.start, axis=0))
+    problem = surface.Remeshing((points, cells.triangles))._problem
+    bound = 0.02 * np.linalg.norm(np.ptp(problem.start, axis=0))
     out, slid = 0, 400
-    gone = core.start.copy()
+    gone = problem.start.copy()
     gone[out] *= 1.2
-    gone[slid] += 0.2 * np.cross(core.start[slid] - core.start.mean(axis=0), [0.0, 0.0, 1.0])
-    near, distance = next(nearer(core, core.with_volume(gone), bound))
-    assert core.shape.hausdorff(gone) > bound >= distance > 0.8 * bound
-    before, after = (np.linalg.norm(x - core.start, axis=1) for x in (gone, near))
+    gone[slid] += 0.2 * np.cross(problem.start[slid] - problem.start.mean(axis=0), [0.0, 0.0, 1.0])
+    near, distance = next(pull_back(problem, problem.restore_volume(gone), bound))
+    assert problem.input_surface.hausdorff(gone) > bound >= distance > 0.8 * bound
+    before, after = (np.linalg.norm(x - problem.start, axis=1) for x in (gone, near))
     assert after[out] < 0.9 * before[out]
     assert after[slid] > 0.98 * before[slid]
 
@@ -535,13 +535,13 @@ def test_a_run_goes_on_while_cells_gain_against_their_own_normals(seed):
     # On a rough surface the energy that is lowered stalls first, since not all normals are taken anew.
     points, triangles = scattered_sphere(300, seed)
     rng = np.random.default_rng(seed)
-    core = surface.Remeshing((points * (1 + 0.02 * rng.standard_normal((300, 1))), triangles))._core
-    outcome, tolerance = Outcome(), 3e-4
+    problem = surface.Remeshing((points * (1 + 0.02 * rng.standard_normal((300, 1))), triangles))._problem
+    termination, tolerance = Termination(), 3e-4
     own = [
-        core.energy.value_at_own_normals(at.points)
-        for at in descend(core, tolerance, outcome, np.zeros(300, dtype=bool))
+        problem.energy.value_at_own_normals(at.points)
+        for at in descend(problem, tolerance, termination, np.zeros(300, dtype=bool))
     ]
-    assert outcome.converged
+    assert termination.converged
     falls = -np.diff(np.log(own))
     assert (falls[-5:] < 1.5 * tolerance).all() or falls[-10:].sum() < 10 * tolerance
 
@@ -579,24 +579,24 @@ def test_where_cells_of_a_thin_wall_turn_over_it_begins_again_with_care(wall, me
 @pytest.mark.parametrize("everybody", [False, True])
 def test_who_waits_stays_until_no_cell_may_turn_over(everybody):
     points, cells = shaken(icosphere(2), 0.03)
-    core = surface.Remeshing((points, cells.triangles))._core
+    problem = surface.Remeshing((points, cells.triangles))._problem
     waiting = np.full(len(points), everybody)
     waiting[:30] = True
     released = False
-    for at in descend(core, 3e-4, Outcome(), waiting):
-        moved = np.linalg.norm(at.points - core.start, axis=1)
+    for at in descend(problem, 3e-4, Termination(), waiting):
+        moved = np.linalg.norm(at.points - problem.start, axis=1)
         assert moved[waiting].any() == released
-        released = core.shape.forbid_turning
+        released = problem.input_surface.forbid_turning
     assert released
     assert (moved[waiting] > 0).all()
 
 
 def test_a_descent_that_begins_again_does_not_take_the_latest_surface_back(monkeypatch):
     # A search that gives up early, so that the first descent ends stuck.
-    monkeypatch.setattr(surface.remeshing.descent, "_TRIES", 4)
+    monkeypatch.setattr(surface.remeshing.descent, "_MAX_TRIES", 4)
     points, cells = shaken(icosphere(2), 0.08)
     run = surface.Remeshing((points, cells.triangles), surface.Options(iterations=10, features=None))
-    latest = [smallest_angles(run.latest, cells).mean() for _ in run]
+    latest = [smallest_angles(run.last_points, cells).mean() for _ in run]
     means = np.array([record.mean_angle for record in run.history])
     again = int(np.argmin(np.diff(means))) + 1
     assert means[again] < means[again - 1] - 2

@@ -2,43 +2,41 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from typing import Any
 
 from surface.quality import require_sound
 
 from ...common import MeshError
 from ...quality import check, quality
-from .arguments import add_input, command
-from .quality import any_mesh
-from .surface_kind import SURFACES
+from .arguments import add_input
+from .kinds import SURFACES, read_any_mesh
 
-__all__ = ["add_check"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 
-def add_check(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "check",
-        _check,
-        "Tell whether a mesh, or a surface, can be worked on, and what is doubtful about it. Exit code 1 if it cannot.",
-        "  hexconformal check part.vtu\n  hexconformal check statue.ply\n",
-    )
+SUMMARY = (
+    "Tell whether a mesh, or a surface, can be worked on, and what is doubtful about it. Exit code 1 if it cannot."
+)
+EXAMPLES = "  hexconformal check part.vtu\n  hexconformal check statue.ply\n"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     add_input(parser)
 
 
-def _check(arguments: Namespace) -> int:
-    """Tell what is wrong with a mesh."""
-    kind, mesh = any_mesh(arguments)
-    head, *lines = _of_surface(mesh) if kind is SURFACES else _of_hexahedra(mesh)
+def run(arguments: Namespace) -> int:
+    """Print what is wrong with a mesh, and what is doubtful."""
+    kind, mesh = read_any_mesh(arguments)
+    head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh)
     refused = any(line.startswith("error: ") for line in lines)
     print("\n".join([f"{arguments.input}: {head}", *lines, *(["can be worked on"] if not refused else [])]))
     return int(refused)
 
 
-def _of_hexahedra(mesh: Any) -> list[str]:
-    """What is there, then what was found."""
+def _describe_hexahedra(mesh: Any) -> list[str]:
+    """Counts of a hexahedral mesh, then the findings of its checks, a line each."""
     findings = check(mesh)
     head = f"{len(mesh.cells)} hexahedra, {len(mesh.points)} points"
     if not any(finding.kind in ("not finite", "bad index") for finding in findings):
@@ -48,8 +46,8 @@ def _of_hexahedra(mesh: Any) -> list[str]:
     return [head, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
 
 
-def _of_surface(mesh: Any) -> list[str]:
-    """The same of a surface."""
+def _describe_surface(mesh: Any) -> list[str]:
+    """Counts of a surface, then the findings of its checks, a line each."""
     counts = f"{len(mesh.cells.triangles)} triangles, {len(mesh.cells.quads)} quadrilaterals"
     head = f"{counts}, {len(mesh.points)} points"
     try:

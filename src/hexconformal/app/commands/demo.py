@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,56 +15,52 @@ from ...mesh import HexMesh
 from ...plots import require_rendering
 from ...regularization import Options
 from ..progress import Progress
-from .arguments import command
+from .job import FinishedJob, exit_code_of, run_job
 from .outputs import Outputs
-from .regularize import Volume
-from .work import Finished, ended, run_work
+from .regularize import RegularizeJob
 
-__all__ = ["add_demo"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 _TOLERANCE = 1e-12
 
 
-def add_demo(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "demo",
-        _demo,
-        "Make a cube of skewed cells regular. Leaves meshes, a ParaView series, a picture and a report in a folder.",
-        "  hexconformal demo\n  hexconformal demo /tmp/cube --size 30\n",
-    )
+SUMMARY = "Make a cube of skewed cells regular. Leaves meshes, a ParaView series, a picture and a report in a folder."
+EXAMPLES = "  hexconformal demo\n  hexconformal demo /tmp/cube --size 30\n"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("folder", nargs="?", default="hexconformal-demo", metavar="FOLDER", help="default %(default)s")
     parser.add_argument("--size", type=int, default=15, metavar="N", help="cells along an edge (default %(default)d)")
 
 
-def _demo(arguments: Namespace) -> int:
-    """Make a sheared cube regular."""
+def run(arguments: Namespace) -> int:
+    """Make a sheared cube regular and print what was done."""
     with Progress() as progress:
-        finished, lines = _run(arguments.folder, arguments.size, progress)
+        finished, lines = _run_demo(arguments.folder, arguments.size, progress)
     print(finished.result.report)
     print("\n".join(["", *lines]))
-    return ended(finished, arguments.folder)
+    return exit_code_of(finished, arguments.folder)
 
 
-def _run(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple[Finished, list[str]]:
+def _run_demo(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple[FinishedJob, list[str]]:
     """Regularize a sheared cube and leave meshes, a series for ParaView, pictures and reports in a folder.
 
     Parameters
     ----------
     folder
-        Where; made if it is missing. Files of an earlier demo are replaced.
+        The folder, made if it is missing. Files of an earlier demo are replaced.
     size
         Cells along an edge.
     progress
-        Where to show what goes on.
+        Shows what goes on.
 
     Returns
     -------
     finished
         The run.
     lines
-        What was done and where it is, for people.
+        A text that says what was done and which files there are.
 
     Raises
     ------
@@ -75,7 +70,7 @@ def _run(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple
         If the folder cannot be made or written to.
     """
     if size < 2:
-        raise OptionError(f"the demo needs two cells along an edge or more, not {size}")
+        raise OptionError(f"size must be 2 or more cells along an edge, not {size}")
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -94,7 +89,7 @@ def _run(folder: str | os.PathLike[str], size: int, progress: Progress) -> tuple
     outputs.check()
     source = folder / "sheared_cube.vtu"
     write(source, HexMesh(*sheared_cube(size)))
-    finished = run_work(Volume(read(source), Options(tolerance=_TOLERANCE)), outputs, progress)
+    finished = run_job(RegularizeJob(read(source), Options(tolerance=_TOLERANCE)), outputs, progress)
     write_text(folder / "report.txt", f"{finished.result.report}\n")
     distance = np.abs(finished.result.points - box((size, size, size))[0]).max()
     lines = [

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sys
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from surface.flow import Evolution, Flow, FlowRun, Helfrich, MeanCurvature, PWillmore, Stepping, Willmore
 from surface.plots import plot_history
@@ -13,33 +13,38 @@ from surface.plots import plot_history
 from ...common import OptionError
 from ...runs import RunFolder
 from ..progress import Progress
-from .arguments import command
 
-__all__ = ["add_flow"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
-_FLOWS = ("mean-curvature", "willmore", "p-willmore", "helfrich")
-
-
-def add_flow(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "flow",
-        _flow,
-        "Let a surface flow to lower area or bending energy, remeshing on the way. Writes frames, a history and a"
-        " checkpoint after every step into a folder.",
-        """  hexconformal flow statue.ply run/ --flow mean-curvature --conserve volume --remesh --steps 200
+SUMMARY = (
+    "Let a surface flow to lower area or bending energy, remeshing on the way. Writes frames, a history and a"
+    " checkpoint after every step into a folder."
+)
+EXAMPLES = """  hexconformal flow statue.ply run/ --flow mean-curvature --conserve volume --remesh --steps 200
   hexconformal flow cube.ply run/ --flow willmore --conserve area,volume --remesh
   hexconformal flow cell.vtp run/ --flow helfrich --kc 1 --c0 0.5 --remesh --t-end 0.1 --outputs 0.01,0.05
   hexconformal flow statue.ply run/ --flow mean-curvature --conserve volume --remesh --steps 400 --resume
 
 in the folder: run.pvd (frames for ParaView), history.csv, history.png, last.vtu, checkpoint.npz
-""",
-    )
+"""
+
+# By name, the default first: a flow of the surface in a file, with what it conserves.
+_FLOWS: dict[str, Callable[[Namespace, list[str]], Flow]] = {
+    "mean-curvature": lambda given, conserve: MeanCurvature(given.input, conserve),
+    "willmore": lambda given, conserve: Willmore(given.input, conserve),
+    "p-willmore": lambda given, conserve: PWillmore(given.input, given.p, conserve),
+    "helfrich": lambda given, conserve: Helfrich(given.input, given.kc, given.c0, given.gamma, conserve),
+}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
     what = parser.add_argument_group("the flow")
-    what.add_argument("--flow", metavar="|".join(_FLOWS), default=_FLOWS[0], help="what falls (default %(default)s)")
+    what.add_argument(
+        "--flow", metavar="|".join(_FLOWS), default=next(iter(_FLOWS)), help="what falls (default %(default)s)"
+    )
     what.add_argument("--conserve", metavar="area,volume", default="", help="what is kept at every step")
     what.add_argument("--p", type=float, default=2.0, help="of p-Willmore flow, int |Y|^p (default %(default)g)")
     what.add_argument("--kc", type=float, default=1.0, help="bending modulus (default %(default)g)")
@@ -61,16 +66,17 @@ in the folder: run.pvd (frames for ParaView), history.csv, history.png, last.vtu
         "--remesh", type=int, nargs="?", const=1, default=0, metavar="K", help="before every step, or every K-th"
     )
     mesh.add_argument("--remesh-below", type=float, metavar="DEGREES", help="where an angle is smaller than this")
-    told = parser.add_argument_group("what is told")
-    told.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
-    told.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
-    told.add_argument("--overwrite", action="store_true", help="start anew in FOLDER, whatever is in it")
-    told.add_argument("--quiet", action="store_true", help="errors only")
+    group = parser.add_argument_group("outputs")
+    group.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
+    group.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
+    group.add_argument("--overwrite", action="store_true", help="start anew in FOLDER, whatever is in it")
+    group.add_argument("--quiet", action="store_true", help="errors only")
 
 
-def _flow(arguments: Namespace) -> int:
+def run(arguments: Namespace) -> int:
+    """Follow a flow in a folder."""
     if arguments.every < 1:
-        raise OptionError(f"every is 1 or more, not {arguments.every}")
+        raise OptionError(f"every must be 1 or more, not {arguments.every}")
     stepping = Stepping(
         t_end=arguments.t_end,
         steps=arguments.steps,
@@ -78,49 +84,43 @@ def _flow(arguments: Namespace) -> int:
         tau_max=arguments.tau_max,
         growth=arguments.growth,
         stall=arguments.stall,
-        outputs=tuple(_number(text) for text in _words(arguments.outputs)),
+        outputs=tuple(_float(text) for text in _words(arguments.outputs)),
         remesh=arguments.remesh,
         remesh_below=arguments.remesh_below,
     )
-    place = RunFolder(Path(arguments.folder))
-    place.prepare(arguments.resume, arguments.overwrite)
+    folder = RunFolder(Path(arguments.folder))
+    folder.prepare(arguments.resume, arguments.overwrite)
     with Progress(arguments.quiet) as progress:
-        progress.say(f"reading {arguments.input}")
-        run = Evolution(_made(arguments), stepping)
-        stopped = place.follow(FlowRun(run), arguments.resume, arguments.every, progress.say)
-    plot_history(place.plot, place.history)
+        progress.show(f"reading {arguments.input}")
+        evolution = Evolution(_flow(arguments), stepping)
+        stopped = folder.follow(FlowRun(evolution), arguments.resume, arguments.every, progress.show)
+    plot_history(folder.plot, folder.history)
     if not arguments.quiet:
-        for note in run.notes:
+        for note in evolution.notes:
             print(f"note: {note}")
-        if run.history:
-            print(run.history[-1])
-        print("interrupted" if stopped else run.reason)
-        print(f"wrote {place.frames}, {place.history.name}, {place.plot.name}, {place.last.name}")
+        if evolution.history:
+            print(evolution.history[-1])
+        print("interrupted" if stopped else evolution.reason)
+        print(f"wrote {folder.frames}, {folder.history.name}, {folder.plot.name}, {folder.last.name}")
     if stopped is not None:
-        print(f"interrupted at step {run.step}: --resume goes on from there", file=sys.stderr)
+        print(f"interrupted at step {evolution.step}: --resume goes on from there", file=sys.stderr)
         return 130
     return 0
 
 
-def _made(arguments: Namespace) -> Flow:
-    conserve, path = _words(arguments.conserve), arguments.input
-    if arguments.flow == "mean-curvature":
-        return MeanCurvature(path, conserve)
-    if arguments.flow == "willmore":
-        return Willmore(path, conserve)
-    if arguments.flow == "p-willmore":
-        return PWillmore(path, arguments.p, conserve)
-    if arguments.flow == "helfrich":
-        return Helfrich(path, arguments.kc, arguments.c0, arguments.gamma, conserve)
-    raise OptionError(f"flow is {', '.join(_FLOWS[:-1])} or {_FLOWS[-1]}, not {arguments.flow!r}")
+def _flow(arguments: Namespace) -> Flow:
+    if arguments.flow not in _FLOWS:
+        *names, last = _FLOWS
+        raise OptionError(f"flow must be {', '.join(names)} or {last}, not {arguments.flow!r}")
+    return _FLOWS[arguments.flow](arguments, _words(arguments.conserve))
 
 
 def _words(text: str) -> list[str]:
     return [word for word in text.replace(",", " ").split() if word]
 
 
-def _number(text: str) -> float:
+def _float(text: str) -> float:
     try:
         return float(text)
     except ValueError as problem:
-        raise OptionError(f"outputs are times, not {text!r}") from problem
+        raise OptionError(f"outputs must be times, not {text!r}") from problem

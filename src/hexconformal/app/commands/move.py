@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import sys
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Any
 
 from ...common import OptionError
 from ...motion import MeshMotion, MotionRun, read_boundary
 from ...runs import RunFolder
 from ..progress import Progress
-from .arguments import add_input, command, mesh_of
+from .arguments import add_input, read_hexahedra
 
-__all__ = ["add_move"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 
-def add_move(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "move",
-        _move,
-        "Move a mesh with its boundary, step after step. Writes frames with the mesh velocity, a history and a"
-        " checkpoint after every step into a folder; ends with exit code 1 where the boundary asks for the impossible.",
-        """  hexconformal move box.vtu run/ --boundary motion.csv
+SUMMARY = (
+    "Move a mesh with its boundary, step after step. Writes frames with the mesh velocity, a history and a"
+    " checkpoint after every step into a folder; ends with exit code 1 where the boundary asks for the impossible."
+)
+EXAMPLES = """  hexconformal move box.vtu run/ --boundary motion.csv
   hexconformal move box.vtu run/ --boundary motion.csv --fixed wall --operator elastic
   hexconformal move box.vtu run/ --boundary longer.csv --resume
 
@@ -32,8 +27,11 @@ motion.csv: a header, then a row per step (or time, from 0) and node; displaceme
   time,node,dx,dy,dz
   0.1,17,0.0,0.02,0.0
 in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.npz
-""",
-    )
+"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     add_input(parser)
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
     parser.add_argument("--boundary", metavar="motion.csv", required=True, help="where the moving nodes go")
@@ -51,33 +49,33 @@ in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.
     parser.add_argument("--quiet", action="store_true", help="errors only")
 
 
-def _move(arguments: Namespace) -> int:
+def run(arguments: Namespace) -> int:
     """Move a mesh with its boundary."""
     if arguments.every < 1:
-        raise OptionError(f"every is 1 or more, not {arguments.every}")
+        raise OptionError(f"every must be 1 or more, not {arguments.every}")
     boundary = read_boundary(arguments.boundary)
-    place = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
-    place.prepare(arguments.resume, arguments.overwrite)
+    folder = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
+    folder.prepare(arguments.resume, arguments.overwrite)
     last: list[str] = []
     with Progress(arguments.quiet) as progress:
 
-        def tell(line: str) -> None:
+        def show(line: str) -> None:
             last[:] = [line]
-            progress.say(line)
+            progress.show(line)
 
-        progress.say(f"reading {arguments.input}")
-        mesh = mesh_of(arguments)
+        progress.show(f"reading {arguments.input}")
+        mesh = read_hexahedra(arguments)
         motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
-        run = MotionRun(motion, boundary)
-        stopped = place.follow(run, arguments.resume, arguments.every, tell)
+        motion_run = MotionRun(motion, boundary)
+        stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)
     if not arguments.quiet:
         for line in [*(f"note: {note}" for note in motion.notes), *last]:
             print(line)
-        print(f"wrote {place.frames}, {place.history.name}, {place.last.name}")
+        print(f"wrote {folder.frames}, {folder.history.name}, {folder.last.name}")
     if stopped is not None:
-        print(f"interrupted after step {run.step}: --resume goes on from there", file=sys.stderr)
+        print(f"interrupted after step {motion_run.step}: --resume goes on from there", file=sys.stderr)
         return 130
-    if run.refusal:
-        print(f"error: step {run.step + 1} was refused: {run.refusal}", file=sys.stderr)
+    if motion_run.refusal:
+        print(f"error: step {motion_run.step + 1} was refused: {motion_run.refusal}", file=sys.stderr)
         return 1
     return 0

@@ -1,4 +1,4 @@
-"""Where results go: places that are tried before the work begins."""
+"""The files of a run, which are checked before it begins."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...common import OptionError, check_writable
-from ...plots import PICTURES, require_rendering
+from ...plots import PICTURE_EXTENSIONS, require_rendering
 
-__all__ = ["Outputs", "check_pictures", "check_places"]
+__all__ = ["Outputs", "check_paths", "check_pictures"]
 
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where the results of a run go; what is None is not written.
+    """Paths of the results of a run; what is None is not written.
 
     Attributes
     ----------
@@ -46,24 +46,24 @@ class Outputs:
     worst_picture: str | None = None
     every: int = 1
 
-    def named(self) -> list[str]:
-        """The files that are asked for."""
-        places = (self.mesh, self.history, self.frames, self.report, self.plot, self.picture, self.worst_picture)
-        return [path for path in places if path is not None]
+    def paths(self) -> list[str]:
+        """The files that will be written."""
+        candidates = (self.mesh, self.history, self.frames, self.report, self.plot, self.picture, self.worst_picture)
+        return [path for path in candidates if path is not None]
 
     def check(self, source: str | None = None, overwrite: bool = False) -> None:
-        """Raise a WriteError or OptionError unless all of them can be written, `source` being the input."""
+        """Raise a WriteError or OptionError unless all of them can be written; `source` is the input."""
         if self.every < 1:
-            raise OptionError(f"every is 1 or more, not {self.every}")
-        check_places(self.named(), source, overwrite)
+            raise OptionError(f"every must be 1 or more, not {self.every}")
+        check_paths(self.paths(), source, overwrite)
         check_writable(self.mesh, self.extensions)
         if self.frames is not None:
             check_writable(self.frames, (".pvd",))
         check_pictures(self.plot, self.picture, self.worst_picture)
 
 
-def check_places(outputs: Sequence[str | None], source: str | None = None, overwrite: bool = False) -> None:
-    """Raise unless the outputs are places that can be written to, different from each other and from the input.
+def check_paths(outputs: Sequence[str | None], source: str | None = None, overwrite: bool = False) -> None:
+    """Raise unless the outputs can be written to and are different from each other and from the input.
 
     Raises
     ------
@@ -72,14 +72,14 @@ def check_places(outputs: Sequence[str | None], source: str | None = None, overw
     WriteError
         If a folder is missing or cannot be written to.
     """
-    places = [path for path in outputs if path is not None]
+    paths = [path for path in outputs if path is not None]
     seen = {} if source is None else {os.path.realpath(source): "the input"}
-    for number, path in enumerate(places):
-        place = os.path.realpath(path)
-        if place in seen and not (overwrite and number == 0):
+    for number, path in enumerate(paths):
+        real = os.path.realpath(path)
+        if real in seen and not (overwrite and number == 0):
             advice = ": add --overwrite to replace it" if number == 0 else ""
-            raise OptionError(f"{path} is {seen[place]} already{advice}")
-        seen[place] = "an output"
+            raise OptionError(f"{path} is {seen[real]} already{advice}")
+        seen[real] = "an output"
         check_writable(path)
 
 
@@ -87,6 +87,6 @@ def check_pictures(plot: str | None, *scenes: str | None) -> None:
     """Raise a WriteError unless a plot, and pictures in three dimensions, can be drawn; None is not wanted."""
     for path in (plot, *scenes):
         if path is not None:
-            check_writable(path, PICTURES)
+            check_writable(path, PICTURE_EXTENSIONS)
     if any(scenes):
         require_rendering()

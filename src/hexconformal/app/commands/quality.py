@@ -2,38 +2,29 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
-from pathlib import Path
-from typing import Any
+from argparse import ArgumentParser, Namespace
 
-import surface
-
-from ...common import MeshError, OptionError, ReadError, check_writable, odd_points, write_text
-from ...io import READ_EXTENSIONS
+from ...common import MeshError, OptionError, check_writable, odd_points, write_text
 from ..progress import Progress
-from .arguments import STDOUT, add_input, add_overwrite, command, mesh_of, tell_lost
-from .kind import VOLUMES, Kind
-from .outputs import check_pictures, check_places
-from .surface_kind import SURFACES
+from .arguments import STDOUT, add_input, add_overwrite, note_dropped
+from .kinds import read_any_mesh
+from .outputs import check_paths, check_pictures
 
-__all__ = ["add_quality", "any_mesh"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 
-def add_quality(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "quality",
-        _quality,
-        "Measure every cell of a hexahedral mesh (its validity, det J > 0 everywhere, is certified) or of a surface.",
-        """  hexconformal quality part.vtu
+SUMMARY = "Measure every cell of a hexahedral mesh (its validity, det J > 0 everywhere, is certified) or of a surface."
+EXAMPLES = """  hexconformal quality part.vtu
   hexconformal quality part.vtu --plot quality.png
   hexconformal quality part.vtu --worst 20 --picture worst.png
   hexconformal quality part.vtu --json - | jq .scaled_jacobian.min
   hexconformal quality part.msh --out measured.vtu
   hexconformal quality statue.ply --plot quality.png
-""",
-    )
+"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     add_input(parser)
     parser.add_argument("--json", metavar="FILE", help="write the summary as JSON; - for stdout")
     parser.add_argument("--plot", metavar="quality.png", help="draw histograms")
@@ -43,16 +34,16 @@ def add_quality(added: Any) -> None:
     add_overwrite(parser)
 
 
-def _quality(arguments: Namespace) -> int:
+def run(arguments: Namespace) -> int:
     """Measure a mesh, or a surface where there are no hexahedra."""
     if arguments.worst < 0:
-        raise OptionError(f"worst is not negative, not {arguments.worst}")
+        raise OptionError(f"worst must not be negative, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
-    check_places([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
+    check_paths([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
     check_pictures(arguments.plot, arguments.picture)
     with Progress() as progress:
-        progress.say(f"measuring {arguments.input}")
-        kind, mesh = any_mesh(arguments)
+        progress.show(f"measuring {arguments.input}")
+        kind, mesh = read_any_mesh(arguments)
         odd, text = odd_points(mesh.points)
         if len(odd):
             raise MeshError(f"{arguments.input}: {text}")
@@ -64,9 +55,9 @@ def _quality(arguments: Namespace) -> int:
             kind.histogram(arguments.plot, measured)
         if arguments.picture is not None:
             kind.worst_cells(arguments.picture, measured, count=arguments.worst)
-        lost = []
+        dropped = []
         if arguments.output is not None:
-            lost = kind.write(arguments.output, mesh.replaced(cell_data=kind.arrays(measured)))
+            dropped = kind.write(arguments.output, mesh.replaced(cell_data=kind.arrays(measured)))
         if to_file is not None:
             write_text(to_file, summary.to_json() + "\n")
     if arguments.json == STDOUT:
@@ -74,30 +65,9 @@ def _quality(arguments: Namespace) -> int:
     else:
         print(summary)
         if summary.worst:
-            print(f"worst cells (id, {kind.worst_by.replace('_', ' ')}, centre)")
+            print(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre)")
         for cell in summary.worst:
             centre = ", ".join(f"{x:.6g}" for x in cell.centre)
-            print(f"{cell.id:>10d} {getattr(cell, kind.worst_by):>10.5f}  ({centre})")
-    tell_lost(arguments.output, lost)
+            print(f"{cell.id:>10d} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
+    note_dropped(arguments.output, dropped)
     return 0
-
-
-def any_mesh(arguments: Namespace) -> tuple[Kind, Any]:
-    """A mesh of hexahedra, or of triangles and quadrilaterals if there are none."""
-    extension = Path(arguments.input).suffix.lower()
-    is_surface_file = extension in SURFACES.extensions
-    if is_surface_file and extension not in READ_EXTENSIONS:
-        return SURFACES, surface.read(arguments.input)
-    try:
-        return VOLUMES, mesh_of(arguments)
-    except ReadError:
-        raise
-    except MeshError:
-        if not is_surface_file:
-            raise
-        try:
-            return SURFACES, surface.read(arguments.input)
-        except MeshError:
-            # No surface either: what was said of the volume stands.
-            pass
-        raise

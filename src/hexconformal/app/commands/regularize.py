@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import BooleanOptionalAction, Namespace
+from argparse import ArgumentParser, BooleanOptionalAction, Namespace
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -11,28 +11,25 @@ import numpy as np
 from ...elements import corner_scaled_jacobian
 from ...mesh import HexMesh
 from ...regularization import Options, Regularization
-from .arguments import add_choice, add_input, add_output, add_outputs, command, mesh_of
-from .kind import VOLUMES
-from .work import carry_out
+from .arguments import add_choice, add_input, add_output, add_outputs, read_hexahedra
+from .job import run_command
+from .kinds import VOLUMES
 
-__all__ = ["Volume", "add_regularize"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 
-def add_regularize(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "regularize",
-        _regularize,
-        "Make the cells of a hexahedral mesh regular. Inverted cells are unfolded, valid ones stay valid.",
-        """  hexconformal regularize part.vtu better.vtu
+SUMMARY = "Make the cells of a hexahedral mesh regular. Inverted cells are unfolded, valid ones stay valid."
+EXAMPLES = """  hexconformal regularize part.vtu better.vtu
   hexconformal regularize part.vtu better.vtu --hausdorff 0.01 --features keep
   hexconformal regularize part.vtu better.vtu --surface part.stl
   hexconformal regularize part.msh better.msh --boundary fixed --history run.csv --frames run.pvd
   hexconformal regularize layers.vtu better.vtu --target input --fixed wall
   hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --worst-picture worst.png
-""",
-    )
+"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     add_input(parser)
     add_output(parser)
     shape = parser.add_argument_group("how the shape is kept")
@@ -77,8 +74,8 @@ def add_regularize(added: Any) -> None:
 
 
 @dataclass(frozen=True)
-class Volume:
-    """Regularize a hexahedral mesh, as a :class:`hexconformal.app.commands.work.Work`."""
+class RegularizeJob:
+    """Regularizes a hexahedral mesh, as a :class:`hexconformal.app.commands.job.Job`."""
 
     mesh: HexMesh
     options: Options
@@ -87,20 +84,20 @@ class Volume:
     def start(self) -> Regularization:
         return Regularization(self.mesh, self.options)
 
-    def dry_run(self) -> HexMesh:
+    def placeholder(self) -> HexMesh:
         zero = np.zeros(len(self.mesh.cells))
         return self.mesh.replaced(
             point_data={"moved_by": np.zeros_like(self.mesh.points)},
             cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero},
         )
 
-    def frame(self, run: Any) -> HexMesh:
+    def snapshot(self, run: Any) -> HexMesh:
         points = run.points
         data = {"scaled_jacobian": corner_scaled_jacobian(points, run.mesh.cells)}
         return run.mesh.replaced(points=points, cell_data=data)
 
 
-def _regularize(arguments: Namespace) -> int:
-    """Regularize a mesh; an interruption leaves what was reached."""
+def run(arguments: Namespace) -> int:
+    """Regularize a mesh; an interruption leaves the mesh reached so far."""
     options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
-    return carry_out(arguments, VOLUMES, lambda: Volume(mesh_of(arguments), options))
+    return run_command(arguments, VOLUMES, lambda: RegularizeJob(read_hexahedra(arguments), options))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from argparse import BooleanOptionalAction, Namespace
+from argparse import ArgumentParser, BooleanOptionalAction, Namespace
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -17,28 +17,25 @@ from surface.quality import smallest_angles
 from surface.remeshing import EMPHASES, Options, Remeshing
 
 from ...common import OptionError
-from .arguments import add_choice, add_output, add_outputs, command
-from .surface_kind import SURFACES
-from .work import carry_out
+from .arguments import add_choice, add_output, add_outputs
+from .job import run_command
+from .kinds import SURFACES
 
-__all__ = ["add_remesh"]
+__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 
-def add_remesh(added: Any) -> None:
-    """Add the command to those of the program."""
-    parser = command(
-        added,
-        "remesh",
-        _remesh,
-        "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over.",
-        f"""  hexconformal remesh statue.ply better.vtu
+SUMMARY = "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over."
+EXAMPLES = f"""  hexconformal remesh statue.ply better.vtu
   hexconformal remesh statue.ply better.vtu --reference flat --iterations 20 --frames run.pvd
   hexconformal remesh part.stl better.stl --hausdorff 0.002 --features 30 --history run.csv
   hexconformal remesh sheet.vtp better.vtp --boundary fixed --plot quality.png --picture both.png
 
 formats: {" ".join(EXTENSIONS)}
-""",
-    )
+"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
     add_output(parser)
     shape = parser.add_argument_group("how the shape is kept")
@@ -76,19 +73,19 @@ formats: {" ".join(EXTENSIONS)}
     add_outputs(parser, "the surface before and after")
 
 
-def _remesh(arguments: Namespace) -> int:
-    """Remesh a surface; an interruption leaves what was reached."""
+def run(arguments: Namespace) -> int:
+    """Remesh a surface; an interruption leaves the surface reached so far."""
     known = {
         name: value for name, value in vars(arguments).items() if name in {field.name for field in fields(Options)}
     }
     options = Options(**{**known, "features": _angle(arguments.features), "reference": _reference(arguments.reference)})
 
-    return carry_out(arguments, SURFACES, lambda: _Remesh(read(arguments.input), options))
+    return run_command(arguments, SURFACES, lambda: RemeshJob(read(arguments.input), options))
 
 
 @dataclass(frozen=True)
-class _Remesh:
-    """Remesh a surface, as a :class:`hexconformal.app.commands.work.Work`."""
+class RemeshJob:
+    """Remeshes a surface, as a :class:`hexconformal.app.commands.job.Job`."""
 
     mesh: SurfaceMesh
     options: Options
@@ -97,11 +94,11 @@ class _Remesh:
     def start(self) -> Remeshing:
         return Remeshing(self.mesh, self.options)
 
-    def dry_run(self) -> SurfaceMesh:
+    def placeholder(self) -> SurfaceMesh:
         zero = np.zeros(len(self.mesh.cells))
         return self.mesh.replaced(cell_data={"min_angle": zero, "min_angle_change": zero})
 
-    def frame(self, run: Any) -> Any:
+    def snapshot(self, run: Any) -> Any:
         points = run.points
         return as_pyvista(self.mesh.replaced(points, cell_data={"min_angle": smallest_angles(points, self.mesh.cells)}))
 
@@ -112,9 +109,9 @@ def _angle(given: Any) -> float | None:
     try:
         return float(given)
     except ValueError as problem:
-        raise OptionError(f"features is an angle in degrees, or none, not {given!r}") from problem
+        raise OptionError(f"features must be an angle in degrees, or none, not {given!r}") from problem
 
 
 def _reference(given: str) -> Any:
-    """A name, or the points of a mesh in a file."""
+    """The name of a reference, or the points of a mesh in a file."""
     return given if given in TARGETS or not os.path.splitext(given)[1] else read(given).points

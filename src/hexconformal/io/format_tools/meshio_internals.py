@@ -15,7 +15,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["REPLACED", "exodus_reader", "gmsh_cell_types", "gmsh_node_order", "med_reader", "med_writer", "nastran_writer", "with_globals"]
+__all__ = [
+    "REPLACED",
+    "exodus_reader",
+    "gmsh_cell_types",
+    "gmsh_node_order",
+    "med_reader",
+    "med_writer",
+    "nastran_writer",
+    "with_globals",
+]
 
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {

@@ -137,12 +137,12 @@ def _parsed(text: str) -> tuple[Any, list[str]]:
     return mesh, notes
 
 
-def _put_points(text: str, points: NDArray[np.float64]) -> str:
+def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
     """The deck with the coordinates of its nodes, in their order, replaced; all else stays as it is."""
-    rows = iter(points.tolist())
+    rows = iter(mesh.points.tolist())
     result = []
     inside = unfinished = False
-    for line in text.splitlines(keepends=True):
+    for line in file.text.splitlines(keepends=True):
         if line.lstrip().startswith("*"):
             inside = inside if line.lstrip().startswith("**") else _keyword(line)[0] == "NODE"
             unfinished = line.rstrip().endswith(",")
@@ -153,7 +153,8 @@ def _put_points(text: str, points: NDArray[np.float64]) -> str:
             fields = line.rstrip().rstrip(",").split(",")
             line = ",".join([fields[0], f" {x!r}", f" {y!r}", f" {z!r}", *fields[4:]]) + "\n"
         result.append(line)
-    return "".join(result)
+    # Bytes that are not UTF-8 come out as they came in.
+    return "".join(result).encode("utf-8", "surrogateescape"), []
 
 
 def _sections(text: str) -> Iterator[tuple[str, dict[str, str], list[str]]]:

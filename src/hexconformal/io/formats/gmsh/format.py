@@ -42,7 +42,7 @@ def _read(path: Path) -> FileContents:
         import meshio
 
         refuse_namesake(path, *_VERSION_1)
-        notes: list[str] = []
+        notes: tuple[str, ...] = ()
         if header is None:
             file = SourceFile(path, "ansys")
             mesh = meshio.ansys.read(str(path))
@@ -52,8 +52,10 @@ def _read(path: Path) -> FileContents:
                 file, mesh = SourceFile(path, "gmsh", version, as_text), meshio.gmsh.read(str(path))
             else:
                 data = path.read_bytes()
-                file = SourceFile(path, "gmsh", version, as_text, data=data)
-                mesh, notes = read_mesh(data)
+                found = read_mesh(data)
+                mesh, notes = found.mesh, found.notes
+                labels = {"node_labels": found.node_tags, "cell_labels": found.element_tags}
+                file = SourceFile(path, "gmsh", version, as_text, data=data, **labels)
     contents = checked_contents(mesh, file, output)
     return replace(contents, notes=(*contents.notes, *notes))
 

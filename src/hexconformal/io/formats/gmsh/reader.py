@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,21 @@ from .periodic import read_periodic
 from .sections import Encoding, file_encoding, file_sections
 from .views import read_view
 
-__all__ = ["element_tags", "read_mesh"]
+__all__ = ["Contents", "read_mesh"]
 
 
-def read_mesh(data: bytes) -> tuple[Any, list[str]]:
-    """The mesh in the bytes of a file of version 2 or 4.1, and remarks.
+@dataclass(frozen=True)
+class Contents:
+    """A meshio.Mesh, remarks, and the tags of its nodes and of all its cells."""
+
+    mesh: Any
+    notes: tuple[str, ...]
+    node_tags: NDArray[np.int64]
+    element_tags: NDArray[np.int64]
+
+
+def read_mesh(data: bytes) -> Contents:
+    """The mesh in the bytes of a file of version 2 or 4.1.
 
     Nodes and elements keep their order. Elements carry the numbers ``gmsh:physical`` (their first group) and
     ``gmsh:geometrical``, 0 for none, and ``gmsh:partition`` where there are partitions; every physical group with a
@@ -72,15 +82,8 @@ def read_mesh(data: bytes) -> tuple[Any, list[str]]:
         gmsh_periodic=read_periodic(bodies["Periodic"], encoding, tags) if "Periodic" in bodies else None,
     )
     count = sum(len(rows) for rows, _ in repeated)
-    return mesh, [f"{count} elements are in the file again, for a second physical group: taken once"] if count else []
-
-
-def element_tags(data: bytes) -> NDArray[np.int64]:
-    """The tags of the elements in the bytes of a file, in the order of the cells of the mesh."""
-    encoding = file_encoding(data)
-    bodies = {section.name: data[section.body_start : section.body_end] for section in file_sections(data)}
-    blocks, _ = _without_repeated(read_elements(bodies["Elements"], encoding, _entities(bodies, encoding)))
-    return np.concatenate([block.tags for block in blocks])
+    notes = (f"{count} elements are in the file again, for a second physical group: taken once",) if count else ()
+    return Contents(mesh, notes, tags.tags, np.concatenate([np.empty(0, np.int64), *(b.tags for b in blocks)]))
 
 
 def _entities(bodies: dict[str, bytes], encoding: Encoding) -> Entities:

@@ -10,9 +10,9 @@ import numpy as np
 from ....common import WriteError
 from ...convert import to_meshio
 from ...format_tools.rewriting import changed_arrays
+from ...source_file import SourceFile
 from .nodes import encode_nodes, read_nodes
 from .periodic import parted_pairs
-from .reader import element_tags
 from .sections import Encoding, Section, file_encoding, file_sections
 from .views import View, encode_view, view_name
 
@@ -21,7 +21,7 @@ __all__ = ["rewritten"]
 _COMPONENTS = (1, 3, 9)
 
 
-def rewritten(data: bytes, mesh: Any) -> tuple[bytes, list[str]] | None:
+def rewritten(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
     """The file that a mesh came from with the points of the mesh, and what could not be kept, in words.
 
     Sections that say nothing of coordinates stay byte for byte. Arrays that were added, or changed, take the place
@@ -31,7 +31,7 @@ def rewritten(data: bytes, mesh: Any) -> tuple[bytes, list[str]] | None:
     -------
     None if the tags of elements or nodes changed, which the file's entities are about.
     """
-    arrays = changed_arrays(mesh)
+    data, arrays = file.data, changed_arrays(mesh)
     if any(name.startswith("gmsh:") for names in arrays for name in names):
         return None
     encoding, sections = file_encoding(data), file_sections(data)
@@ -60,7 +60,7 @@ def rewritten(data: bytes, mesh: Any) -> tuple[bytes, list[str]] | None:
             here = arrays[section.name == "ElementData"]
             if view_name(data[section.body_start : section.body_end]) in here:
                 new[number] = b""
-    tags = np.concatenate([block.tags for block in blocks]), element_tags(data) if arrays[1] else None
+    tags = file.node_labels, file.cell_labels
     views = _views(arrays, tags, mesh.origin.selection.rows, encoding, lost)
     return _joined(data, sections, new) + views, lost
 
