@@ -58,12 +58,12 @@ class Format:
         if self.write is None:
             raise WriteError(f"{self.name} files are only read")
         file = getattr(mesh.origin, "file", None)
-        if self.rewritten is not None and file is not None and file.format == self.name and file.data:
-            if np.array_equal(mesh.cells, mesh.origin.selection.cells):
-                result = self.rewritten(file, mesh)
-                if result is not None:
-                    target.write_bytes(result[0])
-                    return result[1]
+        same = file is not None and np.array_equal(mesh.cells, mesh.origin.selection.cells)
+        if self.rewritten is not None and file is not None and file.format == self.name and file.data and same:
+            result = self.rewritten(file, mesh)
+            if result is not None:
+                target.write_bytes(result[0])
+                return result[1]
         if self.put_points is None or file is None or file.format != self.name:
             return self.write(target, mesh)
         if not np.array_equal(mesh.cells, mesh.origin.selection.cells):

@@ -17,6 +17,7 @@ from ..convert import to_pyvista
 from ..pyvista_mesh import cell_nodes
 from ..source_file import FileContents, SourceFile
 from .format import Format
+from .rewriting import changed_arrays, named
 
 __all__ = ["Polygons", "polygon_format"]
 
@@ -99,17 +100,42 @@ class Polygons:
         return cls(np.asarray(grid.points, np.float64), *cell_nodes(grid, rows), point_data, cell_data), lost
 
 
-def polygon_format(name: str, read: Callable[[Path], Polygons], write: Callable[[Path, Polygons], list[str]]) -> Format:
-    """The format of files of polygons, given what reads and writes them."""
-    return Format(name, (f".{name}",), partial(_read, name, read), partial(_write, write), surfaces_only=True)
+PutPoints = Callable[[bytes, NDArray[np.float64]], tuple[bytes, list[str]] | None]
+
+
+def polygon_format(
+    name: str,
+    read: Callable[[Path], Polygons],
+    write: Callable[[Path, Polygons], list[str]],
+    put_points: PutPoints,
+    holds_arrays: bool = False,
+) -> Format:
+    """The format of files of polygons, given what reads and writes them, and puts points into a file that came.
+
+    A file whose arrays changed is written anew if the format holds arrays; otherwise the arrays are listed as lost.
+    """
+    rewritten = partial(_rewritten, put_points, holds_arrays)
+    return Format(
+        name, (f".{name}",), partial(_read, name, read), partial(_write, write), rewritten=rewritten, surfaces_only=True
+    )
 
 
 def _read(name: str, read: Callable[[Path], Polygons], path: Path) -> FileContents:
     polygons = read(path)
-    return FileContents(polygons.grid(), SourceFile(path, name), polygons.notes)
+    return FileContents(polygons.grid(), SourceFile(path, name, data=path.read_bytes()), polygons.notes)
 
 
 def _write(write: Callable[[Path, Polygons], list[str]], target: Path, mesh: Any) -> list[str]:
     data, lost = to_pyvista(mesh)
     polygons, left_out = Polygons.from_grid(data.cast_to_unstructured_grid())
     return [*lost, *left_out, *write(target, polygons)]
+
+
+def _rewritten(
+    put_points: PutPoints, holds_arrays: bool, file: SourceFile, mesh: Any
+) -> tuple[bytes, list[str]] | None:
+    changed = changed_arrays(mesh)
+    if holds_arrays and any(changed):
+        return None
+    result = put_points(file.data, mesh.points)
+    return None if result is None else (result[0], [*result[1], *named(changed)])

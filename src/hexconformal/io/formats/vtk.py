@@ -49,7 +49,7 @@ def _write(target: Path, mesh: Any) -> list[str]:
 
 def _write_polydata(target: Path, mesh: Any) -> list[str]:
     grid, lost = to_pyvista(mesh)
-    write_vtk(target, to_polydata(grid.cast_to_unstructured_grid()))
+    write_vtk(target, grid if grid.IsA("vtkPolyData") else to_polydata(grid.cast_to_unstructured_grid()))
     return lost
 
 

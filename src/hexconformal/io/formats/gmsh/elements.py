@@ -59,7 +59,9 @@ def _blocks_4(numbers: Numbers, entities: Entities) -> list[ElementBlock]:
                 name,
                 rows[:, 0],
                 rows[:, 1:],
-                *(np.full(count, value) for value in (whole, (*entity.physical, 0)[0], entity.partition)),
+                np.full(count, whole),
+                np.full(count, (*entity.physical, 0)[0]),
+                np.full(count, entity.partition),
                 entity.physical,
                 entity.bounding,
             )

@@ -54,8 +54,8 @@ def _read(path: Path) -> FileContents:
                 data = path.read_bytes()
                 found = read_mesh(data)
                 mesh, notes = found.mesh, found.notes
-                labels = {"node_labels": found.node_tags, "cell_labels": found.element_tags}
-                file = SourceFile(path, "gmsh", version, as_text, data=data, **labels)
+                tags = found.node_tags, found.element_tags
+                file = SourceFile(path, "gmsh", version, as_text, "", data, *tags)
     contents = checked_contents(mesh, file, output)
     return replace(contents, notes=(*contents.notes, *notes))
 

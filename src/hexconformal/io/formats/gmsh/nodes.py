@@ -94,13 +94,13 @@ def encode_nodes(blocks: list[NodeBlock], encoding: Encoding) -> bytes:
     tags = np.concatenate([block.tags for block in blocks])
     if not encoding.version.startswith("4"):
         points = np.concatenate([block.points for block in blocks])
-        head = f"{len(tags)}\n".encode()
+        count = f"{len(tags)}\n".encode()
         if not encoding.ascii:
             rows = np.empty(len(tags), _record_2(encoding))
             rows["tag"], rows["point"] = tags, points
-            return head + rows.tobytes() + ending
+            return count + rows.tobytes() + ending
         lines = encoding.encoded("double", points).splitlines(keepends=True)
-        return head + b"".join(b"%d %s" % pair for pair in zip(tags.tolist(), lines, strict=True))
+        return count + b"".join(b"%d %s" % pair for pair in zip(tags.tolist(), lines, strict=True))
     parts = [encoding.encoded("size", [len(blocks), len(tags), *((tags.min(), tags.max()) if len(tags) else (0, 0))])]
     for block in blocks:
         head = [block.dimension, block.entity, int(block.parameters.shape[1] > 0)]

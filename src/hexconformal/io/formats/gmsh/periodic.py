@@ -57,13 +57,10 @@ def parted_pairs(links: list[Any], before: NDArray[np.float64], after: NDArray[n
     size = float(np.ptp(before, axis=0).max(initial=0.0))
     parted: set[tuple[int, int]] = set()
     for _, _, affine, pairs in links:
-        if affine is not None and len(affine) == 16:
-            matrix = np.reshape(affine, (4, 4))[:3]
-        else:
-            matrix = np.eye(3, 4)
+        matrix = np.eye(4) if affine is None or len(affine) != 16 else np.reshape(affine, (4, 4))
         slave, master = pairs[:, 0], pairs[:, 1]
         # The change of the gap: a pair may be some way apart in the file itself.
-        change = (after - before)[slave] - (after - before)[master] @ matrix[:, :3].T
+        change = (after - before)[slave] - (after - before)[master] @ matrix[:3, :3].T
         moved = np.linalg.norm(change, axis=1) > _TOLERANCE * size
         parted |= {tuple(pair) for pair in pairs[moved].tolist()}
     return len(parted)

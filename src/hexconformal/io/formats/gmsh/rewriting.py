@@ -61,11 +61,13 @@ def rewritten(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
             if view_name(data[section.body_start : section.body_end]) in here:
                 new[number] = b""
     tags = file.node_labels, file.cell_labels
-    views = _views(arrays, tags, mesh.origin.selection.rows, encoding, lost)
+    # On all cells, whatever they are: some readers know no others.
+    on_cells = {name: np.concatenate(out.cell_data[name]) for name in arrays[1]}
+    views = _views((arrays[0], on_cells), tags, encoding, lost)
     return _joined(data, sections, new) + views, lost
 
 
-def _views(arrays: Any, tags: Any, rows: Any, encoding: Encoding, lost: list[str]) -> bytes:
+def _views(arrays: Any, tags: Any, encoding: Encoding, lost: list[str]) -> bytes:
     """Sections of arrays on nodes and elements."""
     result = []
     for kind, section, here, about in zip(("point", "cell"), ("NodeData", "ElementData"), arrays, tags, strict=True):
@@ -76,7 +78,7 @@ def _views(arrays: Any, tags: Any, rows: Any, encoding: Encoding, lost: list[str
                 continue
             if values.dtype.kind in "iu":
                 lost.append(f"the integer type of {name} (kept as floating point)")
-            view = View(name, about if kind == "point" else about[rows], values.astype(np.float64))
+            view = View(name, about, values.astype(np.float64))
             result.append(encode_view(section, view, encoding))
     return b"".join(result)
 
