@@ -42,7 +42,7 @@ class Selection:
     rows
         (m,) their places among all cells.
     held
-        (n,) nodes of other three-dimensional cells.
+        (n,) nodes that must stay: those of other three-dimensional cells, and those that the file says.
     higher_order
         Per linearised type its (k, 20 or 27) nodes.
     notes

@@ -43,8 +43,9 @@ class SourceFile:
 
 @dataclass(frozen=True)
 class FileContents:
-    """A meshio.Mesh or a pyvista dataset, the file it was read from, and remarks of the reader."""
+    """A meshio.Mesh or a pyvista dataset, the file it was read from, remarks of the reader, and points to hold."""
 
     data: Any
     file: SourceFile
     notes: tuple[str, ...] = ()
+    held: NDArray[np.bool_] | None = None

@@ -7,7 +7,7 @@ from .abaqus import ABAQUS
 from .exodus import EXODUS
 from .gmsh import GMSH
 from .med import MED
-from .medit import MEDIT
+from .medit import MEDIT, MFEM
 from .meshio_read_only import MESHIO_READ_ONLY
 from .nastran import NASTRAN
 from .obj import OBJ
@@ -25,6 +25,7 @@ _ALL = (
     GMSH,
     MED,
     MEDIT,
+    MFEM,
     NASTRAN,
     OBJ,
     OFF,
