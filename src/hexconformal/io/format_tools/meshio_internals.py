@@ -29,7 +29,7 @@ __all__ = [
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
     ("meshio.exodus._exodus", "read"): {"exodus_to_meshio_type": None},
-    ("meshio.med._med", "read"): {"_read_families": ("fas_data",)},
+    ("meshio.med._med", "read"): {"_read_families": ("fas_data",), "Mesh": None},
     ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags")},
     ("meshio.nastran._nastran", "write"): {"_float_to_nastran_string": ("value", "length")},
 }
@@ -71,11 +71,11 @@ def exodus_reader(element_names: dict[str, str]) -> Any:
     return with_globals(meshio.exodus.read, exodus_to_meshio_type={**known, **element_names})
 
 
-def med_reader(read_families: Callable[[Any], dict[int, list[str]]]) -> Any:
-    """meshio.med.read, where another function reads the families."""
+def med_reader(read_families: Callable[[Any], dict[int, list[str]]], make_mesh: Callable[..., Any]) -> Any:
+    """meshio.med.read, where other functions read the families and make the meshio.Mesh."""
     import meshio
 
-    return with_globals(meshio.med.read, _read_families=read_families)
+    return with_globals(meshio.med.read, _read_families=read_families, Mesh=make_mesh)
 
 
 def med_writer(write_families: Callable[[Any, dict[int, list[str]]], None]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,14 @@ from ...common import ReadError, WriteError
 from ..convert import to_pyvista
 from ..format_tools.captured_output import captured_output, captured_vtk_messages
 from ..format_tools.format import Format
+from ..format_tools.meshio_files import file_head
 from ..format_tools.vtk_file_checks import check_counts, check_last_array, check_reader_survives
 from ..pyvista_mesh import check_cell_nodes, to_polydata
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
+
+_OLDEST, _NEWEST = 42, 51  # the layouts of .vtk files, as VTK's writer numbers them
 
 
 def _read(path: Path) -> FileContents:
@@ -38,12 +42,25 @@ def _read(path: Path) -> FileContents:
         if grid.n_points == 0 or grid.n_cells == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
         check_cell_nodes(grid)
-    return FileContents(grid, SourceFile(path, "VTK"))
+    return FileContents(grid, SourceFile(path, "VTK", version=_legacy_version(path)))
+
+
+def _legacy_version(path: Path) -> str:
+    """The version of a .vtk file; other formats of VTK have none that matters."""
+    if path.suffix.lower() != ".vtk":
+        return ""
+    match = re.match(rb"#[^\n]*Version\s+([\d.]+)", file_head(path))
+    return match[1].decode() if match else ""
 
 
 def _write(target: Path, mesh: Any) -> list[str]:
     grid, lost = to_pyvista(mesh)
-    write_vtk(target, grid if target.suffix.lower() == ".vtk" else grid.cast_to_unstructured_grid())
+    if target.suffix.lower() != ".vtk":
+        write_vtk(target, grid.cast_to_unstructured_grid())
+        return lost
+    version = getattr(getattr(mesh.origin, "file", None), "version", "")
+    # Most programs read no newer layout than that of VTK before 5, so it is left only for those that came in a newer.
+    write_vtk(target, grid, _NEWEST if version.startswith("5") else _OLDEST)
     return lost
 
 
@@ -53,8 +70,8 @@ def _write_polydata(target: Path, mesh: Any) -> list[str]:
     return lost
 
 
-def write_vtk(target: Path, grid: Any) -> None:
-    """Write a pyvista dataset in the format of the target's extension, byte for byte what grid.save() writes.
+def write_vtk(target: Path, grid: Any, legacy_version: int = _OLDEST) -> None:
+    """Write a pyvista dataset in the format of the target's extension.
 
     By way of memory: on a full disk VTK's own writing crashes, or leaves half a file without a word.
     """
@@ -67,7 +84,8 @@ def write_vtk(target: Path, grid: Any) -> None:
         grid._store_metadata()  # which arrays are of booleans, or complex
         if legacy:
             writer = vtkDataSetWriter()
-            writer.SetFileTypeToBinary()
+            writer.SetFileTypeToBinary()  # its text has 11 digits of a number
+            writer.SetFileVersion(legacy_version)
         else:
             writer = (vtkXMLPolyDataWriter if grid.IsA("vtkPolyData") else vtkXMLUnstructuredGridWriter)()
             writer.SetDataModeToBinary()

@@ -59,7 +59,7 @@ def read_text(text: str) -> MeditContents:
     kind = np.float32 if version < 2 else np.float64
     table = _table(numbers, "Vertices", dimension + 1)
     cells, refs, blocks = [], [], {}
-    for keyword, (name, width) in _CELLS.items():
+    for keyword, (_, width) in _CELLS.items():
         if keyword in numbers:
             rows = _table(numbers, keyword, width + 1).astype(np.int64)
             blocks[keyword] = rows[:, :width] - 1
@@ -78,6 +78,10 @@ def read_text(text: str) -> MeditContents:
             nodes = owners[ids].ravel()
             held[nodes[(nodes >= 0) & (nodes < len(held))]] = True
             notes.append(f"{len(ids)} {keyword}: their nodes are held")
+    if "Ridges" in numbers:
+        notes.append(
+            f"{len(_table(numbers, 'Ridges', 1))} Ridges stay in the file: sharp edges are found by their angle"
+        )
     mesh = meshio.Mesh(
         table[:, :dimension].astype(kind),
         cells,
