@@ -81,7 +81,7 @@ def io_copy(path):
 @pytest.mark.parametrize(
     ("name", "text", "advice"),
     [
-        ("a.mesh", "MFEM mesh v1.0\n\ndimension\n3\n", "MFEM's own format"),
+        ("a.mesh", "MFEM NC mesh v1.0\n\ndimension\n3\n", "MFEM NC mesh v1.0' is not supported: .* conforming"),
         ("a.inp", "# a comment\n8 1 0 0 0\n1 0. 0. 0.\n", r"UCD .* \.avs"),
         ("a.msh", "$NOD\n8\n1 0 0 0\n", "Gmsh 1 .* 4.1"),
     ],
