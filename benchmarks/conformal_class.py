@@ -131,7 +131,9 @@ def least_dilatation(points: Floats, cells: Any) -> float:
 
 def reached(mesh: Any) -> str:
     """Angles that remeshing alone comes to."""
-    means = [surface.remesh(mesh, emphasis=e, features=None, tolerance=1e-6).history for e in ("mean", "worst")]
+    means = [
+        surface.remesh(mesh, emphasis=e, feature_angle=None, energy_tolerance=1e-6).history for e in ("mean", "worst")
+    ]
     best = max(max(record.mean_angle for record in history) for history in means)
     smallest = max(max(record.min_angle for record in history) for history in means)
     return f"{smallest:.1f} / {best:.1f}"

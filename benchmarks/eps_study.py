@@ -123,8 +123,8 @@ def measured(subject: Subject, eps: float) -> dict[str, float]:
     start = surface.as_surface_mesh(subject.mesh)
     h = mean_edge_length(start.points, start.cells)
     options = surface.Options(
-        energy="quaternionic", project=False, normal=NORMAL, eps=eps, iterations=ITERATIONS, tolerance=TOLERANCE,
-        features=None,
+        energy="quaternionic", project=False, normal=NORMAL, eps=eps, max_iterations=ITERATIONS,
+        energy_tolerance=TOLERANCE, feature_angle=None,
     )  # fmt: skip
     run = surface.Remeshing(start, options)
     for _ in run:

@@ -190,7 +190,7 @@ def probe(path: Path) -> str:
     results = []
     readers: list[Any] = []
     if path.stem.startswith("surface"):
-        readers += [(surface.read, lambda mesh: surface.remesh(mesh, iterations=1)), (hc.io.read_surface, None)]
+        readers += [(surface.read, lambda mesh: surface.remesh(mesh, max_iterations=1)), (hc.io.read_surface, None)]
     else:
         readers += [(hc.read, _go_on)]
     for read, then in readers:

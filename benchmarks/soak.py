@@ -19,13 +19,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from independent_validity import corner_scaled_jacobian, surely_invalid, surely_valid
 from machine import described
 from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 import surface
-from hexconformal.elements.validity import is_valid
-from hexconformal.generate import box, jittered, twisted_cube
+from hexconformal.generate import ball, box, cylinder, jittered, twisted_cube
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.io.pyvista_mesh import grid_from_arrays
 from hexconformal.mesh.topology import boundary_quads
@@ -62,12 +62,78 @@ def hexahedra(rng: np.random.Generator) -> Case:
         # What is left may touch itself in an edge or a node.
         cells = cells[rng.random(len(cells)) < 0.75] if rng.random() < 0.7 else cells[::2]
         traits.append("holes")
-    tangled = rng.random() < 0.25
+    perhaps = rng.random() < 0.25
     points, cells = jittered(
-        points, cells, rng.uniform(0, 0.5), int(rng.integers(1 << 30)), rng.random() < 0.5, not tangled
+        points, cells, rng.uniform(0, 0.5), int(rng.integers(1 << 30)), rng.random() < 0.5, not perhaps
     )
-    if tangled:
+    if perhaps:
         traits.append("perhaps tangled")
+    return _hexahedral_case(points, cells, traits, rng)
+
+
+def tangled(rng: np.random.Generator) -> Case:
+    """A lattice, ball or cylinder thrown about, with coincident nodes, flat cells, and cells or parts upside down."""
+    shape = tuple(rng.integers(1, 5, 3).tolist())
+    meshes = {"box": lambda: box(shape, rng.uniform(0.5, 2.0, 3)), "ball": lambda: ball(2, 1)}
+    meshes["cylinder"] = lambda: cylinder(2, 1, shape[2])
+    kind = str(rng.choice(list(meshes), p=[0.6, 0.2, 0.2]))
+    traits = [kind]
+    points, cells = meshes[kind]()
+    points, cells = jittered(points, cells, rng.choice([0.0, 0.3, 1.0, 2.0]), int(rng.integers(1 << 30)), valid=False)
+    points = points.copy()
+    if rng.random() < 0.3:
+        points += rng.uniform(0, 0.2) * np.ptp(points, axis=0) / 4 * rng.normal(size=points.shape)
+        traits.append("rough")
+    spoil: dict[str, Callable[[np.ndarray, np.ndarray, np.random.Generator], Any]] = {
+        "coincident": _coincident,
+        "flat": _flattened,
+        "mirrored": _mirrored,
+        "pulled through": _pulled_through,
+        "part mirrored": _part_mirrored,
+    }
+    for name, change in spoil.items():
+        if rng.random() < 0.35:
+            for cell in rng.integers(len(cells), size=1 if name == "part mirrored" else int(rng.integers(1, 4))):
+                change(points, cells[cell], rng)
+            traits.append(name)
+    if rng.random() < 0.1:
+        points, cells = np.concatenate([points, points]), np.concatenate([cells, cells + len(points)])
+        traits.append("copied")
+    return _hexahedral_case(points, cells, traits, rng)
+
+
+def _coincident(points: np.ndarray, cell: np.ndarray, rng: np.random.Generator) -> None:
+    """Two or more nodes of the cell come to one place."""
+    some = rng.permutation(cell)[: int(rng.choice([2, 2, 3, 8]))]
+    points[some] = points[some[0]]
+
+
+def _flattened(points: np.ndarray, cell: np.ndarray, rng: np.random.Generator) -> None:
+    """The cell is pressed into a plane."""
+    axis = int(rng.integers(3))
+    points[cell, axis] = points[cell, axis].mean()
+
+
+def _mirrored(points: np.ndarray, cell: np.ndarray, rng: np.random.Generator) -> None:
+    """The cell changes its sides."""
+    axis = int(rng.integers(3))
+    points[cell, axis] = 2 * points[cell, axis].mean() - points[cell, axis]
+
+
+def _pulled_through(points: np.ndarray, cell: np.ndarray, rng: np.random.Generator) -> None:
+    """One node of the cell goes through the opposite corner."""
+    points[cell[0]] += rng.uniform(1.0, 2.0) * (points[cell[6]] - points[cell[0]])
+
+
+def _part_mirrored(points: np.ndarray, cell: np.ndarray, rng: np.random.Generator) -> None:
+    """What lies beyond a plane through the cell is reflected in it."""
+    axis = int(rng.integers(3))
+    beyond = points[:, axis] - points[cell, axis].mean()
+    points[beyond > 0.2 * np.ptp(points[:, axis]), axis] -= 2 * beyond[beyond > 0.2 * np.ptp(points[:, axis])]
+
+
+def _hexahedral_case(points: np.ndarray, cells: np.ndarray, traits: list[str], rng: np.random.Generator) -> Case:
+    """The mesh perhaps twice, with loose points, in any order, size and place, and options for it."""
     if rng.random() < 0.2:
         size = np.ptp(points, axis=0).max()
         points, cells = np.concatenate([points, points + 3 * size]), np.concatenate([cells, cells + len(points)])
@@ -88,13 +154,13 @@ def hexahedra(rng: np.random.Generator) -> Case:
         weight=["volume"],
         quadrature=["gauss", "corners"],
         method=["lbfgs", "newton"],
-        lift=[True, False],
+        emphasis=["worst", "mean"],
         conserve_volume=[True],
         max_iterations=[3, 200],
     )
     if rng.random() < 0.15:
         options |= {"energy": "quaternionic", "boundary": "fixed" if options.get("boundary") == "free" else "slide"}
-        for name in ("lift", "sizes"):
+        for name in ("emphasis", "sizes"):
             options.pop(name, None)
     if options.get("boundary") == "free":
         options.pop("conserve_volume", None)
@@ -113,9 +179,15 @@ def judge_hexahedra(case: Case, rng: np.random.Generator) -> list[str]:
     )
     grid = grid_from_arrays(mesh)
     sent = grid.copy(deep=True)
-    result = _left(hc.Regularization(grid, hc.Options(**case.options)), case.leave)
+    meshes: list[np.ndarray] = []
+    result = _left(hc.Regularization(grid, hc.Options(**case.options)), case.leave, meshes)
     again = _left(hc.Regularization(grid, hc.Options(**case.options)), case.leave)
     x, y, cells = case.points, result.points, case.cells
+    nodes, order = rng.permutation(len(x)), rng.permutation(len(cells))
+    fixed = case.options.get("fixed")
+    options = case.options if fixed is None else case.options | {"fixed": fixed[nodes]}
+    renumbered = hc.HexMesh(x[nodes], np.argsort(nodes)[cells[order]])
+    other = _left(hc.Regularization(renumbered, hc.Options(**options)), case.leave)
     broken = []
 
     def hold(promise: str, kept: Any) -> None:
@@ -124,20 +196,22 @@ def judge_hexahedra(case: Case, rng: np.random.Generator) -> list[str]:
 
     hold("the input is not changed", grid == sent)
     hold("twice the same", np.array_equal(y, again.points))
+    hold("in another order the same bits", np.array_equal(y[nodes], other.points))
     hold("finite", np.isfinite(y).all())
-    hold("valid cells stay valid", is_valid(y, cells)[is_valid(x, cells)].all())
-    quality = [hc.quality((points, cells)).scaled_jacobian for points in (x, y)]
+    valid = cells[surely_valid(x, cells)]
+    hold("valid cells stay valid", not surely_invalid(y, valid).any())
+    hold("in every iterate", not any(surely_invalid(points, valid).any() for points in meshes))
+    quality = [corner_scaled_jacobian(points, cells) for points in (x, y)]
     inverted = [int((q <= 0).sum()) for q in quality]
     hold("no more cells are inverted", inverted[1] <= inverted[0])
     if (
         case.options.get("energy") != "quaternionic"
-        and case.options.get("lift") is not False
+        and case.options.get("emphasis") != "mean"
         and inverted[0] == inverted[1]
     ):
         hold("the smallest is not lower", quality[1].min() >= quality[0].min() - LEVEL)
         hold("the mean is not lower", quality[1].mean() >= quality[0].mean() - ROUNDING)
     held = np.zeros(x.shape, dtype=bool)
-    fixed = case.options.get("fixed")
     if fixed is not None:
         held |= fixed if fixed.ndim == 2 else fixed[:, None]
     quads = boundary_quads(cells)[0]
@@ -184,16 +258,16 @@ def surfaces(rng: np.random.Generator) -> Case:
     cells = [place[table][rng.permutation(len(table))] for table in (triangles, quads)]
     options = _options(
         rng,
-        reference=["flat", "input"],
+        target=["flat", "input"],
         energy=["quaternionic"],
         emphasis=["worst"],
         hausdorff=[0.001, 0.05],
-        features=[None, 30.0],
+        feature_angle=[None, 30.0],
         boundary=["fixed"],
         normal=["middle", "simpson"],
-        iterations=[3],
+        max_iterations=[3],
     )
-    options.setdefault("iterations", 25)
+    options.setdefault("max_iterations", 25)
     if rng.random() < 0.3:
         options["fixed"] = rng.random(len(points)) < 0.2
         traits.append("nodes held")
@@ -221,7 +295,7 @@ def judge_surfaces(case: Case, rng: np.random.Generator) -> list[str]:
     # A sheet that hangs nowhere over must not do so afterwards.
     up = [area_vectors(points, cells) @ area_vectors(x, cells).sum(axis=0) for points in (x, y)]
     hold("no cell of a sheet lies upside down", "sheet" not in case.traits or up[0].min() <= 0 or up[1].min() > 0)
-    if case.options.get("reference") == "input":  # regular cells are not what is wanted
+    if case.options.get("target") == "input":  # regular cells are not what is wanted
         hold("the energy is not higher", result.report.energy_after <= result.report.energy_before)
     else:
         angles = [smallest_angles(points, cells) for points in (x, y)]
@@ -275,8 +349,11 @@ def _options(rng: np.random.Generator, **choices: list[Any]) -> dict[str, Any]:
     return {name: values[rng.integers(len(values))] for name, values in choices.items() if rng.random() < 0.25}
 
 
-def _left(run: Any, leave: int | None) -> Any:
+def _left(run: Any, leave: int | None, meshes: list[np.ndarray] | None = None) -> Any:
+    """The result of the run, left after so many records; collects the points at every one of them."""
     for number, _ in enumerate(run):
+        if meshes is not None:
+            meshes.append(run.points)
         if number == leave:
             break
     return run.result()
@@ -284,6 +361,7 @@ def _left(run: Any, leave: int | None) -> Any:
 
 KINDS: dict[str, tuple[Callable[..., Case], Callable[..., list[str]]]] = {
     "hexahedra": (hexahedra, judge_hexahedra),
+    "tangled": (tangled, judge_hexahedra),
     "surfaces": (surfaces, judge_surfaces),
 }
 

@@ -48,7 +48,7 @@ def main() -> None:
     parser.add_argument("meshes", type=Path, nargs="+")
     arguments = parser.parse_args()
     load = os.getloadavg()
-    surface.remesh((np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]), iterations=2)  # compiled first
+    surface.remesh((np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]), max_iterations=2)  # compiled first
     lines = ["# Surfaces: real meshes, defaults", "", described(load), "", HEADER, "|--|" + "--:|" * 10 + "--|"]
     for path in arguments.meshes:
         lines.append(line(path))

@@ -3,7 +3,6 @@
 HEXCONFORMAL_MOMENTS=40 tries as many moments for each command and signal.
 """
 
-import csv
 import os
 import signal
 import threading
@@ -12,7 +11,8 @@ import time
 import numpy as np
 import pytest
 import pyvista as pv
-from surface_shapes import icosphere, shaken
+from meshes.surfaces import icosphere, shaken
+from program import history
 
 import hexconformal as hc
 import surface
@@ -22,6 +22,7 @@ from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, jittered
 
 MOMENTS = int(os.environ.get("HEXCONFORMAL_MOMENTS", "2"))
+CLOCKS = ("seconds", "cpu")
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals of another kind")
 
 
@@ -71,11 +72,6 @@ def killed(words, after):
     time.sleep(after)
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
-
-
-def history(path):
-    with open(path, newline="") as file:
-        return [{key: row[key] for key in row if key not in ("seconds", "cpu")} for row in csv.DictReader(file)]
 
 
 def duration(words):
@@ -140,7 +136,7 @@ def test_a_run_goes_on_as_if_nothing_had_been(name, stop, inputs, tmp_path):
         nothing_left_over(place, stop)
         begun = (place / "run" / "checkpoint.npz").exists()
         assert main([*words, "--resume"] if begun else words) == 0
-        assert history(place / "run" / "history.csv") == history(whole / "run" / "history.csv")
+        assert history(place / "run" / "history.csv", *CLOCKS) == history(whole / "run" / "history.csv", *CLOCKS)
         np.testing.assert_array_equal(
             pv.read(place / "run" / "last.vtu").points, pv.read(whole / "run" / "last.vtu").points
         )

@@ -46,7 +46,7 @@ result = {
 regularize.Target = "nonsense"
 regularize.UpdatePipeline()
 result["left after an error"] = servermanager.Fetch(regularize).GetNumberOfCells()
-remesh = RemeshSurface(Input=Sphere(), Iterations=3)
+remesh = RemeshSurface(Input=Sphere(), MaxIterations=3)
 remesh.UpdatePipeline()
 result["surface"] = {**arrays(remesh.CellData), **arrays(remesh.PointData)}
 blocks = HexahedraQuality(Input=GroupDatasets(Input=[mesh, mesh]))
@@ -96,7 +96,7 @@ def test_the_filters_run_in_pvpython(libraries, tmp_path):
     assert set(told["quality"]) == set(measured.arrays())
     assert told["quality"]["scaled_jacobian"][0] == pytest.approx(measured.scaled_jacobian.min())
     assert sorted(told["properties"]) == [
-        "Boundary", "Features", "Hausdorff", "Lift", "Linearise", "MaxIterations", "OtherCells", "Target",
+        "Boundary", "Emphasis", "Features", "Hausdorff", "Linearise", "MaxIterations", "OtherCells", "Target",
     ]  # fmt: skip
     assert told["boundary"] == ["slide", "fixed", "free"]
     assert told["cells"]["scaled_jacobian"][0] > measured.scaled_jacobian.min()

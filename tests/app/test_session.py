@@ -15,7 +15,7 @@ def test_what_a_session_shows_fits_its_screen():
     assert repr(result.report) == str(result.report)
     sphere = surface.quality(pv.Icosphere(nsub=3))
     assert repr(sphere).startswith("Quality(1280 cells, smallest angle 5")
-    remeshed = surface.remesh(pv.Icosphere(nsub=2), iterations=1)
+    remeshed = surface.remesh(pv.Icosphere(nsub=2), max_iterations=1)
     assert repr(remeshed) == f"Result(162 points, 320 cells: {remeshed.report.reason})"
     for told in (result.report.after, sphere.summary()):
         assert repr(told) == str(told)

@@ -291,7 +291,7 @@ def test_a_finer_surface_draws_the_boundary_to_it():
 def test_flat_patches_leave_their_planes_open(cylinder):
     points, _, quads = cylinder
     features = find_features(points, quads)
-    free = count_free_directions(flat_normals(points, quads, features.patches, 1e-6))
+    free = count_free_directions(flat_normals(points, quads, features.patches, 1e-6)[0])
     end = np.isclose(np.abs(points[:, 2] - points[:, 2].mean()), np.ptp(points[:, 2]) / 2)
     surface = np.zeros(len(points), dtype=bool)
     surface[quads] = True

@@ -4,6 +4,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.hexahedra import skin
 
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import OptionError
@@ -11,10 +12,6 @@ from hexconformal.generate import ball, box, cylinder
 from hexconformal.geometry.features import find_features
 from hexconformal.geometry.surface_tags import surface_tags
 from hexconformal.mesh.topology import boundary_quads
-
-
-def skin(mesh):
-    return mesh[0], boundary_quads(mesh[1])[0]
 
 
 def edge_set(features):
@@ -170,20 +167,48 @@ def test_curves_that_end_nowhere_are_left_out_unless_asked_for():
     assert counts(find_features(points, quads)) == (12, 8, 6)
 
 
-def test_tags_take_precedence():
+def test_tags_add_to_angles():
     points, quads = skin(box((4, 4, 4)))
-    tags = (points[quads].mean(axis=1)[:, 2] > 0.5).astype(int)
-    features = find_features(points, quads, tags=tags)
+    center = points[quads].mean(axis=1)
+    tags = (center[:, 2] > 0.5).astype(int)
+    features, edges_of_box = find_features(points, quads, tags=tags), find_features(points, quads)
     ring = np.flatnonzero(points[:, 2] == 0.5)
-    assert len(features.edges) == 16
-    assert np.isin(features.edges, ring).all()
-    # The ring turns sharply where it crosses the edges of the cube.
-    assert counts(features) == (4, 4, 2)
-    assert (np.ptp(points[features.corners], axis=0) == [1, 1, 0]).all()
+    added = edge_set(features) - edge_set(edges_of_box)
+    assert edge_set(edges_of_box) <= edge_set(features)
+    assert len(added) == 16
+    assert np.isin(list(added), ring).all()
+    # The ring ends where it crosses the edges of the cube, and these end there.
+    assert counts(features) == (12 + 4 + 4, 8 + 4, 6 + 4)
     assert not features.soft
-    assert "tags" in features.reason
-    for patch in (0, 1):
+    assert "by tags and angle" in features.reason
+    for patch in range(10):
         assert len(np.unique(tags[features.patches == patch])) == 1
+    # Tags are kept where sharp edges may be rounded off, and where there are none.
+    rounded = find_features(points, quads, tags=tags, tolerance=0.5)
+    assert edge_set(rounded) == added
+    assert not rounded.soft
+    smooth, round_quads = skin(ball())
+    tags = (smooth[round_quads].mean(axis=1)[:, 2] > 0.0).astype(int)
+    tagged = find_features(smooth, round_quads, tags=tags)
+    assert counts(tagged)[2] == 2
+    assert "none by angle: the surface is smooth" in tagged.reason
+
+
+@pytest.mark.parametrize("tagged_sides", ["bottom", "bottom, top and walls"])
+def test_one_tagged_face_turns_off_no_sharp_edge(tagged_sides):
+    points, quads = skin(box((4, 4, 4)))
+    z = points[quads].mean(axis=1)[:, 2]
+    tags = np.where(z == 0.0, 2, -1) if tagged_sides == "bottom" else np.where(z == 0.0, 2, np.where(z == 1.0, 3, 4))
+    features = find_features(points, quads, tags=tags)
+    assert edge_set(features) == edge_set(find_features(points, quads))
+    assert counts(features) == (12, 8, 6)
+
+
+def test_short_creases_between_tagged_curves_are_kept():
+    # The vertical edges are cut to three edges each; alone they would be noise.
+    points, quads = skin(box((3, 3, 9)))
+    tags = (points[quads].mean(axis=1)[:, 2] * 3).astype(int)
+    assert edge_set(find_features(points, quads)) <= edge_set(find_features(points, quads, tags=tags))
 
 
 def test_boxes_that_share_an_edge_or_a_corner():
@@ -200,8 +225,8 @@ def test_boxes_that_share_an_edge_or_a_corner():
     points, cells = box((2, 2, 2))
     quads = boundary_quads(cells[[0, 7]])[0]
     assert 13 in find_features(points, quads).corners
-    flat = find_features(points, quads, tags=np.zeros(len(quads), int))
-    assert flat.corners.tolist() == [13]
+    soft = find_features(points, quads, mode="soft", angle=179.0)
+    assert soft.corners.tolist() == [13]
 
 
 def test_two_pieces_do_not_mix():
@@ -301,8 +326,7 @@ def test_surface_tags_of_pyvista():
     grid = pv.from_meshio(source)
     np.testing.assert_array_equal(surface_tags(as_hex_mesh(grid), quads), tags)
     features = find_features(source.points, quads, tags=surface_tags(as_hex_mesh(grid), quads))
-    assert counts(features)[0] > 0
-    assert (source.points[features.edges][..., 2] != 0.5).all()
+    assert counts(features) == (12, 8, 6)
 
 
 def test_surface_tags_of_a_file(tmp_path):

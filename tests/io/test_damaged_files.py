@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import sys
 
 import meshio
 import numpy as np
@@ -13,7 +14,7 @@ import hexconformal as hc
 import surface
 from hexconformal.generate import box
 from hexconformal.io import read_write as io
-from hexconformal.io.format_tools import vtk_file_checks
+from hexconformal.io.format_tools.file_checks import reader_trial, vtk_file_checks
 
 SCRIPT = ROOT / "benchmarks" / "fuzz.py"
 
@@ -46,7 +47,7 @@ def test_what_was_read_is_remeshed(tmp_path, monkeypatch):
     path = tmp_path / "surface.io.ply"
     surface.write(path, pv.Icosphere(nsub=1))
     assert fuzz().probe(path) == "mesh"
-    assert [options.iterations for options in worked_on] == [1]
+    assert [options.max_iterations for options in worked_on] == [1]
 
 
 @pytest.fixture
@@ -101,11 +102,11 @@ def test_a_reader_that_dies_or_hangs_is_told_from_one_that_complains(tmp_path, m
     with pytest.raises(hc.ReadError, match="crashes"):
         vtk_file_checks.check_reader_survives(path)
     monkeypatch.setattr(vtk_file_checks, "_READING", "import time; time.sleep(60)")
-    monkeypatch.setattr(vtk_file_checks, "_TIME_LIMIT", (0.2, 0.0))
+    monkeypatch.setattr(reader_trial, "_TIME_LIMIT", (0.2, 0.0))
     with pytest.raises(hc.ReadError, match="end"):
         vtk_file_checks.check_reader_survives(path)
     # Within another program nothing is started.
-    monkeypatch.setattr(vtk_file_checks.sys, "executable", "/usr/bin/freecad")
+    monkeypatch.setattr(sys, "executable", "/usr/bin/freecad")
     vtk_file_checks.check_reader_survives(path)
 
 

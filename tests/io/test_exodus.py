@@ -3,8 +3,8 @@
 import meshio
 import numpy as np
 import pytest
-from file_meshes import PARENTS
-from hex_meshes import block
+from meshes.files import PARENTS
+from meshes.hexahedra import block
 
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import ReadError
@@ -57,5 +57,5 @@ def test_exodus_elements_have_many_names(tmp_path):
     ]
     with netcdf.Dataset(path, "a") as data:
         data["connect2"].elem_type = "NFACED"
-    with pytest.raises(ReadError, match="type 'NFACED' are not known"):
+    with pytest.raises(ReadError, match="type 'NFACED' are not supported"):
         io.read(path)

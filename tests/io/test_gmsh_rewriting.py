@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from hex_meshes import block
+from meshes.hexahedra import block
 
 from hexconformal.common.errors import ReadError
 from hexconformal.io import read_write as io

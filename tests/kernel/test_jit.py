@@ -9,10 +9,10 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from hex_meshes import INVALID_INSIDE
+from meshes.hexahedra import INVALID_INSIDE
+from meshes.surfaces import icosphere, quad_cube, shaken
 from numba.core.dispatcher import Dispatcher
 from paths import ROOT
-from surface_shapes import icosphere, quad_cube, shaken
 
 import hexconformal as hc
 import surface
@@ -99,7 +99,7 @@ RUNS = {
     "corners": lambda: volumes(SKEW, boundary="free", target="1:2:3", max_iterations=4),
     "volumes": lambda: volumes(SKEW, boundary="free", sizes=np.full(12, 0.1), max_iterations=3),
     "a reference mesh": lambda: volumes(
-        SKEW, boundary="free", target=quadratic(box((2, 2, 3))[0]), lift=False, max_iterations=4
+        SKEW, boundary="free", target=quadratic(box((2, 2, 3))[0]), emphasis="mean", max_iterations=4
     ),
     "gauss": lambda: volumes(SKEW, boundary="fixed", energy="quaternionic", method="newton", max_iterations=3),
     "frozen": lambda: volumes(
@@ -114,10 +114,10 @@ RUNS = {
     "a curve": curve,
     "motion": lambda: np.concatenate(list(moved())),
     "triangles": lambda: (
-        surface.remesh((shaken(icosphere(1), 0.08)[0], icosphere(1)[1].triangles), iterations=2).points
+        surface.remesh((shaken(icosphere(1), 0.08)[0], icosphere(1)[1].triangles), max_iterations=2).points
     ),
     "quadrilaterals": lambda: (
-        surface.remesh((quadratic(quad_cube(2)[0]), quad_cube(2)[1].quads), features=None, iterations=1).points
+        surface.remesh((quadratic(quad_cube(2)[0]), quad_cube(2)[1].quads), feature_angle=None, max_iterations=1).points
     ),
     "quality": lambda: np.concatenate([v.ravel() for v in hc.Quality.arrays(hc.quality(TANGLED)).values()]),
     "bounds": lambda: np.concatenate(

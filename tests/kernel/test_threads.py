@@ -21,7 +21,7 @@ def made_regular(seed):
 def remeshed(seed):
     points, cells = generate.jittered(*generate.ball(3, 1), 0.3, seed=seed)
     faces = boundary_quads(cells)[0]
-    return surface.remesh((points, faces), iterations=3).points
+    return surface.remesh((points, faces), max_iterations=3).points
 
 
 def test_threads_do_not_disturb_each_other():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from meshes.hexahedra import jittered_ball
 
 import hexconformal as hc
 from hexconformal import generate
@@ -10,11 +11,7 @@ from hexconformal.geometry import enclosed_volume
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.distance_barrier import DistanceBarrier
 from hexconformal.mesh.topology import boundary_quads
-from hexconformal.regularization.volume_restoration import restored
-
-
-def ball(amount=0.3, **options):
-    return generate.jittered(*generate.ball(4, 2), amount, seed=1, **options)
+from hexconformal.regularization.volume_restoration import restore_volume
 
 
 def cylinder():
@@ -25,7 +22,7 @@ def cylinder():
     return points, cells
 
 
-@pytest.mark.parametrize("make", [ball, cylinder])
+@pytest.mark.parametrize("make", [jittered_ball, cylinder])
 def test_a_run_conserves_the_volume_if_asked_to(make):
     points, cells = make()
     plain = hc.regularize((points, cells)).report
@@ -55,7 +52,7 @@ def test_flat_faces_stay_flat_while_the_volume_is_made_up_for():
 
 
 def test_a_tangled_mesh_gets_the_volume_that_its_surface_encloses():
-    points, cells = ball(0.9, valid=False)
+    points, cells = jittered_ball(0.9, valid=False)
     report = hc.regularize((points, cells), conserve_volume=True).report
     assert report.before.inverted > 10
     assert report.after.inverted == report.after.invalid == 0
@@ -65,7 +62,7 @@ def test_a_tangled_mesh_gets_the_volume_that_its_surface_encloses():
 
 @pytest.mark.parametrize(("size", "shift"), [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)])
 def test_volume_is_conserved_in_every_unit_and_far_away(size, shift):
-    points, cells = ball()
+    points, cells = jittered_ball()
     report = hc.regularize((size * points + shift, cells), conserve_volume=True).report
     assert report.largest_displacement > 0.01 * size
     assert abs(report.volume_change) < 1e-12
@@ -73,7 +70,7 @@ def test_volume_is_conserved_in_every_unit_and_far_away(size, shift):
 
 @pytest.mark.parametrize("options", [{"boundary": "fixed"}, {"hausdorff": 0.0}])
 def test_where_the_volume_cannot_change_nothing_is_done(options):
-    mesh = ball()
+    mesh = jittered_ball()
     plain = hc.regularize(mesh, **options)
     same = hc.regularize(mesh, conserve_volume=True, **options)
     assert np.array_equal(plain.points, same.points)
@@ -81,7 +78,7 @@ def test_where_the_volume_cannot_change_nothing_is_done(options):
 
 
 def test_a_run_that_is_left_early_conserves_the_volume_too():
-    run = hc.Regularization(ball(), hc.Options(conserve_volume=True))
+    run = hc.Regularization(jittered_ball(), hc.Options(conserve_volume=True))
     for record in run:
         if record.iteration == 4:
             break
@@ -91,11 +88,12 @@ def test_a_run_that_is_left_early_conserves_the_volume_too():
     assert abs(report.volume_change) < 1e-13
 
 
-def test_left_before_it_is_unfolded_a_mesh_says_that_its_volume_differs(shared):
-    mesh = shared / "meshes" / "hex" / "msq_pave3_input.vtu"
+def test_left_before_it_is_unfolded_a_mesh_says_that_its_volume_differs():
+    mesh = generate.jittered(*generate.ball(4, 2), 0.9, valid=False, keep_boundary=False)
     run = hc.Regularization(mesh, hc.Options(conserve_volume=True))
     for record in run:
-        if 0 < record.inverted < run.history[0].inverted:
+        # The first steps move nodes inside alone; after them the boundary gives way too.
+        if record.iteration > 1 and record.inverted < run.history[1].inverted:
             break
     report = run.result().report
     assert 0 < report.after.inverted < report.before.inverted
@@ -107,22 +105,22 @@ def test_what_the_band_has_no_room_for_is_approached():
     points, cells = generate.ball(4, 2)
     quads = boundary_quads(cells)[0]
     bound = 0.01
-    band = DistanceBarrier(SurfaceLocator(points, quads), bound)
-    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), band)
+    barrier = DistanceBarrier(SurfaceLocator(points, quads), bound)
+    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), barrier)
     before = enclosed_volume(points, quads)
-    swollen = restored(problem, points, quads, 1.2 * before)
-    assert band.relative_distance(swollen) <= 1.0
+    swollen = restore_volume(problem, points, quads, 1.2 * before)
+    assert barrier.relative_distance(swollen) <= 1.0
     assert hc.quality((swollen, cells)).valid.all()
     # All of the surface has gone outwards by half the bound at least.
     assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi
-    little = restored(problem, points, quads, 1.01 * before)
+    little = restore_volume(problem, points, quads, 1.01 * before)
     assert enclosed_volume(little, quads) == pytest.approx(1.01 * before, rel=1e-13)
-    assert enclosed_volume(restored(problem, little, quads, before), quads) == pytest.approx(before, rel=1e-13)
+    assert enclosed_volume(restore_volume(problem, little, quads, before), quads) == pytest.approx(before, rel=1e-13)
 
 
 @pytest.mark.parametrize("options", [{"boundary": "free"}, {"surface": "part.stl"}])
 def test_what_contradicts_it_is_refused(options):
-    with pytest.raises(hc.OptionError, match="conserve_volume goes with boundary='slide'"):
+    with pytest.raises(hc.OptionError, match="conserve_volume must go with boundary='slide'"):
         hc.Options(conserve_volume=True, **options)
 
 

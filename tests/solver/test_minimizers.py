@@ -109,7 +109,7 @@ def test_valid_cells_are_watched_beside_folded_ones():
 
 
 def test_the_end_is_told_and_reached():
-    run, _ = minimization(*sheared_cube(5), boundary="slide", lift=False, tolerance=1e-3)
+    run, _ = minimization(*sheared_cube(5), boundary="slide", emphasis="mean", gradient_tolerance=1e-3)
     gradients = [step.gradient for step in run]
     assert run.converged
     assert "gradient fell below 0.001" in run.reason
@@ -119,7 +119,7 @@ def test_the_end_is_told_and_reached():
 
 def test_a_stall_ends_it_where_the_worst_cells_are_raised_afterwards():
     points, cells = jittered(*box((5, 5, 5)), 0.45, seed=2, keep_boundary=False)
-    run, _ = minimization(points, cells, lift=True, tolerance=1e-12)
+    run, _ = minimization(points, cells, emphasis="worst", gradient_tolerance=1e-12)
     energies = [step.energy for step in run]
     assert run.reason == "the energy stalls"
     drops = -np.diff(energies) / np.array(energies[:-1])
@@ -128,7 +128,7 @@ def test_a_stall_ends_it_where_the_worst_cells_are_raised_afterwards():
 
 
 def test_newton_takes_over_from_lbfgs():
-    run, _ = minimization(*sheared_cube(6), boundary="fixed", lift=False, tolerance=1e-10)
+    run, _ = minimization(*sheared_cube(6), boundary="fixed", emphasis="mean", gradient_tolerance=1e-10)
     phases = [step.phase for step in run]
     assert phases[:5] == ["lbfgs"] * 5
     assert phases[-1] == "newton"
@@ -136,7 +136,7 @@ def test_newton_takes_over_from_lbfgs():
 
 def test_newton_takes_over_after_so_many_iterations_at_the_latest(monkeypatch):
     monkeypatch.setattr("hexconformal.regularization.minimize._HANDOVER", 3)
-    run, _ = minimization(*sheared_cube(6), boundary="fixed", lift=False, tolerance=1e-10)
+    run, _ = minimization(*sheared_cube(6), boundary="fixed", emphasis="mean", gradient_tolerance=1e-10)
     assert [step.phase for step, _ in zip(run, range(4), strict=False)] == ["lbfgs"] * 3 + ["newton"]
 
 

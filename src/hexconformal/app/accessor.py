@@ -67,7 +67,7 @@ class HexahedraAccessor:
             If an option is unknown or makes no sense.
         """
         mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearise=linearise)
-        return regularize(mesh, callback=callback, **options).mesh
+        return regularize(mesh, callback=callback, **options).mesh.to_source_type()
 
     def quality(self, *, other_cells: str = "keep", linearise: bool = False) -> Any:
         """The grid with all measures of :class:`hexconformal.Quality` as cell arrays, NaN on other cells.

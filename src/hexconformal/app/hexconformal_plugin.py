@@ -101,7 +101,7 @@ class RegularizeHexahedra(_Filter):
     def __init__(self) -> None:
         _Filter.__init__(
             self, "vtkUnstructuredGrid", boundary="slide", hausdorff=0.005, features="auto", target="auto",
-            max_iterations=200, lift=True, other_cells="refuse", linearise=False,
+            max_iterations=200, emphasis="auto", other_cells="refuse", linearise=False,
         )  # fmt: skip
 
     @smproperty.stringvector(name="Boundary", default_values="slide", number_of_elements=1)
@@ -129,10 +129,11 @@ class RegularizeHexahedra(_Filter):
     def SetMaxIterations(self, value: int) -> None:
         self.set_option("max_iterations", value)
 
-    @smproperty.intvector(name="Lift", default_values=1, number_of_elements=1)
-    @_help("Raise the worst cells once the distortion is low.", _BOOLEAN)
-    def SetLift(self, value: int) -> None:
-        self.set_option("lift", bool(value))
+    @smproperty.stringvector(name="Emphasis", default_values="auto", number_of_elements=1)
+    @_help("Raise the worst cells once the distortion is low, or make the cells good on the whole.",
+             _choices("auto", "worst", "mean"))  # fmt: skip
+    def SetEmphasis(self, value: str) -> None:
+        self.set_option("emphasis", value)
 
     @smproperty.stringvector(name="OtherCells", default_values="refuse", number_of_elements=1)
     @_help("Meshes with tetrahedra, wedges, ... besides: refuse them, or keep those cells, which then stay where"
@@ -157,7 +158,7 @@ class RegularizeHexahedra(_Filter):
             options["max_iterations"],
             lambda at: f"iteration {at.iteration}, smallest scaled Jacobian {at.min_scaled_jacobian:.3f}",
         )
-        return _with_report(result.mesh, result.report)
+        return _with_report(result.mesh.to_source_type(), result.report)
 
 
 @smproxy.filter(name="HexahedraQuality", label="Hexahedra Quality")
@@ -196,18 +197,18 @@ class RemeshSurface(_Filter):
     label = "Remesh Surface"
 
     def __init__(self) -> None:
-        _Filter.__init__(self, "vtkPolyData", iterations=300, reference="equilateral", hausdorff=0.01)
+        _Filter.__init__(self, "vtkPolyData", max_iterations=300, target="equilateral", hausdorff=0.01)
 
-    @smproperty.intvector(name="Iterations", default_values=300, number_of_elements=1)
+    @smproperty.intvector(name="MaxIterations", default_values=300, number_of_elements=1)
     @_help("Stop after so many iterations.", _NON_NEGATIVE)
-    def SetIterations(self, value: int) -> None:
-        self.set_option("iterations", value)
+    def SetMaxIterations(self, value: int) -> None:
+        self.set_option("max_iterations", value)
 
-    @smproperty.stringvector(name="Reference", default_values="equilateral", number_of_elements=1)
-    @_help("What the cells shall be conformal to: equilateral triangles and squares, shapes as flat as the valences"
+    @smproperty.stringvector(name="Target", default_values="equilateral", number_of_elements=1)
+    @_help("The perfect cell: equilateral triangles and squares, shapes as flat as the valences"
              " allow, or their own shapes.", _choices("equilateral", "flat", "input"))  # fmt: skip
-    def SetReference(self, value: str) -> None:
-        self.set_option("reference", value)
+    def SetTarget(self, value: str) -> None:
+        self.set_option("target", value)
 
     @smproperty.doublevector(name="Hausdorff", default_values=0.01, number_of_elements=1)
     @_help("How far the surface may move, as a share of the diagonal of the bounding box.")
@@ -220,7 +221,7 @@ class RemeshSurface(_Filter):
 
         result = self.run_until_aborted(
             Remeshing(from_vtk(source), Options(**self.options)),
-            self.options["iterations"],
+            self.options["max_iterations"],
             lambda at: f"iteration {at.iteration}, smallest angle {at.min_angle:.1f}",
         )
         return _with_report(to_vtk(source, result.mesh), result.report)

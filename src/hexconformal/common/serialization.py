@@ -13,7 +13,7 @@ __all__ = ["Serializable", "json_safe"]
 
 
 class Serializable:
-    """What dataclasses derive from that are written as JSON.
+    """Base of dataclasses that are written as JSON.
 
     Examples
     --------
@@ -26,8 +26,8 @@ class Serializable:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as JSON takes them; what is not finite becomes None."""
-        plain: dict[str, Any] = json_safe(self)
-        return plain
+        fields: dict[str, Any] = json_safe(self)
+        return fields
 
     def to_json(self) -> str:
         """The dictionary as indented JSON."""

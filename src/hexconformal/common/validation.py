@@ -1,4 +1,4 @@
-"""What every kind of options checks: names that are known, choices, numbers, yes or no, nodes."""
+"""Validation of options: known names, choices, numbers, booleans, masks of nodes."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ __all__ = [
     "require_numbers",
 ]
 
-Made = TypeVar("Made")
+OptionsType = TypeVar("OptionsType")
 
 
-def options_from(kind: type[Made], given: Mapping[str, Any]) -> Made:
+def options_from(kind: type[OptionsType], given: Mapping[str, Any]) -> OptionsType:
     """Options of a dataclass from keywords; an unknown one is refused with the names that there are.
 
     >>> from hexconformal import Options
@@ -55,15 +55,15 @@ def require_choice(name: str, value: Any, allowed: Sequence[str]) -> None:
 
     >>> require_choice("operator", "plastic", ("harmonic", "elastic"))
     Traceback (most recent call last):
-    hexconformal.OptionError: operator is 'harmonic' or 'elastic', not 'plastic'
+    hexconformal.OptionError: operator must be 'harmonic' or 'elastic', not 'plastic'
     """
     if not isinstance(value, str) or value not in allowed:
         names = ", ".join(repr(c) for c in allowed[:-1]) + f" or {allowed[-1]!r}"
-        raise OptionError(f"{name} is {names}, not {value!r}")
+        raise OptionError(f"{name} must be {names}, not {value!r}")
 
 
 def is_number(value: Any) -> bool:
-    """Whether it is a real number, of Python or numpy; True and False are none.
+    """True for a real number, of Python or numpy; True and False are none.
 
     >>> is_number(np.float32(0.5)), is_number(True), is_number("1"), is_number(1j)
     (True, False, False, False)
@@ -74,12 +74,12 @@ def is_number(value: Any) -> bool:
 def require_number(name: str, value: Any) -> None:
     """Refuse what is no number.
 
-    >>> require_number("tolerance", None)
+    >>> require_number("eps", None)
     Traceback (most recent call last):
-    hexconformal.OptionError: tolerance is a number, not None
+    hexconformal.OptionError: eps must be a number, not None
     """
     if not is_number(value):
-        raise OptionError(f"{name} is a number, not {shortened(value)}")
+        raise OptionError(f"{name} must be a number, not {shortened(value)}")
 
 
 def require_numbers(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
@@ -97,9 +97,9 @@ def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> N
         if value is None and name in optional:
             continue
         if not isinstance(value, Integral) or isinstance(value, bool):
-            raise OptionError(f"{name} is a whole number, not {shortened(value)}")
+            raise OptionError(f"{name} must be a whole number, not {shortened(value)}")
         if value < 0:
-            raise OptionError(f"{name} is not negative, not {value!r}")
+            raise OptionError(f"{name} must be 0 or more, not {value!r}")
 
 
 def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
@@ -107,7 +107,7 @@ def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> No
     for name in (*names, *optional):
         value = getattr(options, name)
         if not isinstance(value, (bool, np.bool_)) and (value is not None or name not in optional):
-            raise OptionError(f"{name} is True or False, not {shortened(value)}")
+            raise OptionError(f"{name} must be True or False, not {shortened(value)}")
 
 
 def array_of_numbers(name: str, values: Any, expected: str = "an array of numbers") -> NDArray[np.float64]:
@@ -115,14 +115,14 @@ def array_of_numbers(name: str, values: Any, expected: str = "an array of number
 
     >>> array_of_numbers("outputs", ["1", "2"])
     Traceback (most recent call last):
-    hexconformal.OptionError: outputs is an array of numbers, not ['1', '2']
+    hexconformal.OptionError: outputs must be an array of numbers, not ['1', '2']
     """
     try:
         array = np.asarray(values)
     except ValueError:  # rows of different lengths
         array = np.empty(0, dtype=object)
     if array.dtype.kind not in "iuf":
-        raise OptionError(f"{name} is {expected}, not {shortened(values)}")
+        raise OptionError(f"{name} must be {expected}, not {shortened(values)}")
     return array.astype(np.float64)
 
 
@@ -137,7 +137,7 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     count
         Number of points n.
     name
-        What to call it in messages.
+        Name of the option in messages.
     arrays
         Arrays over the points, where these have names.
 
@@ -160,7 +160,7 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     if isinstance(value, str) and arrays is not None:
         if value not in arrays:
             known = ", ".join(map(repr, arrays)) or "none"
-            raise OptionError(f"{name}={value!r} names no point array; there are: {known}")
+            raise OptionError(f"{name}={value!r} names no point array or group of the file; there are: {known}")
         value = np.asarray(arrays[value]) != 0
     try:
         array = np.asarray([] if value is None else value)
@@ -175,10 +175,10 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     if array.dtype.kind not in "iu" or array.ndim != 1:
         raise OptionError(f"{name} must be booleans per point or a list of point ids, not {array.dtype} {array.shape}")
     if len(array) == count > 2 and np.isin(array, (0, 1)).all():
-        raise OptionError(f"{name} looks like a mask of zeros and ones: pass booleans")
+        raise OptionError(f"{name} must be booleans or ids, not zeros and ones: pass them as booleans")
     bad = array[(array < 0) | (array >= count)]
     if len(bad):
-        raise OptionError(f"{name} has ids outside 0..{count - 1}: {first_ids(bad)}")
+        raise OptionError(f"{name} must be ids in 0..{count - 1}; outside: {first_ids(bad)}")
     mask = np.zeros(count, dtype=bool)
     mask[array] = True
     return mask

@@ -19,7 +19,7 @@ _NOISE_FACTOR, _WIDEST = 4.0, 60.0  # neighbours count up to this multiple of th
 _SHARP, _CONTRAST = 55.0, 1.5  # degrees from which on no edge is rounded, else how much sharper than those beside
 
 
-def filtered_normals(points: Floats, quads: Ints, edges: QuadEdges) -> Floats:
+def filtered_normals(points: Floats, quads: Ints, edges: QuadEdges, fronts: Mask | None = None) -> Floats:
     """Unit normals of quads after a bilateral filter: averaged with those of neighbours that agree but for noise.
 
     A quad that is folded, or has no area, does not count: it gets the normal of its neighbours.
@@ -32,6 +32,8 @@ def filtered_normals(points: Floats, quads: Ints, edges: QuadEdges) -> Floats:
         (k, 4) nodes, counter-clockwise seen from outside.
     edges
         Of the same quads.
+    fronts
+        (s,) edges with two quads that lie on each other without being folded.
 
     Returns
     -------
@@ -49,6 +51,8 @@ def filtered_normals(points: Floats, quads: Ints, edges: QuadEdges) -> Floats:
     # Where two quads lie on each other, the smaller one is taken for folded; if the surface does turn there, the other
     # neighbours of that quad put its normal right.
     around = np.einsum("ei,ei->e", area[left], area[right]) < -0.5 * size[left] * size[right]
+    front = np.zeros(len(around), dtype=bool) if fronts is None else fronts
+    around &= ~front
     folded = np.zeros(len(quads), dtype=bool)
     folded[np.where(size[left] < size[right], left, right)[around]] = True
     weight = np.where(unfolded & ~folded, size, 0.0)
@@ -59,7 +63,7 @@ def filtered_normals(points: Floats, quads: Ints, edges: QuadEdges) -> Floats:
     normals[weight == 0] = 0.0
     for iteration in range(_FILTERINGS):
         agree = np.einsum("ei,ei->e", normals[left], normals[right]) - least
-        unknown = (weight[left] == 0) | (weight[right] == 0)
+        unknown = ((weight[left] == 0) | (weight[right] == 0)) & ~front
         agree = np.where(unknown, 1.0, np.maximum(agree, 0.0))
         sums = normals * np.maximum(weight, 1e-300)[:, None]
         for to, of in ((left, right), (right, left)):

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import OptionError
 from ..mesh import connected_components
+from .crack_fronts import crack_fronts
 from .dihedral_angles import dihedral_angles, filtered_normals, rounded_edges, stair_steps
 from .feature_chains import Chains, chains
 from .quad_edges import QuadEdges, quad_edges
@@ -61,15 +62,17 @@ def find_features(
     *,
     angle: float = 35.0,
     tags: ArrayLike | None = None,
+    cells: Ints | None = None,
     mode: str = "auto",
     tolerance: float = 0.0,
 ) -> Features:
     """Find the smooth patches of a boundary, the curves between them, and the corners.
 
-    Without tags, a curve is a chain of edges with an angle of at least 0.6 `angle` between the (averaged) normals
-    on both sides, at least half of them more than `angle` and clearly more than the edges beside. Chains that
-    zigzag, and short ones that end anywhere but at other curves, are noise; beside curves that are kept, mode
-    "auto" also leaves out longer ones that end like that. Edges with other than two quads always belong to a curve.
+    Edges where tags change, crack fronts, and edges with other than two quads always belong to a curve. The others are
+    found by their angle: a curve is a chain of edges with at least 0.6 `angle` between the (averaged) normals on both
+    sides, at least half of them more than `angle` and clearly more than the edges beside. Chains that zigzag, and
+    short ones that end anywhere but at other curves, are noise; beside curves that are kept, mode "auto" also leaves
+    out longer ones that end like that.
 
     Parameters
     ----------
@@ -80,7 +83,9 @@ def find_features(
     angle
         Degrees between normals, 0 where the surface is flat.
     tags
-        (q,) integers per quad: the curves are where they change, whatever the angle.
+        (q,) integers per quad: curves are where they change, too, whatever the angle.
+    cells
+        (m, 8) the cells whose boundary this is; with them crack fronts are told from quads that are folded.
     mode
         "keep" and "soft" decide; "auto" lets curves be soft where most of them are stair steps or end in
         the middle of nowhere, and where the surface may move so far that they can be rounded off.
@@ -111,20 +116,15 @@ def find_features(
         raise OptionError(f"tolerance must be 0 or more, not {tolerance}")
     edges = quad_edges(quads)
     nonmanifold = _nonmanifold_nodes(quads, edges, len(points))
-    if tags is not None:
-        labels = np.asarray(tags)
-        if labels.shape != (len(quads),):
-            raise OptionError(f"tags must be one per boundary quad, ({len(quads)},), not {labels.shape}")
-        chosen = edges.manifold[labels[edges.quads[:, 0]] != labels[edges.quads[:, 1]]]
-    else:
-        chosen = _creases(points, quads, edges, angle, nonmanifold, _SHORTEST)
-    soft, why = mode == "soft", "given by tags" if tags is not None else f"{mode} as asked"
-    if mode == "auto" and tags is None:
-        soft, open_ends, why = _softness(
-            points, quads, edges, np.union1d(chosen, edges.nonmanifold), nonmanifold, angle, tolerance
-        )
-        if open_ends and not soft:
-            chosen = _creases(points, quads, edges, angle, nonmanifold, _SHORTEST_BESIDE)
+    fronts = np.zeros(len(edges.manifold), dtype=bool) if cells is None else crack_fronts(points, quads, edges, cells)
+    kept = fronts | (False if tags is None else _changes(tags, edges, len(quads)))
+    stops = nonmanifold.copy()
+    stops[edges.nodes[edges.manifold[kept]]] = True
+    soft, chosen, why = _by_angle(points, quads, edges, fronts, stops, angle, mode, tolerance)
+    if kept.any() and mode != "soft":
+        by = [name for name, some in (("tags", kept & ~fronts), ("crack fronts", fronts)) if some.any()]
+        why = f"by {' and '.join(by)}, none by angle: {why}" if soft else f"by {', '.join(by)} and angle: {why}"
+        soft, chosen = False, np.union1d(chosen[:0] if soft else chosen, edges.manifold[kept])
     chosen = np.union1d(chosen, edges.nonmanifold)
     nodes = edges.nodes[chosen]
     curves = chains(points, nodes, nonmanifold)
@@ -157,21 +157,50 @@ def _nonmanifold_nodes(quads: Ints, edges: QuadEdges, count: int) -> Mask:
     return np.asarray(np.where(meeting > 0, (meeting != 2) | (sheets != most), sheets > 1))
 
 
-def _creases(points: Floats, quads: Ints, edges: QuadEdges, angle: float, nonmanifold: Mask, shortest: int) -> Ints:
+def _changes(tags: ArrayLike, edges: QuadEdges, count: int) -> Mask:
+    """(s,) edges with two quads where tags change."""
+    labels = np.asarray(tags)
+    if labels.shape != (count,):
+        raise OptionError(f"tags must be one per boundary quad, ({count},), not {labels.shape}")
+    return np.asarray(labels[edges.quads[:, 0]] != labels[edges.quads[:, 1]])
+
+
+def _by_angle(
+    points: Floats,
+    quads: Ints,
+    edges: QuadEdges,
+    fronts: Mask,
+    stops: Mask,
+    angle: float,
+    mode: str,
+    tolerance: float,
+) -> tuple[bool, Ints, str]:
+    """Decide if curves found by their angle need not be kept; tell the edges of those that are found, and why."""
+    angles = dihedral_angles(filtered_normals(points, quads, edges, fronts), edges)
+    chosen = _creases(points, edges, angles, angle, stops, _SHORTEST)
+    if mode != "auto":
+        return mode == "soft", chosen, f"{mode} as asked"
+    both = np.union1d(chosen, edges.nonmanifold)
+    soft, open_ends, why = _softness(points, quads, edges, both, stops, angle, tolerance)
+    if open_ends and not soft:
+        chosen = _creases(points, edges, angles, angle, stops, _SHORTEST_BESIDE)
+    return soft, chosen, why
+
+
+def _creases(points: Floats, edges: QuadEdges, angles: Floats, angle: float, stops: Mask, shortest: int) -> Ints:
     """Ids of the edges with two quads that belong to creases; those with a free end have `shortest` edges or more."""
-    angles = dihedral_angles(filtered_normals(points, quads, edges), edges)
     coarse = rounded_edges(angles, edges)
     chosen = np.flatnonzero(angles > _CONTINUED * angle)
     # Where a spur goes two chains become one, so that chains are looked at again until nothing goes.
     while len(chosen):
         nodes = edges.nodes[edges.manifold[chosen]]
-        curves = chains(points, nodes, nonmanifold)
+        curves = chains(points, nodes, stops)
         length = np.bincount(curves.labels)
         strong = np.bincount(curves.labels, (angles[chosen] > angle) & ~coarse[chosen])
         piece = connected_components(nodes, len(points))[nodes[:, 0]]
         small = np.bincount(piece)[piece] < _SHORTEST
         good = (strong >= 0.5 * length) & (curves.zigzag < _ZIGZAG)
-        good &= (length >= shortest) | ~_has_free_end(nodes, curves, nonmanifold)
+        good &= (length >= shortest) | ~_has_free_end(nodes, curves, stops)
         keep = good[curves.labels] & ~small
         if keep.all():
             break
@@ -179,29 +208,30 @@ def _creases(points: Floats, quads: Ints, edges: QuadEdges, angle: float, nonman
     return edges.manifold[chosen]
 
 
-def _has_free_end(nodes: Ints, curves: Chains, nonmanifold: Mask) -> Mask:
+def _has_free_end(nodes: Ints, curves: Chains, stops: Mask) -> Mask:
     """(c,) chains that end where no other begins."""
-    free = ((curves.degree[nodes] == 1) & ~nonmanifold[nodes]).any(axis=1)
+    free = ((curves.degree[nodes] == 1) & ~stops[nodes]).any(axis=1)
     return np.asarray(np.bincount(curves.labels, free) > 0)
 
 
 def _softness(
-    points: Floats, quads: Ints, edges: QuadEdges, chosen: Ints, nonmanifold: Mask, angle: float, tolerance: float
+    points: Floats, quads: Ints, edges: QuadEdges, chosen: Ints, stops: Mask, angle: float, tolerance: float
 ) -> tuple[bool, bool, str]:
     """Decide if curves found by their angle need not be kept, and tell if some of them end freely, and why."""
-    if len(chosen) == 0:
+    nodes = edges.nodes[chosen]
+    lengths = np.linalg.norm(points[nodes[:, 0]] - points[nodes[:, 1]], axis=1)
+    if not lengths.any():
         return True, False, "the surface is smooth"
     steps, sharp = stair_steps(points, quads, edges, angle)
     stepped = steps[edges.quads[sharp]].any(axis=1).mean() if sharp.any() else 0.0
     if stepped > _STEPPED:
         return True, False, f"stair steps, {stepped:.0%} of the sharp edges bound a step of one cell"
-    nodes = edges.nodes[chosen]
-    lengths = np.linalg.norm(points[nodes[:, 0]] - points[nodes[:, 1]], axis=1)
-    curves = chains(points, nodes, nonmanifold)
-    free = lengths[_has_free_end(nodes, curves, nonmanifold)[curves.labels]].sum() / lengths.sum()
+    curves = chains(points, nodes, stops)
+    free = lengths[_has_free_end(nodes, curves, stops)[curves.labels]].sum() / lengths.sum()
     if free > 0.5:
         return True, True, f"{free:.0%} of the sharp curves end in the middle of a smooth surface"
-    edge, diagonal = float(np.median(lengths)), float(np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0)))
+    edge = float(np.median(lengths[lengths > 0.0]))
+    diagonal = float(np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0)))
     if tolerance > max(_ROUNDED[0] * edge, _ROUNDED[1] * diagonal):
         share = f"{tolerance / edge:.2g} edge lengths, {tolerance / diagonal:.2g} diagonals"
         return True, False, f"the surface may move by {share}, which rounds them off"

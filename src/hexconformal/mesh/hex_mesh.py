@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -76,19 +77,20 @@ class HexMesh:
         return () if self.origin is None else self.origin.selection.notes
 
     @property
-    def node_labels(self) -> NDArray[np.int64] | None:
-        """(n,) the numbers that the file gives to its nodes; None if it gives none, or the mesh is of no file."""
-        return None if self._file is None else self._file.node_labels
+    def node_labels(self) -> NDArray[Any] | None:
+        """(n,) what the file that the mesh was read from calls its points; None if these are counted from 0."""
+        file = getattr(self.origin, "file", None)
+        return None if file is None else file.node_labels
 
     @property
-    def cell_labels(self) -> NDArray[np.int64] | None:
-        """(m,) the numbers that the file gives to the hexahedra; None if it gives none, or the mesh is of no file."""
-        labels = None if self._file is None else self._file.cell_labels
-        return None if labels is None else labels[self.origin.selection.rows]
+    def cell_labels(self) -> NDArray[Any] | None:
+        """(m,) what the file that the mesh was read from calls the hexahedra; None if cells are counted from 0."""
+        file = getattr(self.origin, "file", None)
+        return None if file is None or file.cell_labels is None else file.cell_labels[self.origin.selection.rows]
 
-    @property
-    def _file(self) -> Any:
-        return None if self.origin is None else self.origin.file
+    def named_nodes(self) -> Mapping[str, NDArray[Any]]:
+        """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
+        return ChainMap(self.point_data, {} if self.origin is None else self.origin.node_groups)
 
     def replaced(
         self,

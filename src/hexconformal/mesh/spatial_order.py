@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .topology import components
+
 __all__ = ["morton_codes", "spatial_order"]
 
 Ints = NDArray[np.int64]
@@ -32,7 +34,7 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     -------
     node_ids, cell_ids
         (n,), (m,) ids; the same nodes and cells in the same order, whatever their numbers and the unit of length.
-        Points at one place come in the order in which they are given.
+        Points at one place are told apart by the cells around them.
 
     Examples
     --------
@@ -42,10 +44,81 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     array([ 0,  4,  1,  5,  2,  6,  3,  7,  8,  9, 10, 11])
     """
     places = points - points.min(axis=0)
-    heights = places @ _DIRECTION
-    node_ids = np.lexsort((heights, morton_codes(places / max(_BEYOND * float(places.max()), 1e-300))))
-    first = np.argsort(node_ids)[cells].min(axis=1)
-    return node_ids, np.lexsort((heights[cells].sum(axis=1), first))
+    # Summed row by row: in a product of matrices the last digit depends on the number of the row.
+    heights = places[:, 0] * _DIRECTION[0] + places[:, 1] * _DIRECTION[1] + places[:, 2] * _DIRECTION[2]
+    unused = np.ones(len(points), dtype=bool)
+    unused[cells] = False
+    codes = morton_codes(places / max(_BEYOND * float(places.max()), 1e-300))
+    node_ids = np.lexsort((unused, *points.T, heights, codes))
+    alike = (points[node_ids[1:]] == points[node_ids[:-1]]).all(axis=1) & ~unused[node_ids[1:]] & ~unused[node_ids[:-1]]
+    if alike.any():
+        ranks = np.empty(len(points), dtype=np.int64)
+        ranks[node_ids] = _firsts(np.concatenate([[True], ~alike]))
+        node_ids = np.argsort(_told_apart(ranks, cells))
+    ranked = np.argsort(node_ids)[cells]
+    return node_ids, np.lexsort((*ranked.T, heights[cells].sum(axis=1), ranked.min(axis=1)))
+
+
+def _told_apart(ranks: Ints, cells: Ints) -> Ints:
+    """Ranks (n,) of nodes without ties, from ranks with ties (those of a tie leave room for it).
+
+    The ranks in the cells around a node tell it from others of its rank, until nothing changes any more (color
+    refinement). Then only copies are left: whole pieces of the mesh, or nodes with the same surroundings. Their order
+    is that of their numbers, which renames copies and nothing else.
+    """
+    while True:
+        tied = np.flatnonzero(np.bincount(ranks, minlength=len(ranks))[ranks] > 1)
+        if len(tied) == 0:
+            return ranks
+        for keys in (_surroundings, _pieces, _first_of_all):
+            finer = _refined(ranks, tied, keys(ranks, tied, cells))
+            if not np.array_equal(finer, ranks):
+                break
+        ranks = finer
+
+
+def _refined(ranks: Ints, tied: Ints, keys: Ints) -> Ints:
+    """The ranks (n,) with ties between the tied nodes (t,) broken by their keys (t, k), as far as these differ."""
+    order = np.lexsort((*keys.T[::-1], ranks[tied]))
+    nodes, rows = tied[order], np.column_stack([ranks[tied], keys])[order]
+    change = np.concatenate([np.ones((1, rows.shape[1]), dtype=bool), rows[1:] != rows[:-1]])
+    finer = ranks.copy()
+    finer[nodes] += _firsts(np.asarray(change.any(axis=1))) - _firsts(change[:, 0])
+    return finer
+
+
+def _firsts(begins: NDArray[np.bool_]) -> Ints:
+    """Place of the first of the group that each of a row is in, told where groups begin."""
+    return np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
+
+
+def _surroundings(ranks: Ints, tied: Ints, cells: Ints) -> Ints:
+    """(t, k) what cells are around the tied nodes, and which of their corners those are."""
+    place = np.full(len(ranks), -1)
+    place[tied] = np.arange(len(tied))
+    around = cells[(place[cells] >= 0).any(axis=1)]
+    kinds = np.unique(ranks[around], axis=0, return_inverse=True)[1].reshape(-1)
+    corners = (8 * kinds[:, None] + np.arange(8)).ravel()
+    owners = place[around].ravel()
+    corners, owners = corners[owners >= 0], owners[owners >= 0]
+    order = np.lexsort((corners, owners))
+    corners, owners = corners[order], owners[order]
+    column = np.arange(len(owners)) - _firsts(np.concatenate([[True], owners[1:] != owners[:-1]]))
+    keys = np.full((len(tied), int(column.max()) + 1), -1)
+    keys[owners, column] = corners
+    return keys
+
+
+def _pieces(ranks: Ints, tied: Ints, cells: Ints) -> Ints:
+    """(t, 1) the piece of the mesh that each of the tied nodes is in."""
+    pieces = np.empty_like(ranks)
+    pieces[cells] = components(cells)[1][:, None]
+    return pieces[tied, None]
+
+
+def _first_of_all(ranks: Ints, tied: Ints, cells: Ints) -> Ints:
+    """(t, 1) zero for the first of the tied nodes of lowest rank, one for all others."""
+    return np.asarray(np.arange(len(tied)) != np.argmin(ranks[tied]), dtype=np.int64)[:, None]
 
 
 def morton_codes(places: NDArray[np.float64]) -> Ints:

@@ -249,7 +249,7 @@ def _first_occurrences(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     """For each of the 6 m faces the number of the first face with the same nodes, often its own."""
     first = np.empty(6 * len(cells), dtype=np.int64)
     following = np.empty(len(first), dtype=np.int64)
-    heads = np.full(int(cells.max()) + 1, -1, dtype=np.int64)
+    heads = np.full(int(cells.max(initial=-1)) + 1, -1, dtype=np.int64)
     # Read-only arrays would be compiled for anew.
     _find_first_occurrences(np.require(cells, np.int64, ["C", "W"]), FACES, heads, following, first)
     return first

@@ -1,7 +1,7 @@
 """Moving a mesh with its boundary, step after step (28).
 
 Belongs here: MeshMotion, the extension of displacements, and runs by a table. Imports `common`, `kernel`, `elements`,
-`mesh`, `energy`, `io`, `quality`, `runs` and `solver`.
+`mesh`, `energy`, `io`, `geometry`, `quality`, `runs` and `solver`.
 """
 
 from .mesh_motion import MeshMotion, MotionReport, MotionStep

@@ -1,4 +1,4 @@
-"""Extend a displacement of the boundary into the mesh by a linear problem: harmonic, or elastic."""
+"""Linear extensions of a displacement of the boundary into the mesh: harmonic, or elastic."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ __all__ = ["EXTENSIONS", "Elastic", "Harmonic"]
 
 Field = NDArray[np.float64]
 
-_POISSON = 0.3
-_ROUNDS = 1000
+_POISSON_RATIO = 0.3
+_MAX_ITERATIONS = 1000
 
 
 class Harmonic:
@@ -27,35 +27,35 @@ class Harmonic:
 
     Parameters
     ----------
-    frame
+    normalized
         The mesh.
     admissible
-        Where nodes may go; those whose displacement is given are held.
+        Directions nodes may go in; those whose displacement is given are held.
     tolerance
         Of the linear solver.
 
     Attributes
     ----------
-    metric
+    preconditioner
         The preconditioner: an approximate inverse of the scalar Laplacian on the nodes that may go.
     """
 
-    def __init__(self, frame: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
+    def __init__(self, normalized: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
         self._admissible, self._tolerance = admissible, tolerance
-        self._laplacian = Distortion(frame.cells, len(frame.points), quadrature="corners").laplacian()
-        self.preconditioner = LaplacePreconditioner(self._laplacian, admissible, frame.referenced)
+        self._laplacian = Distortion(normalized.cells, len(normalized.points), quadrature="corners").laplacian()
+        self.preconditioner = LaplacePreconditioner(self._laplacian, admissible, normalized.referenced)
 
     def __call__(self, field: Field, points: Field) -> Field:
         """The field (n, 3), zero but where it is given, continued to all nodes of the mesh as it is at the points."""
-        return self._solved(self._laplacian.__matmul__, self.preconditioner, field)
+        return self._solve(self._laplacian.__matmul__, self.preconditioner, field)
 
-    def _solved(self, product: Callable[[Field], Field], preconditioner: LaplacePreconditioner, field: Field) -> Field:
+    def _solve(self, product: Callable[[Field], Field], preconditioner: LaplacePreconditioner, field: Field) -> Field:
         if not field.any():
             return field
         project = self._admissible.project
         load = project(-product(field))
         return field + conjugate_gradients(
-            lambda v: project(product(v)), preconditioner, load, self._tolerance, _ROUNDS
+            lambda v: project(product(v)), preconditioner, load, self._tolerance, _MAX_ITERATIONS
         )
 
 
@@ -69,27 +69,27 @@ class Elastic(Harmonic):
     last mesh; the way back does not lead to the first one.
     """
 
-    def __init__(self, frame: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
-        super().__init__(frame, admissible, tolerance)
-        self._cells = frame.cells
+    def __init__(self, normalized: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
+        super().__init__(normalized, admissible, tolerance)
+        self._cells = normalized.cells
 
     def __call__(self, field: Field, points: Field) -> Field:
         volumes = cell_volumes(points, self._cells)
         matrix = _stiffness(points, self._cells, volumes.mean() / volumes)
-        return self._solved(lambda v: np.asarray(matrix @ v.ravel()).reshape(-1, 3), self.preconditioner, field)
+        return self._solve(lambda v: np.asarray(matrix @ v.ravel()).reshape(-1, 3), self.preconditioner, field)
 
 
 def _stiffness(points: Field, cells: NDArray[np.int64], young: Field) -> sparse.bsr_matrix:
     """(3 n, 3 n) stiffness matrix of isotropic elasticity in 3 x 3 blocks, 2 x 2 x 2 Gauss points."""
     count = len(points)
-    rule, weights = gauss_rule()
+    gauss_points, weights = gauss_rule()
     frames = jacobian_matrices(points, cells)
-    gradients = np.einsum("qai,mqij->mqaj", shape_gradients(rule), np.linalg.inv(frames))
+    gradients = np.einsum("qai,mqij->mqaj", shape_gradients(gauss_points), np.linalg.inv(frames))
     measures = np.linalg.det(frames) * weights * young[:, None]
     incidences = corner_incidences(cells, count)
     indptr, indices = node_pattern(cells, *incidences)
     data = np.empty((len(indices), 3, 3))
-    lame, shear = _POISSON / ((1 + _POISSON) * (1 - 2 * _POISSON)), 0.5 / (1 + _POISSON)
+    lame, shear = _POISSON_RATIO / ((1 + _POISSON_RATIO) * (1 - 2 * _POISSON_RATIO)), 0.5 / (1 + _POISSON_RATIO)
     parallel_ranges(_rows, count, cells, gradients, measures, lame, shear, *incidences, indptr, indices, data)
     return sparse.bsr_matrix((data, indices, indptr), shape=(3 * count, 3 * count))
 

@@ -22,8 +22,9 @@ from ..common import (
 )
 from ..elements import all_valid, corner_scaled_jacobian, is_valid
 from ..energy import Distortion, inverse_targets
+from ..geometry import kept_edges
 from ..io import as_hex_mesh
-from ..mesh import NormalizedMesh
+from ..mesh import HexMesh, NormalizedMesh
 from ..quality import require_sound
 from ..solver import (
     AdmissibleDirections,
@@ -32,6 +33,7 @@ from ..solver import (
     fixed_components,
     initial_iterate,
     lbfgs,
+    line_normal_sums,
     planar_normal_sums,
 )
 from .extension import EXTENSIONS
@@ -40,30 +42,31 @@ __all__ = ["MeshMotion", "MotionReport", "MotionStep"]
 
 Field = NDArray[np.float64]
 
-_SMALLEST = 2.0**-10  # share of a step below which it is given up
-_LOOSE = 1e-3  # tolerance where the way only passes through
-_ITERATIONS = 500
-_EXACT, _PREDICTION = 1e-9, 1e-3  # tolerances of a linear operator, and of a first guess
+_LEAST_SHARE = 2.0**-10  # of a step, below which it is given up
+_SUBSTEP_TOLERANCE = 1e-3  # energy tolerance of a substep that is not the last
+_MAX_ITERATIONS = 500
+_LINEAR_TOLERANCE, _GUESS_TOLERANCE = 1e-9, 1e-3  # tolerances of a linear operator, and of a first guess
 
 OPERATORS = ("conformal", *EXTENSIONS)
+TARGETS = ("input", "current")
 
 
 @dataclass(frozen=True)
 class MotionReport:
-    """How a step went.
+    """Report of a step.
 
     Attributes
     ----------
     reached
         Share of the step that was made, 1 unless it was refused.
     substeps, iterations
-        What it took.
+        Work done.
     min_scaled_jacobian, mean_scaled_jacobian
         Of the corners of the cells, after the step.
     blocked
         Cells that would be inverted by going on; empty unless the step was refused.
     reason
-        Why it was refused, in words; "" otherwise.
+        Reason of a refusal, in words; "" otherwise.
     seconds
         Wall time.
     """
@@ -79,7 +82,7 @@ class MotionReport:
 
     @property
     def refused(self) -> bool:
-        """Whether the boundary could not go all the way."""
+        """True where the boundary could not go all the way."""
         return self.reached < 1.0
 
 
@@ -92,9 +95,9 @@ class MotionStep:
     points
         (n, 3) all of them, in their old order.
     velocity
-        (n, 3) the way of this step over its time, equation (28); None where no time was given.
+        (n, 3) displacement of this step over its time, equation (28); None where no time was given.
     report
-        How it went.
+        Share of the step that was made, quality, and why it was refused.
     """
 
     points: Field
@@ -113,25 +116,27 @@ class MeshMotion:
     mesh
         A valid mesh, anything :func:`hexconformal.as_hex_mesh` takes.
     moving
-        Nodes whose displacement will be given: ids, in the order of the displacements, or (n,) booleans.
+        Nodes whose displacement will be given: ids, in the order of the displacements, (n,) booleans, or the name of
+        a point array or of a set or group of the file.
     fixed
-        Nodes that stay: ids, booleans (n,) or per component (n, 3), or the name of a point array. Other nodes of
-        the boundary slide on its flat faces and along its straight edges, and stay where it is curved.
-    reference
-        What the cells shall look like: "initial", as they came, so that nothing adds up over a run and the way back
-        leads to the initial mesh; or "current", as at the last step.
+        Nodes that stay: ids, booleans (n,) or per component (n, 3), or the name of a point array or of a set
+        or group of the file. Other nodes of the boundary slide on its flat faces and along its straight edges, and
+        stay where it is curved.
+    target
+        Perfect shape of the cells: "input", their own as they came, so that nothing adds up over a run and the way back
+        leads to the initial mesh; or "current", their own at the last step.
     operator
-        "conformal" minimizes the quaternionic conformal distortion against the reference; "harmonic" and
+        "conformal" minimizes the quaternionic conformal distortion from the target; "harmonic" and
         "elastic" extend the displacement by a linear problem, as is usual, and may end early.
-    tolerance
-        An iteration that lowers the energy by less than this, relatively, is the last.
+    energy_tolerance
+        Stop where a further iteration would lower the energy by less than this, relatively.
 
     Attributes
     ----------
     mesh, moving, held
         The mesh as it came, ids (k,) of the moving nodes, and components (n, 3) that are given or stay.
     notes
-        What is doubtful about the mesh, in words.
+        Warnings about the mesh, in words.
 
     Raises
     ------
@@ -156,46 +161,51 @@ class MeshMotion:
         mesh: Any,
         moving: Any,
         fixed: Any = None,
-        reference: str = "initial",
+        target: str = "input",
         operator: str = "conformal",
-        tolerance: float = 1e-6,
+        energy_tolerance: float = 1e-6,
     ) -> None:
-        require_choice("reference", reference, ("initial", "current"))
+        require_choice("target", target, TARGETS)
         require_choice("operator", operator, OPERATORS)
-        require_number("tolerance", tolerance)
-        if not 0.0 < tolerance < 1.0:
-            raise OptionError(f"tolerance lies in (0, 1), not {tolerance!r}")
+        require_number("energy_tolerance", energy_tolerance)
+        if not 0.0 < energy_tolerance < 1.0:
+            raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
         self.mesh = as_hex_mesh(mesh)
         self.notes = tuple(finding.message for finding in require_sound(self.mesh))
-        self._frame = frame = NormalizedMesh(self.mesh)
-        if not frame.valid.all():
+        self._normalized = normalized = NormalizedMesh(self.mesh)
+        if not normalized.valid.all():
             raise MeshError(
-                f"a mesh that moves is valid at the start: {first_ids(np.flatnonzero(~frame.valid))} are not"
+                "a mesh that moves must be valid at the start: "
+                f"{first_ids(np.flatnonzero(~normalized.valid), self.mesh.cell_labels)} are not; "
+                "untangle it first (regularize)"
             )
-        self.moving = _ids(moving, len(frame.points))
-        self._reference, self._operator, self._tolerance = reference, operator, tolerance
-        driven = np.zeros((len(frame.points), 1), dtype=bool)
-        driven[self.moving] = True
-        self.held = fixed_components(self.mesh, fixed) | driven
-        sums = planar_normal_sums(frame.points, frame.quads)
+        self.moving = _moving_ids(moving, self.mesh)
+        self._target, self._operator, self._energy_tolerance = target, operator, energy_tolerance
+        prescribed = np.zeros((len(normalized.points), 1), dtype=bool)
+        prescribed[self.moving] = True
+        self.held = fixed_components(self.mesh, fixed) | prescribed
+        sums = planar_normal_sums(normalized.points, normalized.quads, normalized.node_labels)
+        # Both sides of a slit lie in one plane, in which its front must not slide.
+        edges = kept_edges(normalized.points, normalized.quads, normalized.cells)
+        sums += line_normal_sums(normalized.points, edges)
         self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
-            frame, self._admissible, _EXACT if linear else _PREDICTION
+            normalized, self._admissible, _LINEAR_TOLERANCE if linear else _GUESS_TOLERANCE
         )
-        self._energy = self._distortion(frame.points)
-        self._points = frame.points
-        self._driven = np.zeros((len(self.moving), 3))
+        self._energy = self._distortion(normalized.points)
+        self._points = normalized.points
+        self._prescribed = np.zeros((len(self.moving), 3))
 
     @property
     def options(self) -> str:
-        """Operator, reference and tolerance, in words."""
-        return f"{self._operator}, {self._reference}, {self._tolerance:g}"
+        """Operator, target and tolerance, in words."""
+        return f"{self._operator}, {self._target}, {self._energy_tolerance:g}"
 
     @property
     def points(self) -> Field:
-        """(n, 3) where the nodes are."""
-        return self._frame.to_user(self._points)
+        """(n, 3) positions of the nodes."""
+        return self._normalized.to_user(self._points)
 
     def step(self, displacement: ArrayLike, dt: float | None = None) -> MotionStep:
         """Move the boundary, and the mesh with it.
@@ -210,7 +220,7 @@ class MeshMotion:
         Returns
         -------
         MotionStep
-            The mesh where it is now: at the end of the step, or, if that was refused, as far as it went.
+            The mesh at the end of the step, or, if that was refused, as far as it went.
 
         Raises
         ------
@@ -219,53 +229,53 @@ class MeshMotion:
         """
         began = time.perf_counter()
         goal = array_of_numbers("displacement", displacement)
-        if goal.shape != self._driven.shape or not np.isfinite(goal).all():
-            raise OptionError(f"the displacement is a finite array {self._driven.shape}, not {goal.shape}")
+        if goal.shape != self._prescribed.shape or not np.isfinite(goal).all():
+            raise OptionError(f"displacement must be a finite array {self._prescribed.shape}, not {goal.shape}")
         if dt is not None and not (is_number(dt) and 0 < dt < np.inf):
-            raise OptionError(f"dt is positive and finite, not {dt!r}")
-        before, origin = self.points, self._driven
-        goal = goal / self._frame.unit
-        if self._reference == "current":
+            raise OptionError(f"dt must be positive and finite, not {dt!r}")
+        before, origin = self.points, self._prescribed
+        goal = goal / self._normalized.unit
+        if self._target == "current":
             self._energy = self._distortion(self._points)
         reached, share, substeps, iterations = 0.0, 1.0, 0, 0
         blocked = np.empty(0, dtype=np.int64)
-        while reached < 1.0 and share >= _SMALLEST:
+        while reached < 1.0 and share >= _LEAST_SHARE:
             share = min(share, 1.0 - reached)
             last = reached + share >= 1.0
             part = goal if last else origin + (reached + share) * (goal - origin)
-            found = self._moved(part, self._tolerance if last else _LOOSE)
+            found = self._solve(part, self._energy_tolerance if last else _SUBSTEP_TOLERANCE)
             if isinstance(found, tuple):
                 self._points, taken = found
-                self._driven, reached = part, 1.0 if last else reached + share
+                self._prescribed, reached = part, 1.0 if last else reached + share
                 substeps, iterations = substeps + 1, iterations + taken
                 share *= 2
             else:
                 blocked = found
                 share /= 2
-        good = corner_scaled_jacobian(self._points, self._frame.cells)
+        quality = corner_scaled_jacobian(self._points, self._normalized.cells)
         points = self.points
         report = MotionReport(
             reached=reached,
             substeps=substeps,
             iterations=iterations,
-            min_scaled_jacobian=float(good.min()),
-            mean_scaled_jacobian=float(good.mean()),
+            min_scaled_jacobian=float(quality.min()),
+            mean_scaled_jacobian=float(quality.mean()),
             blocked=blocked if reached < 1.0 else np.empty(0, dtype=np.int64),
-            reason="" if reached == 1.0 else self._why(reached, blocked),
+            reason="" if reached == 1.0 else self._refusal(reached, blocked),
             seconds=time.perf_counter() - began,
         )
         return MotionStep(points, None if dt is None else (points - before) / dt, report)
 
     def state(self) -> dict[str, Field]:
-        """Where the mesh stands, for a restart with :meth:`resume`."""
-        return {"points": self._points.copy(), "driven": self._driven.copy()}
+        """State of the motion, for a restart with :meth:`resume`."""
+        return {"points": self._points.copy(), "prescribed": self._prescribed.copy()}
 
     def resume(self, state: Mapping[str, ArrayLike]) -> None:
         """Go on from where another run, of the same mesh and options, stood.
 
         Parameters
         ----------
-        standing
+        state
             What :meth:`state` gave.
 
         Raises
@@ -273,64 +283,65 @@ class MeshMotion:
         OptionError
             If it belongs to another mesh.
         """
-        points, driven = (np.asarray(state[name], dtype=np.float64) for name in ("points", "driven"))
-        if points.shape != self._points.shape or driven.shape != self._driven.shape:
-            raise OptionError("this belongs to another mesh, or to other moving nodes")
-        self._points, self._driven = points.copy(), driven.copy()
+        points, prescribed = (np.asarray(state[name], dtype=np.float64) for name in ("points", "prescribed"))
+        if points.shape != self._points.shape or prescribed.shape != self._prescribed.shape:
+            raise OptionError("state must be that of the same mesh and moving nodes")
+        self._points, self._prescribed = points.copy(), prescribed.copy()
 
     def _distortion(self, points: Field) -> Distortion:
-        frame = self._frame
-        inverses = inverse_targets("input", points, frame.cells, "corners")
-        return Distortion(frame.cells, len(points), None, inverses, 0.0, "corners")
+        normalized = self._normalized
+        inverses = inverse_targets("input", points, normalized.cells, "corners")
+        return Distortion(normalized.cells, len(points), None, inverses, 0.0, "corners")
 
-    def _moved(self, driven: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.int64]:
-        """The mesh with its boundary there and the iterations that took; or the cells that stand in the way."""
-        frame = self._frame
-        if self._reference == "initial" and not driven.any():
-            return frame.points, 0
+    def _solve(self, prescribed: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.int64]:
+        """The points with their boundary there, and the iterations that took; or the cells that stand in the way."""
+        normalized = self._normalized
+        if self._target == "input" and not prescribed.any():
+            return normalized.points, 0
         if self._operator == "harmonic":
-            guess = self._guess(frame.points, driven)
+            guess = self._extended(normalized.points, prescribed)
         else:
-            guess = self._guess(self._points, driven - self._driven)
-        bad = ~is_valid(guess, frame.cells)
+            guess = self._extended(self._points, prescribed - self._prescribed)
+        bad = ~is_valid(guess, normalized.cells)
         if bad.any():
             return np.flatnonzero(bad)
-        return self._minimized(guess, tolerance) if self._operator == "conformal" else (guess, 1)
+        return self._minimize(guess, tolerance) if self._operator == "conformal" else (guess, 1)
 
-    def _guess(self, points: Field, change: Field) -> Field:
+    def _extended(self, points: Field, change: Field) -> Field:
         """The points moved by a linear extension of the change of the boundary."""
         field = np.zeros_like(points)
         field[self.moving] = change
         return points + self._extension(field, points)
 
-    def _minimized(self, points: Field, tolerance: float) -> tuple[Field, int]:
-        cells = self._frame.cells
+    def _minimize(self, points: Field, tolerance: float) -> tuple[Field, int]:
+        cells = self._normalized.cells
         project, preconditioner = self._admissible.project, self._extension.preconditioner
         problem = Problem(self._energy, project, preconditioner, lambda points: all_valid(points, cells))
         at: Iterate = initial_iterate(problem, points)
         taken = 0
         for taken, following in enumerate(lbfgs(problem, at), 1):
             decrease, at = at.energy - following.energy, following
-            if decrease <= tolerance * at.energy or taken == _ITERATIONS:
+            if decrease <= tolerance * at.energy or taken == _MAX_ITERATIONS:
                 break
         return at.points, taken
 
-    def _why(self, reached: float, blocked: NDArray[np.int64]) -> str:
+    def _refusal(self, reached: float, blocked: NDArray[np.int64]) -> str:
         return (
-            f"the boundary stopped after {reached:.0%} of the step: going on would invert cells {first_ids(blocked)}; "
+            f"the boundary stopped after {reached:.0%} of the step: going on would invert cells "
+            f"{first_ids(blocked, self.mesh.cell_labels)}; "
             "take shorter steps, free more of the boundary, or remesh"
         )
 
 
-def _ids(moving: Any, count: int) -> NDArray[np.int64]:
+def _moving_ids(moving: Any, mesh: HexMesh) -> NDArray[np.int64]:
     """The moving nodes in the order given."""
-    mask = as_mask(moving, count, "moving")
+    mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes() if isinstance(moving, str) else None)
     if mask.ndim != 1:
-        raise OptionError("moving holds whole nodes: ids, or one boolean per point")
-    given = np.asarray([] if moving is None else moving)
+        raise OptionError("moving must be whole nodes: ids, or one boolean per point")
+    given = mask if isinstance(moving, str) else np.asarray([] if moving is None else moving)
     ids = np.flatnonzero(mask) if given.dtype == bool else given.astype(np.int64).ravel()
     if len(np.unique(ids)) < len(ids):
-        raise OptionError("moving names a node twice")
+        raise OptionError("moving must name every node once")
     if len(ids) == 0:
-        raise OptionError("nothing moves: moving is empty")
+        raise OptionError("moving must name a node or more: nothing moves")
     return ids

@@ -1,4 +1,4 @@
-"""How good a mesh is, and whether it can be worked on.
+"""Quality of a mesh, and checks before work on it.
 
 Belongs here: measures with their statistics, checks, node order, what no valid mesh can have or exceed. Imports
 `common`, `elements`, `mesh` and `io`.

@@ -1,4 +1,4 @@
-"""What no method can exceed: the scaled Jacobian of corners that are held."""
+"""Upper bound of the smallest scaled Jacobian: that of corners that are held."""
 
 from __future__ import annotations
 

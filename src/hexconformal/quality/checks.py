@@ -1,4 +1,4 @@
-"""Is this a mesh that can be worked on? Every reason why not, found before the work starts."""
+"""Checks of a mesh before work on it: every reason why it is impossible or doubtful."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import MeshError, first_ids, odd_points
+from ..common import MeshError, first_ids, unusable_points
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, components, face_table
 from .impossible_corners import impossible_corners
-from .node_order import NO_BOUNDARY, best_order, center_determinants
+from .node_order import NO_BOUNDARY, centre_determinants, detect_order
 
 __all__ = ["Finding", "check", "require_sound"]
 
 # Relative to the size of the mesh, and of a cell.
-_COINCIDENT = 1e-12
-_FLAT = 1e-10
-_HANGING = 1e-6
-_SAMPLE = 20_000
-# Of the bounding box: what reaches across it, and what the usual cell is short of.
-_SPANNING, _SHORT = 0.95, 0.7
+_COINCIDENT_DISTANCE = 1e-12
+_FLAT_VOLUME = 1e-10
+_HANGING_DISTANCE = 1e-6
+_SAMPLED_CELLS = 20_000
+# Of the bounding box: what reaches across it, and what the typical cell is short of.
+_SPANNING_SHARE, _SHORT_SHARE = 0.95, 0.7
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """One thing found in a mesh.
+    """One finding of a check.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Finding:
     ids
         The points or cells concerned.
     message
-        What is wrong, how many, the first ids, and what to do.
+        Problem, number, first ids, and what to do.
     """
 
     kind: str
@@ -59,7 +59,7 @@ def require_sound(mesh: HexMesh) -> tuple[Finding, ...]:
 
 
 def check(mesh: Any) -> tuple[Finding, ...]:
-    """Look for everything in a mesh that makes work on it impossible or doubtful.
+    """Find everything in a mesh that makes work on it impossible or doubtful.
 
     Inverted cells are not among it: those are what the work is for.
 
@@ -91,12 +91,12 @@ def check(mesh: Any) -> tuple[Finding, ...]:
 
 def _check_numbers(mesh: HexMesh) -> list[Finding]:
     found = []
-    bad, text = odd_points(mesh.points)
+    bad, text = unusable_points(mesh.points, mesh.node_labels)
     if len(bad):
         found.append(_error("not finite", bad, text))
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
         bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
-        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
+        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad, mesh.cell_labels)}"
         if mesh.cells.min() == 1 and mesh.cells.max() == len(mesh.points):
             text += "; ids start at 1 here, subtract 1"
         found.append(_error("bad index", bad, text))
@@ -105,22 +105,23 @@ def _check_numbers(mesh: HexMesh) -> list[Finding]:
 
 def _check_cells(mesh: HexMesh) -> list[Finding]:
     found = []
+    cell_labels = mesh.cell_labels
     nodes = np.sort(mesh.cells, axis=1)
     bad = np.flatnonzero((nodes[:, 1:] == nodes[:, :-1]).any(axis=1))
     if len(bad):
-        text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad)}"
+        text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad, cell_labels)}"
         found.append(_error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
-    twins = _twins(nodes)
-    if len(twins):
-        text = f"cells with the same nodes as an earlier one: {first_ids(twins)}; remove them"
-        found.append(_error("duplicate cells", twins, text))
-    volumes, sizes = center_determinants(mesh.points, mesh.cells)
-    flat = np.flatnonzero(np.abs(volumes) <= _FLAT * sizes)
+    repeated = _repeated_cells(nodes)
+    if len(repeated):
+        text = f"cells with the same nodes as an earlier one: {first_ids(repeated, cell_labels)}; remove them"
+        found.append(_error("duplicate cells", repeated, text))
+    volumes, sizes = centre_determinants(mesh.points, mesh.cells)
+    flat = np.flatnonzero(np.abs(volumes) <= _FLAT_VOLUME * sizes)
     if len(flat):
-        found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat)}"))
+        found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat, cell_labels)}"))
     wrapped = _wrapped(mesh, np.flatnonzero(volumes < 0))
     if len(wrapped):
-        text = f"inverted cells that reach from one end of the mesh to the other: {first_ids(wrapped)}"
+        text = f"inverted cells that reach from one end of the mesh to the other: {first_ids(wrapped, cell_labels)}"
         advice = "if the mesh is periodic, give them nodes of their own at one end"
         found.append(_warning("wrapped cells", wrapped, f"{text}; {advice}"))
     return found
@@ -131,17 +132,17 @@ def _wrapped(mesh: HexMesh, inverted: NDArray[np.int64]) -> NDArray[np.int64]:
     if not 0 < len(inverted) < len(mesh.cells) / 2:
         return inverted[:0]
     whole = np.ptp(mesh.points, axis=0)
-    usual = np.median(np.ptp(mesh.points[mesh.cells[:: _stride(mesh)]], axis=1), axis=0)
-    spans = np.ptp(mesh.points[mesh.cells[inverted]], axis=1) > _SPANNING * whole
-    return inverted[(spans & (usual < _SHORT * whole)).any(axis=1)]
+    typical = np.median(np.ptp(mesh.points[mesh.cells[:: _sampling_stride(mesh)]], axis=1), axis=0)
+    spans = np.ptp(mesh.points[mesh.cells[inverted]], axis=1) > _SPANNING_SHARE * whole
+    return inverted[(spans & (typical < _SHORT_SHARE * whole)).any(axis=1)]
 
 
-def _stride(mesh: HexMesh) -> int:
-    # What holds for most cells is asked of a sample.
-    return max(len(mesh.cells) // _SAMPLE, 1)
+def _sampling_stride(mesh: HexMesh) -> int:
+    # A sample tells what holds for most cells.
+    return max(len(mesh.cells) // _SAMPLED_CELLS, 1)
 
 
-def _twins(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+def _repeated_cells(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
     # Cells with equal sums of their ids and of their squares are candidates; few, so they can be compared.
     keys = (nodes * (nodes + 7919)).sum(axis=1)
     order = np.argsort(keys, kind="stable")
@@ -157,64 +158,70 @@ def _twins(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _check_points(mesh: HexMesh) -> list[Finding]:
     found = []
+    node_labels = mesh.node_labels
     used = np.zeros(len(mesh.points), dtype=bool)
     used[mesh.cells] = True
     unused = np.flatnonzero(~used)
     if len(unused):
-        found.append(_warning("unreferenced points", unused, f"points in no hexahedron (kept): {first_ids(unused)}"))
+        found.append(
+            _warning("unreferenced points", unused, f"points in no hexahedron (kept): {first_ids(unused, node_labels)}")
+        )
     places = mesh.points - mesh.points.mean(axis=0)
     size = float(np.abs(places).max())
     # Points at one place lie side by side once sorted along a direction in which no two others of a grid do.
     key = places @ np.array([0.7390851332, 0.5671432904, 0.3637586203])
     order = np.argsort(key)
     order = order[used[order]]
-    close = np.abs(np.diff(key[order])) <= 2 * _COINCIDENT * size
+    close = np.abs(np.diff(key[order])) <= 2 * _COINCIDENT_DISTANCE * size
     pairs = np.stack([order[:-1][close], order[1:][close]])
-    pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT * size]
+    pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT_DISTANCE * size]
     if pairs.shape[1]:
         ids = np.unique(pairs)
-        text = f"points that coincide with another: {first_ids(ids)}; if they are one, merge them"
+        text = f"points that coincide with another: {first_ids(ids, node_labels)}; if they are one, merge them"
         found.append(_warning("coincident points", ids, text))
     return found
 
 
 def _check_faces(mesh: HexMesh) -> list[Finding]:
     found = []
+    cell_labels, node_labels = mesh.cell_labels, mesh.node_labels
     faces = face_table(mesh.cells)
     crowded = np.flatnonzero(faces.uses > 2)
     if len(crowded):
-        names = ", ".join(str(tuple(nodes)) for nodes in faces.quads[crowded[:3]].tolist())
+        quads = faces.quads[crowded[:3]] if node_labels is None else node_labels[faces.quads[crowded[:3]]]
+        names = ", ".join(str(tuple(nodes)) for nodes in quads.tolist())
         cells = np.unique(faces.cells[crowded])
-        text = f"faces shared by more than two cells: {len(crowded)} (nodes {names}), of cells {first_ids(cells)}"
+        text = f"faces shared by more than two cells: {len(crowded)} (nodes {names})"
+        text += f", of cells {first_ids(cells, cell_labels)}"
         found.append(_error("crowded faces", cells, text))
     if (faces.uses > 1).all():
         return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
-    order = best_order(mesh.points, mesh.cells[:: _stride(mesh)])
-    odd = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
+    order = detect_order(mesh.points, mesh.cells[:: _sampling_stride(mesh)])
+    opposed = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
         found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
-    elif len(odd):
-        ids = np.unique(odd)
-        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids)}"
+    elif len(opposed):
+        ids = np.unique(opposed)
+        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids, cell_labels)}"
         found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
     elif order.mirrored:
         text = "the cells are mirrored (negative volume); orient() turns them round"
         found.append(_error("mirrored", np.arange(len(mesh.cells)), text))
-    count, labels = components(mesh.cells)
+    count, pieces = components(mesh.cells)
     if count > 1:
-        first = np.unique(labels, return_index=True)[1]
-        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first)}"
+        first = np.unique(pieces, return_index=True)[1]
+        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first, cell_labels)}"
         found.append(_warning("pieces", first, text))
     doubled = impossible_corners(faces, mesh.cells)
     if len(doubled):
-        text = f"nodes with two faces between the same two edges: {first_ids(doubled)}"
+        text = f"nodes with two faces between the same two edges: {first_ids(doubled, node_labels)}"
         advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"
         found.append(_warning("doubled corners", doubled, f"{text}; {advice}"))
     hanging = _hanging(mesh.points, faces.quads[faces.uses == 1])
     if len(hanging):
-        text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging)}; they are not tied to it"
-        found.append(_warning("hanging nodes", hanging, text))
+        text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging, node_labels)}"
+        found.append(_warning("hanging nodes", hanging, f"{text}; they are not tied to it"))
     return found
 
 
@@ -230,7 +237,7 @@ def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[n
     ends = points[quads[edge]], points[after[edge]]
     middles = np.concatenate([(ends[0] + ends[1]) / 2, points[quads].mean(axis=1)])
     lengths = np.linalg.norm(points[quads[:, 2]] - points[quads[:, 0]], axis=1)
-    reach = _HANGING * np.concatenate([np.linalg.norm(ends[1] - ends[0], axis=1), lengths])
+    reach = _HANGING_DISTANCE * np.concatenate([np.linalg.norm(ends[1] - ends[0], axis=1), lengths])
     owner = np.concatenate([np.nonzero(edge)[0], np.arange(len(quads))])
     nodes = np.unique(quads)
     distances, nearest = cKDTree(points[nodes]).query(middles, distance_upper_bound=float(reach.max()))

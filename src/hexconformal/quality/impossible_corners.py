@@ -64,7 +64,7 @@ def _same_diagonals(quads: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def _is_ball(node: int, faces: FaceTable, cells: Ints) -> bool:
-    """Whether the cells around a node form a ball with it inside, or on its surface: Euler's number of what it sees."""
+    """True where the cells around a node form a ball with it inside or on its surface, by Euler's number."""
     around = (faces.quads == node).any(axis=1)
     quads = faces.quads[around]
     place = np.argmax(quads == node, axis=1)

@@ -13,14 +13,14 @@ from ..elements import CORNER_NEIGHBOURS, CORNERS
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, connected_components, face_table
 
-__all__ = ["NO_BOUNDARY", "Order", "OrientReport", "best_order", "center_determinants", "orient"]
+__all__ = ["NO_BOUNDARY", "Order", "OrientReport", "centre_determinants", "detect_order", "orient"]
 
 NO_BOUNDARY = (
     "there is no boundary: every face has a cell on both sides, as where the ends of a periodic mesh are one; "
     "give the cells at one end nodes of their own"
 )
 
-_MIRROR = [4, 5, 6, 7, 0, 1, 2, 3]
+_MIRRORED_ORDER = [4, 5, 6, 7, 0, 1, 2, 3]
 
 # Names of node orders, and where in such a cell VTK's eight nodes are found.
 _ORDERS = {
@@ -33,16 +33,16 @@ _ORDERS = {
 
 @dataclass(frozen=True)
 class Order:
-    """A node order: its name, where in it VTK's nodes are found, and whether most cells are mirrored in it."""
+    """A node order: its name, the places of VTK's nodes in it, and True if most cells are mirrored in it."""
 
     name: str
-    places: tuple[int, ...]
+    permutation: tuple[int, ...]
     mirrored: bool
 
 
 @dataclass(frozen=True, eq=False)
 class OrientReport:
-    """What :func:`orient` did.
+    """Report of :func:`orient`.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class OrientReport:
 
     @property
     def changed(self) -> bool:
-        """Whether any cell is different now."""
+        """True where any cell is different now."""
         return self.order != "VTK" or len(self.mirrored) > 0
 
 
@@ -79,7 +79,7 @@ def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     mesh : HexMesh
         The mesh with cells in VTK order; as it was if there was nothing to do.
     report : OrientReport
-        What was done.
+        Order and mirrored cells that were found.
 
     Raises
     ------
@@ -95,25 +95,25 @@ def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     (array([[0, 1, 2, 3, 4, 5, 6, 7]]), array([0]))
     """
     mesh = as_hex_mesh(mesh)
-    order = best_order(mesh.points, mesh.cells)
-    cells = mesh.cells[:, order.places]
-    mirrored = _mirrored(mesh.points, cells)
+    order = detect_order(mesh.points, mesh.cells)
+    cells = mesh.cells[:, order.permutation]
+    mirrored = _mirrored(mesh, cells)
     report = OrientReport(order.name, np.flatnonzero(mirrored))
     if not report.changed:
         return mesh, report
-    cells[mirrored] = cells[mirrored][:, _MIRROR]
+    cells[mirrored] = cells[mirrored][:, _MIRRORED_ORDER]
     return replace(mesh, cells=cells), report
 
 
-def best_order(points: NDArray[np.float64], cells: NDArray[np.int64]) -> Order:
+def detect_order(points: NDArray[np.float64], cells: NDArray[np.int64]) -> Order:
     """The node order in which most of the cells are sound, all their corners of one sign.
 
     VTK's own is left only for one that makes most cells sound, and more than twice as many.
     """
     best, most = "VTK", -1
     mirrored = False
-    for name, places in _ORDERS.items():
-        positive, negative = _sound(points, cells[:, places])
+    for name, permutation in _ORDERS.items():
+        positive, negative = _count_one_sign(points, cells[:, permutation])
         count = positive + negative
         if name == "VTK":
             most, mirrored, needed = count, negative > positive, max(2 * count, len(cells) // 2)
@@ -124,7 +124,7 @@ def best_order(points: NDArray[np.float64], cells: NDArray[np.int64]) -> Order:
     return Order(best, tuple(_ORDERS[best]), bool(mirrored))
 
 
-def center_determinants(
+def centre_determinants(
     points: NDArray[np.float64], cells: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Determinant of the trilinear map at each cell's centre, and the product of its three edge lengths there."""
@@ -139,8 +139,8 @@ def center_determinants(
     return volumes, sizes
 
 
-def _sound(points: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[int, int]:
-    # How many cells have all eight corners positive, and all negative.
+def _count_one_sign(points: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[int, int]:
+    """Numbers of cells with all eight corners positive, and all negative."""
     positive = negative = 0
     for first in range(0, len(cells), 20_000):
         x = points[cells[first : first + 20_000]]
@@ -159,8 +159,8 @@ def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.f
     )
 
 
-def _mirrored(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which cells to turn round, so that neighbours agree and each part has positive volume."""
+def _mirrored(mesh: HexMesh, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(m,) cells to turn round, so that neighbours agree and each part has positive volume."""
     count = len(cells)
     faces = face_table(cells)
     if (faces.uses > 1).all():
@@ -174,7 +174,7 @@ def _mirrored(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[
     sheets = connected_components(np.stack([rows, columns]).T, 2 * count)
     torn = np.flatnonzero(sheets[:count] == sheets[count:])
     if len(torn):
-        raise MeshError(f"cells that cannot be oriented like their neighbours: {first_ids(torn)}")
-    volumes, _ = center_determinants(points, cells)
+        raise MeshError(f"cells that cannot be oriented like their neighbours: {first_ids(torn, mesh.cell_labels)}")
+    volumes, _ = centre_determinants(mesh.points, cells)
     total = np.bincount(sheets[:count], volumes, 2 * count) - np.bincount(sheets[count:], volumes, 2 * count)
     return total[sheets[:count]] < 0

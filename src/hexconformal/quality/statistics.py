@@ -1,4 +1,4 @@
-"""How measures are distributed over the cells of a mesh."""
+"""Statistics of measures over the cells of a mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How often a mesh's surface winds around a point: how often a mesh with that surface must cover it.
+"""Winding number of a mesh's surface around a point: how often a mesh with that surface must cover it.
 
 A valid mesh covers every point as often as its surface winds around it, since each cell that covers it counts +1.
 Where the surface winds around a point a negative number of times, it is turned inside out, and no valid mesh has
@@ -22,7 +22,7 @@ _PAIRS = 500_000  # of quads looked at with quads of the surface; a few seconds
 
 
 def winding_number(point: Field, quads: Field) -> float:
-    """How often a closed surface of bilinear quads winds around a point that is not on it.
+    """Number of times that a closed surface of bilinear quads winds around a point that is not on it.
 
     Parameters
     ----------

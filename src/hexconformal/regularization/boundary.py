@@ -1,4 +1,4 @@
-"""The boundary of a run: what is held exactly, and the band that keeps the rest near the surface."""
+"""The boundary of a run: what is held exactly, and the barrier that keeps the rest near the surface."""
 
 from __future__ import annotations
 
@@ -9,46 +9,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..geometry import DistanceBarrier, SurfaceLocator, find_features, surface_tags
+from ..geometry import DistanceBarrier, Features, SurfaceLocator, find_features, kept_edges, surface_tags
 from ..io import read_surface
 from ..mesh import NormalizedMesh
-from ..solver import AdmissibleDirections, boundary_directions, count_free_directions, fixed_components
+from ..solver import (
+    AdmissibleDirections,
+    boundary_directions,
+    count_free_directions,
+    fixed_components,
+    line_normal_sums,
+)
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
-_FLAT = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
+_FLATNESS = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
 _AXIS = 1e-9  # components of a unit normal below this are rounding
 _APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """How the boundary of a mesh is kept.
+    """Constraint and barrier that keep the boundary of a mesh.
 
     Attributes
     ----------
     admissible
-        What nodes may do exactly: stay, slide along a straight line, slide in a plane.
-    band
+        Directions nodes may go in, exactly: none, along a straight line, in a plane.
+    barrier
         Keeps curved parts near the surface; None where there are none that may move.
     notes
-        What was decided, in words.
+        Decisions, in words.
     """
 
     admissible: AdmissibleDirections
-    band: DistanceBarrier | None = None
+    barrier: DistanceBarrier | None = None
     notes: tuple[str, ...] = ()
 
 
-def boundary_of(frame: NormalizedMesh, options: Options) -> Boundary:
+def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
-    Everything else slides in a band around the surface.
+    Everything else slides within a bound around the surface.
 
     Raises
     ------
@@ -57,33 +64,36 @@ def boundary_of(frame: NormalizedMesh, options: Options) -> Boundary:
     MeshError
         If the surface to slide on is not that of the mesh.
     """
-    fixed = fixed_components(frame.mesh, options.fixed)[frame.node_ids]
+    fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
+    points, quads, cells = normalized.points, normalized.quads, normalized.cells
+    tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
-        return Boundary(boundary_directions(frame.points, frame.quads, options.boundary, fixed, frame.node_ids))
-    tolerance = options.hausdorff * frame.diagonal
-    reference = _reference(frame, options.surface)
-    tags = surface_tags(frame.mesh, frame.node_ids[frame.quads])
-    features = find_features(frame.points, frame.quads, tags=tags, mode=options.features, tolerance=tolerance)
-    sums = np.zeros((len(frame.points), 3, 3))
+        edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
+        return Boundary(boundary_directions(points, quads, options.boundary, fixed, normalized.node_labels, edges))
+    tolerance = options.hausdorff * normalized.diagonal
+    reference = _given_surface(normalized, options.surface)
+    features = find_features(points, quads, tags=tags, cells=cells, mode=options.features, tolerance=tolerance)
+    sums = np.zeros((len(points), 3, 3))
     if not features.soft and reference is None:
-        sums = flat_normals(frame.points, frame.quads, features.patches, _FLAT * tolerance)
+        sums, flat = flat_normals(points, quads, features.patches, _FLATNESS * tolerance)
+        sums += _normals_of_curves(points, features, sums, flat)
     admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
-    sliding[frame.quads] = True
+    sliding[quads] = True
     sliding &= count_free_directions(sums) == 3
     if not features.soft:
-        # Straight edges between flat patches need no band, curved ones do.
+        # Straight edges between flat patches need no barrier, curved ones do.
         bent = features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]
         sliding[bent] = True
     notes = (f"features: {features.reason}",)
     if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(admissible, None, notes)
-    original = SurfaceLocator(frame.points, frame.quads)
+    original = SurfaceLocator(points, quads)
     return Boundary(admissible, DistanceBarrier(original, tolerance, features, reference=reference), notes)
 
 
-def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> Field:
-    """(n, 3, 3) sums of n n^T over the planes of the flat patches around every node.
+def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:
+    """Find the flat patches of a boundary, and the normals of their planes.
 
     Parameters
     ----------
@@ -95,8 +105,13 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
         (k,) patch of each.
     tolerance
         Distance from its plane up to which a patch is flat.
+
+    Returns
+    -------
+    (n, 3, 3) sums of n n^T over the planes of the flat patches around every node;
+    (n,) the nodes around which all patches are flat.
     """
-    sums = np.zeros((len(points), 3, 3))
+    sums, flat = np.zeros((len(points), 3, 3)), np.ones(len(points), dtype=bool)
     order = np.argsort(patches, kind="stable")
     for part in np.split(order, np.flatnonzero(np.diff(patches[order])) + 1):
         nodes = np.unique(quads[part])
@@ -106,23 +121,38 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
             # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
             normal[np.abs(normal) < _AXIS] = 0.0
             sums[nodes] += np.outer(normal, normal) / (normal @ normal)
-    return sums
+        else:
+            flat[nodes] = False
+    return sums, flat
 
 
-def _reference(frame: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
-    """The surface to slide on, if the user gives one, in the run's frame."""
+def _normals_of_curves(points: Field, features: Features, sums: Field, flat: Mask) -> Field:
+    """(n, 3, 3) normals that the sums lack to keep straight curves that lie in planes, and their ends: fronts, tags."""
+    lines, free = line_normal_sums(points, features.edges), count_free_directions(sums)
+    ends = np.zeros(len(points), dtype=bool)
+    ends[features.corners] = True
+    straight = (free == 2) & (count_free_directions(lines) == 1)
+    lines[~flat | ~(straight | ends)] = 0.0
+    return lines
+
+
+def _given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
+    """The surface to slide on, if the user gives one, normalized as the mesh."""
     if surface is None:
         return None
     if isinstance(surface, str) or hasattr(surface, "__fspath__"):
         surface = read_surface(surface)
     given = SurfaceLocator.from_pyvista(surface)
-    _require_near(frame, given)
-    return SurfaceLocator(frame.from_user(given.points), given.faces)
+    _require_near(normalized, given)
+    return SurfaceLocator(normalized.from_user(given.points), given.faces)
 
 
-def _require_near(frame: NormalizedMesh, given: SurfaceLocator) -> None:
+def _require_near(normalized: NormalizedMesh, given: SurfaceLocator) -> None:
     """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
-    there, here = given.points[given.faces].reshape(-1, 3), frame.mesh.points[frame.node_ids[frame.referenced]]
+    there, here = (
+        given.points[given.faces].reshape(-1, 3),
+        normalized.mesh.points[normalized.node_ids[normalized.referenced]],
+    )
     boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
     sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
     apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))

@@ -1,4 +1,4 @@
-"""Make the cells less bad that cannot be unfolded: raise the smallest scaled Jacobian among them.
+"""Improve the cells that cannot be unfolded: raise the smallest scaled Jacobian among them.
 
 Where no valid mesh exists the barrier has no say. Nodes of the folded cells move, and those of the cells around them:
 the soft minimum of the scaled Jacobian over the corners of the folded cells is maximized, while the others keep theirs.
@@ -22,8 +22,8 @@ Mask = NDArray[np.bool_]
 _WIDTHS = 0, 1  # rings of cells around the folded ones that move with them
 _SHARPNESS = 8.0, 16.0, 32.0, 64.0  # of the soft minimum
 _STEPS = 100  # at each
-_KEPT, _FIRMLY = 0.2, 100.0  # scaled Jacobian the others keep, where they have it,
-_LOOSELY = 0.05  # and how much what they lose above that counts
+_FLOOR, _FLOOR_WEIGHT = 0.2, 100.0  # scaled Jacobian that the others keep, where they have it
+_LOSS_WEIGHT = 0.05  # of what they lose above that
 
 
 def improve_folded(problem: CornerEnergy, points: Field, bad: Mask) -> Field:
@@ -33,8 +33,8 @@ def improve_folded(problem: CornerEnergy, points: Field, bad: Mask) -> Field:
     """
     points = points.copy()
     for width in _WIDTHS:
-        for core in connected_regions(problem.cells, node_rings(problem.cells, len(points), bad, width)):
-            patch, nodes = problem.restricted(core & problem.inner, points)
+        for region in connected_regions(problem.cells, node_rings(problem.cells, len(points), bad, width)):
+            patch, nodes = problem.restricted(region & problem.inner, points)
             if patch.free.any():
                 points[nodes] = _improved(patch, points[nodes])
     return points
@@ -47,34 +47,35 @@ def _improved(patch: CornerEnergy, points: Field) -> Field:
     free = patch.free
     first, valid = corner_scaled_jacobian(points, patch.cells), is_valid(points, patch.cells)
     folded = first <= 0.0
-    floor = np.minimum(_KEPT, 0.5 * first[~folded])[:, None]
+    floor = np.minimum(_FLOOR, 0.5 * first[~folded])[:, None]
     corners = _scaled_jacobians(points, patch.cells)[0][~folded]
     best, highest = points, float(first[folded].min(initial=1.0))
     moved, unknowns = points.copy(), np.zeros(3 * int(free.sum()))
 
-    def at(unknowns: Field) -> Field:
+    def moved_by(unknowns: Field) -> Field:
         moved[free] = points[free] + unknowns.reshape(-1, 3)
         return moved
 
     for sharpness in _SHARPNESS:
 
         def value_gradient(unknowns: Field, sharpness: float = sharpness) -> tuple[float, Field]:
-            jacobians, derivatives = _scaled_jacobians(at(unknowns), patch.cells)
+            jacobians, derivatives = _scaled_jacobians(moved_by(unknowns), patch.cells)
             lowest = jacobians[folded].min()
             shares = np.exp(sharpness * (lowest - jacobians[folded]))
             missing = np.maximum(floor - jacobians[~folded], 0.0)
             lost = np.maximum(corners - jacobians[~folded], 0.0)
             slopes = np.empty_like(jacobians)
-            slopes[folded], slopes[~folded] = -shares / shares.sum(), -2.0 * (_FIRMLY * missing + _LOOSELY * lost)
+            slopes[folded] = -shares / shares.sum()
+            slopes[~folded] = -2.0 * (_FLOOR_WEIGHT * missing + _LOSS_WEIGHT * lost)
             forces = np.zeros_like(points)
             pulls = slopes[..., None, None] * derivatives
             np.add.at(forces, patch.cells[:, CORNER_NEIGHBOURS], pulls)
             np.add.at(forces, patch.cells, -pulls.sum(axis=2))
-            kept = _FIRMLY * (missing**2).sum() + _LOOSELY * (lost**2).sum()
+            kept = _FLOOR_WEIGHT * (missing**2).sum() + _LOSS_WEIGHT * (lost**2).sum()
             return float(np.log(shares.sum()) / sharpness - lowest + kept), forces[free].ravel()
 
         unknowns = minimize(value_gradient, unknowns, jac=True, method="L-BFGS-B", options={"maxiter": _STEPS}).x
-        now = corner_scaled_jacobian(at(unknowns), patch.cells)
+        now = corner_scaled_jacobian(moved_by(unknowns), patch.cells)
         admissible = (now[~folded] > 0.0).all() and is_valid(moved, patch.cells)[valid].all()
         if admissible and now.min() > highest:
             best, highest = moved.copy(), float(now.min())

@@ -1,4 +1,4 @@
-"""What a run is asked to do, and what it says of every iteration."""
+"""Options of a run, and the record of one iteration."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ CHOICES = {
     "weight": ("reference", "volume"),
     "quadrature": ("auto", "gauss", "corners"),
     "method": ("auto", "lbfgs", "newton", "majorize"),
+    "emphasis": ("auto", "worst", "mean"),
 }
 
 
@@ -33,8 +34,8 @@ class Options:
         "slide": boundary nodes move in the flat faces and along the straight edges they lie on, and along
         curved parts within `hausdorff`; "fixed": they stay; "free": nothing holds them but `fixed`.
     hausdorff
-        How far a curved boundary may move, in both directions, relative to the diagonal of the bounding box.
-        0: curved parts stay. With the plain energy curved parts always stay.
+        Distance that a curved boundary may move, in both directions, as a share of the bounding box's diagonal.
+        0: curved parts stay. With the quaternionic energy curved parts always stay.
     features
         Sharp edges and corners: "keep"; "soft": they may be rounded within `hausdorff`; "auto": kept unless
         they are noise, or the stair steps of a voxel mesh.
@@ -46,44 +47,47 @@ class Options:
         With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
         at its end, by the least change of shape within `hausdorff`; the report says if that is not enough.
     fixed
-        Nodes held besides: the name of a point array, or an (n,) mask, (n, 3) mask by component, or node ids.
+        Nodes that stay: (n,) booleans, (n, 3) booleans by component, node ids, or the name of a point array that is
+        not zero there.
     target
         Perfect shape: "auto" (cubes, but valid cells that are clearly stretched keep their proportions, as in
-        boundary layers; cubes with the plain energy), "cube", "a:b:c" or three numbers (a box), "input" (the
+        boundary layers; cubes with the quaternionic energy), "cube", "a:b:c" or three numbers (a box), "input" (the
         cells' own shapes), (m, 3) edge lengths of a box for every cell, or the (n, 3) points of a reference mesh
         with the same cells.
     sizes
-        How large cells should be: "input": as they are, so that valid cells do not shrink or swell more than
+        Volumes of cells: "input": as they are, so that valid cells do not shrink or swell more than
         their shape is worth, inverted ones having no size; "free"; (m,) wanted volumes, in the mesh's unit of length
         cubed, or the name of a cell array with them: quality may be lost on the way to these, but no cell folds.
         What counts is the ratio of the two; the report has the smallest and largest. Without effect where the
-        distortion alone is minimized: by the plain energy, and in valid meshes with flat or fixed boundary until the
-        worst cells are raised.
+        distortion alone is minimized: with the quaternionic energy, and in valid meshes with flat or fixed boundary
+        until the worst cells are raised.
     weight
-        "reference": every cell counts the same; "volume": by its volume in the input, the dV of the note.
+        "reference": every cell counts the same; "volume": by its volume in the input, the dV of Gruber & Aulisa.
     energy
-        "barrier": the conformally invariant distortion, infinite for folded cells; "quaternionic": the plain
-        distortion of Gruber & Aulisa, blind to orientation, kept valid by the line search alone.
+        "barrier": the conformally invariant distortion: every cell counts the same whatever its size, and none can
+        collapse; "quaternionic": the distortion int |*df - N df|^2 of Gruber & Aulisa itself, blind to orientation,
+        kept valid by the line search alone.
     quadrature
-        "gauss" (2 x 2 x 2), "corners", or "auto": Gauss points for the plain energy; corners for the barrier,
+        "gauss" (2 x 2 x 2), "corners", or "auto": Gauss points for the quaternionic energy; corners for the barrier,
         which at the Gauss points would not see a corner fold.
     method
-        "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", the note's method
-        (plain energy only).
-    lift
-        Raise the worst cells once the distortion is low: from then on the smallest scaled Jacobian counts more
-        than the sum. None means yes with the barrier, no with the plain energy.
-    tolerance
-        Stop where the gradient is this much smaller than at the start; with `lift`, that is only reached by
-        meshes that become regular, others go on to the worst cells where the energy stalls.
+        "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", that of Gruber & Aulisa
+        (quaternionic energy only).
+    emphasis
+        "mean" makes the cells good on the whole, "worst" raises the worst ones once the distortion is low: from then
+        on the smallest scaled Jacobian counts more than the sum (of the barrier only); "auto" is "worst" with the
+        barrier, "mean" with the quaternionic energy.
+    gradient_tolerance
+        Stop where the gradient is this much smaller than at the start; with `emphasis` on the worst cells, that is
+        only reached by meshes that become regular, others go on to the worst cells where the energy stalls.
     max_iterations
         Stop after so many.
 
     Notes
     -----
     On curved boundaries, around cells that stay inverted, and with wanted volumes the sum is lowered by another method,
-    equation (11), as far as it is worth: `weight`, `quadrature`, `method` and `tolerance` have no effect there, and the
-    report says so if they were given.
+    equation (11), as far as it is worth: `weight`, `quadrature`, `method` and `gradient_tolerance` have no effect
+    there, and the report says so if they were given.
 
     Raises
     ------
@@ -95,7 +99,7 @@ class Options:
     >>> Options(boundary="slippery")
     Traceback (most recent call last):
         ...
-    hexconformal.OptionError: boundary is 'slide', 'fixed' or 'free', not 'slippery'
+    hexconformal.OptionError: boundary must be 'slide', 'fixed' or 'free', not 'slippery'
     """
 
     boundary: str = "slide"
@@ -110,55 +114,59 @@ class Options:
     energy: str = "barrier"
     quadrature: str = "auto"
     method: str = "auto"
-    lift: bool | None = None
-    tolerance: float = 1e-6
+    emphasis: str = "auto"
+    gradient_tolerance: float = 1e-6
     max_iterations: int = 200
 
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
-        require_numbers(self, "tolerance", "hausdorff")
+        require_numbers(self, "gradient_tolerance", "hausdorff")
         require_counts(self, "max_iterations")
-        require_flags(self, "conserve_volume", optional=["lift"])
+        require_flags(self, "conserve_volume")
         if not isinstance(self.target, str):
             array_of_numbers("target", self.target, "a name, edge lengths or points")
-        if not 0.0 <= self.tolerance < 1.0:
-            raise OptionError(f"tolerance lies in [0, 1), not {self.tolerance!r}")
+        if not 0.0 <= self.gradient_tolerance < 1.0:
+            raise OptionError(f"gradient_tolerance must lie in [0, 1), not {self.gradient_tolerance!r}")
         if not 0.0 <= self.hausdorff < 1.0:
-            raise OptionError(f"hausdorff is a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}")
+            raise OptionError(
+                f"hausdorff must be a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}"
+            )
         if self.surface is not None and (self.boundary != "slide" or self.energy != "barrier" or not self.hausdorff):
-            raise OptionError("surface goes with boundary='slide', energy='barrier' and hausdorff > 0")
+            raise OptionError("surface must go with boundary='slide', energy='barrier' and hausdorff > 0")
         if self.conserve_volume and (self.boundary == "free" or self.surface is not None):
-            raise OptionError("conserve_volume goes with boundary='slide', and without another surface to slide on")
-        if self.resizes and self.energy != "barrier":
-            raise OptionError("sizes goes with energy='barrier'")
+            raise OptionError("conserve_volume must go with boundary='slide', and without another surface to slide on")
+        if self.wants_sizes and self.energy != "barrier":
+            raise OptionError("wanted sizes must go with energy='barrier'")
         if isinstance(self.target, str) and self.target == "auto" and self.energy == "quaternionic":
             object.__setattr__(self, "target", "cube")
-        if self.lift and self.energy == "quaternionic":
-            raise OptionError("lift goes with energy='barrier': the plain energy is blind to orientation")
+        if self.emphasis == "worst" and self.energy == "quaternionic":
+            raise OptionError(
+                "emphasis='worst' must go with energy='barrier': the quaternionic energy is blind to orientation"
+            )
         if self.method == "majorize" and self.energy != "quaternionic":
-            raise OptionError("method 'majorize' minimizes the plain energy only: add energy='quaternionic'")
+            raise OptionError("method='majorize' must go with energy='quaternionic', the only one it minimizes")
 
     @property
-    def rule(self) -> str:
-        """The quadrature, decided."""
+    def quadrature_rule(self) -> str:
+        """The quadrature, with "auto" decided."""
         if self.quadrature != "auto":
             return self.quadrature
         return "gauss" if self.energy == "quaternionic" else "corners"
 
     @property
-    def lifts(self) -> bool:
-        """Whether the worst cells are raised."""
-        return self.energy == "barrier" if self.lift is None else self.lift
+    def raises_worst(self) -> bool:
+        """True where the worst cells are raised once the distortion is low."""
+        return self.energy == "barrier" if self.emphasis == "auto" else self.emphasis == "worst"
 
     @property
-    def resizes(self) -> bool:
-        """Whether cells should get other sizes than they have."""
+    def wants_sizes(self) -> bool:
+        """True where cells should get other sizes than they have."""
         return not (isinstance(self.sizes, str) and self.sizes in ("input", "free"))
 
     @property
-    def of_minimization(self) -> tuple[str, ...]:
-        """What was given that has no effect where the sum is lowered by another method; see the notes above."""
-        names = ("weight", "quadrature", "method", "tolerance")
+    def given_for_minimization(self) -> tuple[str, ...]:
+        """Names of options that were given but have no effect where the sum is lowered by equation (11)."""
+        names = ("weight", "quadrature", "method", "gradient_tolerance")
         return tuple(name for name in names if getattr(self, name) != getattr(Options, name))
 
     def described(self) -> dict[str, Any]:
@@ -179,7 +187,7 @@ def _described(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Record:
-    """One iteration.
+    """One iteration of a run.
 
     Attributes
     ----------

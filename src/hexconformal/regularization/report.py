@@ -1,4 +1,4 @@
-"""What a run did to a mesh, for people and for programs."""
+"""The report of a run, for people and for programs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Report"]
 
 @dataclass(frozen=True, repr=False)
 class Report(Serializable):
-    """What a run did: the mesh before and after, what moved, and why it stopped.
+    """Report of a run: the mesh before and after, what moved, and why it stopped.
 
     Attributes
     ----------
@@ -31,13 +31,13 @@ class Report(Serializable):
     iterations, seconds
         Work done.
     reason
-        Why the run stopped, in words.
+        Reason of its end, in words.
     converged
-        Whether that was the stopping criterion, not a limit.
+        True where that was a stopping criterion, not a limit.
     options
-        What was chosen, defaults included.
+        Options of the run, defaults included.
     notes
-        What else the user should know.
+        Decisions and warnings, in words.
     hausdorff
         Hausdorff distance between the boundaries before and after, relative to `diagonal`; from the surface that
         was given to slide on, if one was. None where it was not measured.
@@ -80,7 +80,7 @@ class Report(Serializable):
 
     @property
     def hausdorff_bound(self) -> float | None:
-        """How large `hausdorff` was allowed to get; None where the boundary does not slide."""
+        """Largest `hausdorff` that was allowed; None where the boundary does not slide."""
         slides = self.options.get("boundary") == "slide" and self.options.get("energy") == "barrier"
         return self.options.get("hausdorff") if slides else None
 
@@ -90,20 +90,20 @@ class Report(Serializable):
         return self.largest_displacement / self.diagonal if self.diagonal else 0.0
 
     def __str__(self) -> str:
-        b, a = self.before, self.after
+        before, after = self.before, self.after
         rows: list[tuple[str, float, float]] = [
-            ("inverted cells", b.inverted, a.inverted),
-            ("invalid cells", b.invalid, a.invalid),
-            ("scaled jacobian, min", b.scaled_jacobian.min, a.scaled_jacobian.min),
-            ("scaled jacobian, 5 %", b.scaled_jacobian.percentiles[5], a.scaled_jacobian.percentiles[5]),
-            ("scaled jacobian, mean", b.scaled_jacobian.mean, a.scaled_jacobian.mean),
-            ("minimum jacobian, min", b.minimum_jacobian.min, a.minimum_jacobian.min),
-            ("shape, min", b.shape.min, a.shape.min),
-            ("shape, mean", b.shape.mean, a.shape.mean),
-            ("conformal distortion, mean", b.conformal_distortion.mean, a.conformal_distortion.mean),
-            ("conformal distortion, max", b.conformal_distortion.max, a.conformal_distortion.max),
-            ("edge ratio, max", b.edge_ratio.max, a.edge_ratio.max),
-            ("volume", b.total_volume, a.total_volume),
+            ("inverted cells", before.inverted, after.inverted),
+            ("invalid cells", before.invalid, after.invalid),
+            ("scaled jacobian, min", before.scaled_jacobian.min, after.scaled_jacobian.min),
+            ("scaled jacobian, 5 %", before.scaled_jacobian.percentiles[5], after.scaled_jacobian.percentiles[5]),
+            ("scaled jacobian, mean", before.scaled_jacobian.mean, after.scaled_jacobian.mean),
+            ("minimum jacobian, min", before.minimum_jacobian.min, after.minimum_jacobian.min),
+            ("shape, min", before.shape.min, after.shape.min),
+            ("shape, mean", before.shape.mean, after.shape.mean),
+            ("conformal distortion, mean", before.conformal_distortion.mean, after.conformal_distortion.mean),
+            ("conformal distortion, max", before.conformal_distortion.max, after.conformal_distortion.max),
+            ("edge ratio, max", before.edge_ratio.max, after.edge_ratio.max),
+            ("volume", before.total_volume, after.total_volume),
         ]
         if isfinite(self.energy_before) and isfinite(self.energy_after):
             rows.append(("energy", self.energy_before, self.energy_after))
@@ -111,19 +111,19 @@ class Report(Serializable):
         relative = f"{self.relative_displacement:.2%} of the diagonal"
         return "\n".join(
             [
-                f"{a.count} cells, {self.iterations} iterations, {self.seconds:.2f} s, {state}: {self.reason}",
+                f"{after.count} cells, {self.iterations} iterations, {self.seconds:.2f} s, {state}: {self.reason}",
                 f"{'':28s}{'before':>12s}{'after':>12s}",
                 *(f"{name:28s}{_number(x):>12s}{_number(y):>12s}" for name, x, y in rows),
                 f"largest displacement {self.largest_displacement:.4g}, {relative}",
-                *self._shape(),
+                *self._boundary_and_sizes(),
                 *(f"note: {note}" for note in self.notes),
             ]
         )
 
     __repr__ = __str__
 
-    def _shape(self) -> list[str]:
-        """What became of the boundary and of the sizes, in lines."""
+    def _boundary_and_sizes(self) -> list[str]:
+        """Lines that tell of the boundary and of the sizes."""
         lines = [f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"]
         if self.hausdorff is not None:
             bound = "" if self.hausdorff_bound is None else f", allowed {self.hausdorff_bound:g}"

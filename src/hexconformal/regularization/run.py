@@ -13,25 +13,25 @@ from numpy.typing import NDArray
 from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian
 from ..io import as_hex_mesh
-from ..mesh import NormalizedMesh
+from ..mesh import HexMesh, NormalizedMesh
 from ..quality import attainable_scaled_jacobian, quality, require_sound
-from .acceptance import chosen_target, distance, no_worse, of_same_volume, size_ratios
+from .acceptance import auto_target_notes, boundary_distance, no_worse_than, size_ratios, with_volume_restored
 from .boundary import boundary_of
+from .iteration import Iteration
 from .options import Options, Record
 from .report import Report
 from .stages import Stages
-from .step import Step
 
 __all__ = ["Regularization", "Result", "regularize"]
 
 Field = NDArray[np.float64]
 
-_WORTH_TELLING = 0.95  # bounds of the smallest scaled Jacobian above this say little
+_NOTED_BELOW = 0.95  # a bound of the smallest scaled Jacobian above this says little
 
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """What came out.
+    """The mesh that a run comes to, its report and history.
 
     Attributes
     ----------
@@ -55,13 +55,13 @@ class Result:
 
     @property
     def converged(self) -> bool:
-        """Whether the tolerance was reached."""
+        """True where the run ended by a stopping criterion, not a limit."""
         return self.report.converged
 
 
 @dataclass(frozen=True)
 class _Outcome:
-    """Points in the user's frame, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
+    """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
 
     points: Field
     reason: str
@@ -77,12 +77,12 @@ class Regularization:
     mesh
         Anything :func:`hexconformal.as_hex_mesh` takes.
     options
-        What to do; the defaults suit an unknown mesh.
+        Options of the run; the defaults suit an unknown mesh.
 
     Attributes
     ----------
     options, mesh
-        What was given, the mesh as a :class:`hexconformal.HexMesh`.
+        Options and mesh of the run, the mesh as a :class:`hexconformal.HexMesh`.
     history
         The records so far.
 
@@ -107,36 +107,36 @@ class Regularization:
     def __init__(self, mesh: Any, options: Options | None = None) -> None:
         self._began = time.perf_counter()
         self.options = Options() if options is None else options
-        self.mesh = as_hex_mesh(mesh)
+        self.mesh, self._from_hex_mesh = as_hex_mesh(mesh), isinstance(mesh, HexMesh)
         self.history: list[Record] = []
         notes = [finding.message for finding in require_sound(self.mesh)]
         self._notes = tuple(notes) + self.mesh.notes
-        self._frame = NormalizedMesh(self.mesh, ordered=True)
-        self._boundary = boundary_of(self._frame, self.options)
+        self._normalized = NormalizedMesh(self.mesh, ordered=True)
+        self._boundary = boundary_of(self._normalized, self.options)
         if self.options.energy == "quaternionic" and len(self._boundary.admissible.nodes) < 2:
             raise OptionError(
-                "with a free boundary the plain energy shrinks the mesh to a point: fix two nodes or more, or use "
-                "energy='barrier'"
+                "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
+                "use energy='barrier'"
             )
-        self._stages = Stages(self._frame, self._boundary, self.options)
-        self._points = self._frame.points
+        self._stages = Stages(self._normalized, self._boundary, self.options)
+        self._points = self._normalized.points
         self._records = self._run()
 
     @property
     def points(self) -> Field:
-        """The best points so far, in the user's frame; what did not move is bit-identical to the input."""
-        return self._frame.to_user(self._points)
+        """The best points so far, in the user's unit and order; what did not move is bit-identical to the input."""
+        return self._normalized.to_user(self._points)
 
     def __iter__(self) -> Iterator[Record]:
         """Run, or go on where it was left; every record's mesh is acceptable, so that may be at any of them."""
         return self._records
 
     def _run(self) -> Iterator[Record]:
-        for step in self._stages:
-            record = self._record(step)
+        for iteration in self._stages:
+            record = self._record(iteration)
             self.history.append(record)
             if self._acceptable(record):
-                self._points = step.points
+                self._points = iteration.points
             yield record
 
     def result(self) -> Result:
@@ -151,9 +151,9 @@ class Regularization:
             after=after.summary(),
             energy_before=self.history[0].energy if self.history else float("nan"),
             energy_after=self.history[-1].energy if self.history else float("nan"),
-            boundary_moved=int((moved[np.unique(self._frame.node_ids[self._frame.quads])] > 0).sum()),
+            boundary_moved=int((moved[np.unique(self._normalized.node_ids[self._normalized.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
-            diagonal=self._frame.diagonal * self._frame.unit,
+            diagonal=self._normalized.diagonal * self._normalized.unit,
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=outcome.reason,
@@ -161,7 +161,7 @@ class Regularization:
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
-            size_ratios=size_ratios(after.volume[self._frame.cell_ids], self._stages.wanted),
+            size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._stages.wanted),
         )
         better = self.mesh.replaced(
             points=points,
@@ -171,57 +171,58 @@ class Regularization:
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
             },
         )
-        return Result(better.to_source_type(), points, report, tuple(self.history))
+        return Result(better if self._from_hex_mesh else better.to_source_type(), points, report, tuple(self.history))
 
     def _acceptable(self, record: Record) -> bool:
-        """Whether this is no worse than the input; to come to another surface, or to other sizes, may cost quality."""
+        """True where this is no worse than the input; another surface to slide on, or other sizes, may cost quality."""
         first = self.history[0]
-        if self.options.surface is not None or self.options.resizes:
+        if self.options.surface is not None or self.options.wants_sizes:
             return record.inverted <= first.inverted
-        return not self.options.lifts or no_worse(record, first)
+        return not self.options.raises_worst or no_worse_than(record, first)
 
     def _outcome(self) -> _Outcome:
-        """What the run comes to; the input where no better mesh keeps what is promised."""
-        frame, band, bound = self._frame, self._stages.boundary.band, self.options.hausdorff
+        """The points the run comes to; the input where no better mesh keeps what is promised."""
+        normalized, barrier, bound = self._normalized, self._stages.boundary.barrier, self.options.hausdorff
         points, reason = self._points, self._stages.reason
         notes: list[str] = []
-        if points is not frame.points and self.options.conserve_volume:
-            points, notes = of_same_volume(points, frame, self._stages.problem)
-            if not self._acceptable(self._record(Step("volume", points))):
-                points, notes = frame.points, []
-        if points is frame.points and len(self.history) > 1:
+        if points is not normalized.points and self.options.conserve_volume:
+            points, notes = with_volume_restored(points, normalized, self._stages.corner_energy)
+            keeps_valid = self._stages.keeps_valid(points)
+            if not (keeps_valid and self._acceptable(self._record(Iteration("volume", points)))):
+                points, notes = normalized.points, []
+        if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
-        moved = distance(points, frame, band, self.options.boundary)
-        if band is not None and moved > bound:
-            if band.reference is None:
+        moved = boundary_distance(points, normalized, barrier, self.options.boundary)
+        if barrier is not None and moved > bound:
+            if barrier.reference is None:
                 reason = f"the surface would move by {moved:.4g}: the input is returned"
                 return _Outcome(np.array(self.mesh.points), reason, 0.0)
             notes.append(
                 f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
                 f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
             )
-        return _Outcome(frame.to_user(points), reason, moved, tuple(notes))
+        return _Outcome(normalized.to_user(points), reason, moved, tuple(notes))
 
     def _all_notes(self) -> tuple[str, ...]:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
-            notes += chosen_target(self._frame)
+            notes += auto_target_notes(self._normalized)
         held = np.asarray(~self._stages.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
-        bound, cell = attainable_scaled_jacobian(self._frame.points, self._frame.cells, held)
-        if bound < _WORTH_TELLING:
-            which = self._frame.cell_ids[cell]
+        bound, cell = attainable_scaled_jacobian(self._normalized.points, self._normalized.cells, held)
+        if bound < _NOTED_BELOW:
+            which = self._normalized.cell_labels[cell]
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
         return tuple(notes)
 
-    def _record(self, step: Step) -> Record:
-        scaled_jacobian = corner_scaled_jacobian(step.points, self._frame.cells)
-        energy = self._stages.energy(step.points) if np.isnan(step.energy) else step.energy
+    def _record(self, iteration: Iteration) -> Record:
+        scaled_jacobian = corner_scaled_jacobian(iteration.points, self._normalized.cells)
+        energy = self._stages.energy(iteration.points) if np.isnan(iteration.energy) else iteration.energy
         return Record(
             iteration=len(self.history),
-            phase=step.phase,
-            energy=energy * (self._frame.unit**2 if self.options.energy == "quaternionic" else 1.0),
-            gradient=step.gradient,
-            step=step.length,
+            phase=iteration.phase,
+            energy=energy * (self._normalized.unit**2 if self.options.energy == "quaternionic" else 1.0),
+            gradient=iteration.gradient,
+            step=iteration.step,
             min_scaled_jacobian=float(scaled_jacobian.min()),
             mean_scaled_jacobian=float(scaled_jacobian.mean()),
             inverted=int((scaled_jacobian <= 0).sum()),
@@ -233,8 +234,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     """Make the cells of a hexahedral mesh regular by minimizing their quaternionic conformal distortion.
 
     The distortion of the planes (e1, e2), (e1, e3), (e2, e3) of every cell is summed and minimized over the node
-    positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the plain one
-    is asked for. A cell that is valid stays valid in every iteration.
+    positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the
+    quaternionic energy itself is asked for. A cell that is valid stays valid in every iteration.
 
     Parameters
     ----------
@@ -252,8 +253,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
 
         What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or wanted volumes), `weight`
         ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
-        `method` ("auto", "lbfgs", "newton", "majorize"), `lift` (raise the worst cells), `tolerance`,
-        `max_iterations`.
+        `method` ("auto", "lbfgs", "newton", "majorize"), `emphasis` ("auto", "worst", "mean": raise the worst cells,
+        or not), `gradient_tolerance`, `max_iterations`.
 
     Returns
     -------
@@ -283,8 +284,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     >>> bool(report.hausdorff <= 0.001), bool(abs(report.volume_change) < 1e-10)
     (True, True)
     >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
-    ['boundary', 'conserve_volume', 'energy', 'features', 'fixed', 'hausdorff', 'lift', 'max_iterations', 'method',
-     'quadrature', 'sizes', 'surface', 'target', 'tolerance', 'weight']
+    ['boundary', 'conserve_volume', 'emphasis', 'energy', 'features', 'fixed', 'gradient_tolerance', 'hausdorff',
+     'max_iterations', 'method', 'quadrature', 'sizes', 'surface', 'target', 'weight']
     """
     run = Regularization(mesh, options_from(Options, options))
     for record in run:

@@ -17,63 +17,70 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
-from ..elements import EDGES, corner_scaled_jacobian
+from ..elements import EDGES, corner_scaled_jacobian, is_valid
 from ..energy import CornerEnergy, Weights
 from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import newton_step, next_shift
+from .iteration import Iteration
 
-__all__ = ["bring_back", "folded", "untangle"]
+__all__ = ["folded_cells", "pull_back", "untangle"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-Step = tuple[str, Field, float]
 
-_MANY = 0.05  # share of folded cells from which the whole mesh is unfolded first
+_MANY_FOLDED = 0.05  # share of folded cells from which the whole mesh is unfolded first
 _WHOLE_STEPS, _PATCH_STEPS = 15, 120
 _ROUNDS = 6  # of patches, each a ring of cells larger than before
 _FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
 _STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
 _WAYS_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell has become worse
-_EASIER = 0.1  # largest part of the way to zero that eps goes when nothing improves
+_LEAST_SIGMA = 0.1  # sigma of equation (9) where the energy has hardly fallen
 
 
-def folded(problem: CornerEnergy, points: Field) -> Mask:
+def folded_cells(problem: CornerEnergy, points: Field) -> Mask:
     """(m,) cells with a corner whose determinant is not positive."""
     return np.asarray(problem.measures(points).determinant <= 0.0)
 
 
-def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> Iterator[Step]:
+def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> Iterator[Iteration]:
     """Unfold the corners of all cells as far as possible.
 
     Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before.
     """
-    bad, first, stalled = folded(problem, points), points, 0
-    if bad.mean() > _MANY:
+    bad, first, stalled = folded_cells(problem, points), points, 0
+    if bad.mean() > _MANY_FOLDED:
         points = harmonic(problem, points, node_rings(problem.cells, len(points), bad, 0))
-        yield "harmonic start", points, float("nan")
-        for points, energy in _unfold(problem, points, 1.0, _WHOLE_STEPS):
-            yield "untangle", points, energy
+        yield Iteration("harmonic start", points)
+        for points, _ in _unfold(problem, points, 1.0, _WHOLE_STEPS):
+            yield Iteration("untangle", points)
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(_ROUNDS):
-        before = _amount(problem, points)
+        before = _tangledness(problem, points)
         if before[0] == 0 or stalled == patience:
             return
-        cores = connected_regions(problem.cells, node_rings(problem.cells, len(points), folded(problem, points), width))
-        points = _unfold_patches(problem, points, first, cores)
-        yield "untangle patches", points, float("nan")
-        stalled = 0 if _amount(problem, points)[0] < before[0] else stalled + 1
+        regions = connected_regions(
+            problem.cells, node_rings(problem.cells, len(points), folded_cells(problem, points), width)
+        )
+        points = _unfold_patches(problem, points, first, regions)
+        yield Iteration("untangle patches", points)
+        stalled = 0 if _tangledness(problem, points)[0] < before[0] else stalled + 1
 
 
-def bring_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
-    """Points at which the worst cell is no worse than it was at the start, and the boundary near enough.
+def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
+    """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
-    Of what stays folded the worst may have been made worse for the sake of the others. Nodes around it are taken some
-    of their way back, such that the fewest cells are inverted, never more than at the start; all of them go back where
-    that is not to be had.
+    Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
+    around these are taken some of their way back, such that the fewest cells are inverted, never more than at the
+    start; all of them go back where that is not to be had.
     """
-    first, now = corner_scaled_jacobian(start, cells), corner_scaled_jacobian(points, cells)
-    worse = now < first.min()
+    first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
+
+    def spoiled(trial: Field, quality: Field) -> Mask:
+        return np.asarray((quality < first.min()) | (valid & ~is_valid(trial, cells)))
+
+    now = corner_scaled_jacobian(points, cells)
+    worse = spoiled(points, now)
     if not near(points):
         worse |= now <= 0.0
     elif not worse.any():
@@ -86,14 +93,14 @@ def bring_back(points: Field, start: Field, cells: Ints, near: Callable[[Field],
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
             fewer = inverted < fewest or (inverted == fewest and best is start)
-            if fewer and quality.min() >= first.min() and near(trial):
+            if fewer and not spoiled(trial, quality).any() and near(trial):
                 best, fewest = trial, inverted
     return best
 
 
-def harmonic(problem: CornerEnergy, points: Field, core: Mask) -> Field:
+def harmonic(problem: CornerEnergy, points: Field, region: Mask) -> Field:
     """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
-    inner = core & problem.inner
+    inner = region & problem.inner
     rows = np.flatnonzero(inner)
     if len(rows) == 0:
         return points
@@ -135,38 +142,41 @@ def _least_eps(smallest: float) -> float:
 
 
 def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps: float) -> float:
-    """The rule of Garanzha et al. (2021): as much closer to zero as the last step has lowered the energy."""
-    sigma = max(_EASIER, 1.0 - last[1] / last[0])
+    """Equation (9), Garanzha et al. (2021): as much closer to zero as the last step has lowered the energy."""
+    # Perfect cells have no energy to lose, and mirrored they are as perfect.
+    sigma = max(_LEAST_SIGMA, 1.0 - last[1] / last[0] if last[0] > 0.0 else 0.0)
     m = (1.0 - sigma) * 0.5 * (smallest + np.sqrt(eps**2 + smallest**2))
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 
 
-def _unfold_patches(problem: CornerEnergy, points: Field, first: Field, cores: list[Mask]) -> Field:
+def _unfold_patches(problem: CornerEnergy, points: Field, first: Field, regions: list[Mask]) -> Field:
     """The points with one patch after the other unfolded, without those that leave the surface."""
     trial = points
-    for core in cores:
-        trial = _unfold_patch(problem, trial, first, core)
+    for region in regions:
+        trial = _unfold_patch(problem, trial, first, region)
     limit = max(1.0, problem.relative_distance(points))
     if problem.relative_distance(trial) <= limit:
         return trial
     # A patch watches the surface around itself only; one of them came to where others are.
-    for core in cores:
-        trial = _unfold_patch(problem, points, first, core)
+    for region in regions:
+        trial = _unfold_patch(problem, points, first, region)
         points = trial if problem.relative_distance(trial) <= limit else points
     return points
 
 
-def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, core: Mask) -> Field:
+def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, region: Mask) -> Field:
     """The best of several attempts on one patch; the points unchanged where none improves it.
 
     Attempts begin where the patch is now, where it was at first (before anything ran into its limits), and with
     the inner nodes of both at their harmonic positions.
     """
-    patch, nodes = problem.restricted(core, points)
+    patch, nodes = problem.restricted(region, points)
     if not patch.free.any():
         return points
     start = points[nodes]
-    best, amount = start, _amount(patch, start)
+    best, amount = start, _tangledness(patch, start)
+    # What is valid in the input and has not been given up on the way stays unfolded.
+    protected = is_valid(first[nodes], patch.cells) & ~folded_cells(patch, start)
     everywhere = np.ones(len(nodes), dtype=bool)
     starts = [start, harmonic(patch, start, everywhere)]
     moving = patch.free
@@ -177,8 +187,8 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, core: Mask
         for first_eps in _FIRST_EPS:
             steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
             attempt = steps[-1][0] if steps else local
-            if _amount(patch, attempt) < amount:
-                best, amount = attempt, _amount(patch, attempt)
+            if _tangledness(patch, attempt) < amount and not folded_cells(patch, attempt)[protected].any():
+                best, amount = attempt, _tangledness(patch, attempt)
             if amount[0] == 0:
                 break
         if amount[0] == 0:
@@ -188,7 +198,7 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, core: Mask
     return points
 
 
-def _amount(problem: CornerEnergy, points: Field) -> tuple[int, float]:
-    """How tangled: number of folded cells, then how far their determinants are below zero."""
+def _tangledness(problem: CornerEnergy, points: Field) -> tuple[int, float]:
+    """Number of folded cells, then how far their determinants are below zero."""
     smallest = problem.measures(points).determinant
     return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())

@@ -17,7 +17,7 @@ from ..elements import CORNERS, is_valid, minimum_jacobian
 from ..energy import CornerEnergy, Distortion
 from ..mesh import connected_regions, node_rings
 
-__all__ = ["unfold_inside"]
+__all__ = ["untangle_interior"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,7 +30,7 @@ _LARGER_EPS = 2.0  # where that has not been enough
 _LEAST_EPS = 1e-3
 
 
-def unfold_inside(problem: CornerEnergy, points: Field) -> Field:
+def untangle_interior(problem: CornerEnergy, points: Field) -> Field:
     """Points at which cells are valid that were invalid though none of their corners is folded, as far as possible.
 
     Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
@@ -38,11 +38,11 @@ def unfold_inside(problem: CornerEnergy, points: Field) -> Field:
     """
     ways = (problem.inner, _FIRST_EPS), (problem.free, _FIRST_EPS), (problem.free, _LARGER_EPS)
     for (movable, first_eps), width in product(ways, _WIDTHS):
-        cores = _folded_inside(problem, points)
-        if not cores.any():
+        regions = _invalid_inside(problem, points)
+        if not regions.any():
             break
-        for core in connected_regions(problem.cells, node_rings(problem.cells, len(points), cores, width)):
-            patch, nodes = problem.restricted(core & movable, points)
+        for region in connected_regions(problem.cells, node_rings(problem.cells, len(points), regions, width)):
+            patch, nodes = problem.restricted(region & movable, points)
             if patch.free.any():
                 trial = points.copy()
                 trial[nodes] = _unfold(patch, points[nodes], first_eps)
@@ -51,7 +51,7 @@ def unfold_inside(problem: CornerEnergy, points: Field) -> Field:
     return points
 
 
-def _folded_inside(problem: CornerEnergy, points: Field) -> Mask:
+def _invalid_inside(problem: CornerEnergy, points: Field) -> Mask:
     """(m,) cells that are invalid with all their corners positive."""
     return np.asarray((problem.measures(points).determinant > 0.0) & ~is_valid(points, problem.cells))
 

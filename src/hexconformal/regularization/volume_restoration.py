@@ -1,9 +1,9 @@
 """Keep the volume that a boundary encloses, for the boundary as a whole.
 
-The note's constraint makes the displacement v of a surface orthogonal to a normal N~, weakly. With the Simpson mean
-of the area vectors before, half-way and after, <v, N~> summed over the surface is the change of volume itself, which
-a bilinear surface encloses as a cubic of its nodes. So one multiplier, a pressure on the boundary, is enough: the
-change that costs least energy per volume is H^-1 N, with H the Hessian of the energy.
+The constraint of Gruber & Aulisa makes the displacement v of a surface orthogonal to a normal N~, weakly. With the
+Simpson mean of the area vectors before, half-way and after, <v, N~> summed over the surface is the change of volume
+itself, which a bilinear surface encloses as a cubic of its nodes. So one multiplier, a pressure on the boundary, is
+enough: the change that costs least energy per volume is H^-1 N, with H the Hessian of the energy.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from ..elements import is_valid
 from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
 from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
 
-__all__ = ["restored"]
+__all__ = ["restore_volume"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _EXACT = 1e-14  # relative difference of volumes that counts as none
 _STEPS, _HALVINGS = 40, 10
-_STIFF = 0.95  # stiffness times the worst density: no cell gets worse than that one is
+_STIFFNESS = 0.95  # stiffness times the worst density: no cell gets worse than that one is
 _SOLVE, _SOLVE_ITERATIONS, _SHIFT = 1e-2, 50, 1e-5
 
 
-def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
+def restore_volume(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
     """Points that enclose the given volume, changed as the energy resists least; as near as can be otherwise.
 
     Every step is valid, admissible, and within the limits of the problem's surface.
@@ -36,13 +36,13 @@ def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -
     Parameters
     ----------
     problem
-        What resists; none of its cells may be folded.
+        Energy that resists; none of its cells may be folded.
     points
         (n, 3) where to begin.
     quads
         (k, 4) boundary quads.
     volume
-        What they should enclose.
+        Volume to enclose.
     """
     valid = is_valid(points, problem.cells)
     for _ in range(_STEPS):
@@ -50,15 +50,15 @@ def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -
         if abs(gap) <= _EXACT * abs(volume):
             return points
         worst = max(float(problem.measures(points).angle.max(initial=0.0)), 1e-3)
-        emphasis = Weights(angle=1.0, stiffness=_STIFF / worst, volume=VOLUME_WEIGHT)
-        matrix = problem.value_gradient_hessian(points, emphasis)[2]
+        weights = Weights(angle=1.0, stiffness=_STIFFNESS / worst, volume=VOLUME_WEIGHT)
+        matrix = problem.value_gradient_hessian(points, weights)[2]
         normals = nodal_area_vectors(points, quads)
-        way, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
-        if not np.einsum("ij,ij->", way, normals) > 0.0:
+        direction, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
+        if not np.einsum("ij,ij->", direction, normals) > 0.0:
             return points
         for halving in range(_HALVINGS):
-            trial = _swollen(points, way, quads, gap * 0.5**halving)
-            if np.isfinite(problem.value(trial, emphasis)) and is_valid(trial, problem.cells)[valid].all():
+            trial = _move_by_volume(points, direction, quads, gap * 0.5**halving)
+            if np.isfinite(problem.value(trial, weights)) and is_valid(trial, problem.cells)[valid].all():
                 points = trial
                 break
         else:
@@ -66,14 +66,17 @@ def restored(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -
     return points
 
 
-def _swollen(points: Field, way: Field, quads: Ints, gap: float) -> Field:
-    """The points so far along the way that the volume grows by the gap: one equation, solved by iterating on N~."""
+def _move_by_volume(points: Field, direction: Field, quads: Ints, gap: float) -> Field:
+    """The points moved so far along the direction that the volume grows by the gap, by iterating on N~."""
     area_vectors = partial(nodal_area_vectors, quads=quads)
     length = 0.0
     for _ in range(30):
-        moved = points + length * way
-        longer = gap / float(np.einsum("ij,ij->", simpson_mean(area_vectors, points, moved), way))
+        moved = points + length * direction
+        growth = float(np.einsum("ij,ij->", simpson_mean(area_vectors, points, moved), direction))
+        if growth == 0.0:
+            break
+        longer = gap / growth
         if abs(longer - length) <= 1e-15 * abs(longer):
             break
         length = longer
-    return points + length * way
+    return points + length * direction

@@ -19,53 +19,54 @@ from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobian
 from ..solver import projected_newton
+from .iteration import Iteration
 
 __all__ = ["raise_worst", "raise_worst_patches"]
 
 Field = NDArray[np.float64]
-Step = tuple[str, Field, float]
 
-_SHAPE = 0.2  # share of the whole distortion beside the angles: less makes thin cells for little better angles
-_STIFF = 0.95  # stiffness times the worst density
+_DISTORTION_SHARE = 0.2  # of the whole distortion beside the angles: less makes thin cells for little better angles
+_STIFFNESS = 0.95  # stiffness times the worst density
 _ANGLE_STEPS, _STIFF_STEPS = 10, 3  # more of them cost more and win nothing that the patches do not
 _PATCH_STEPS, _PATCH_PASSES, _PATCH_ROUNDS = 4, 3, 40
-_MARGIN = 0.1  # cells this close to the worst scaled Jacobian are lifted with it
+_MARGIN = 0.1  # cells this close to the worst scaled Jacobian are raised with it
 _RINGS = 3  # of cells around them that move
-_GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round with less is a stall
+_LEAST_GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round with less is a stall
 _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 
-def _stiff(problem: CornerEnergy, points: Field) -> Weights:
+def _stiffened(problem: CornerEnergy, points: Field) -> Weights:
+    """Weights of a barrier that no corner worse than the worst of the points can pass."""
     worst = max(float(problem.measures(points).angle.max()), 1e-3)
-    return Weights(_SHAPE, 1.0, _STIFF / worst, volume=VOLUME_WEIGHT)
+    return Weights(_DISTORTION_SHARE, 1.0, _STIFFNESS / worst, volume=VOLUME_WEIGHT)
 
 
-def raise_worst(problem: CornerEnergy, points: Field) -> Iterator[Step]:
-    """Lift a whole valid mesh, then its worst patches, until the worst cell stalls."""
-    emphasis = Weights(_SHAPE, 1.0, volume=VOLUME_WEIGHT)
-    for points, energy in islice(projected_newton(problem, points, emphasis, decrease=3e-3), _ANGLE_STEPS):
-        yield "angles", points, energy
-    for points, energy in islice(projected_newton(problem, points, _stiff(problem, points)), _STIFF_STEPS):
-        yield "stiffen", points, energy
+def raise_worst(problem: CornerEnergy, points: Field) -> Iterator[Iteration]:
+    """Raise the worst cells of a whole valid mesh, then its worst patches, until the worst cell stalls."""
+    weights = Weights(_DISTORTION_SHARE, 1.0, volume=VOLUME_WEIGHT)
+    for points, _ in islice(projected_newton(problem, points, weights, decrease=3e-3), _ANGLE_STEPS):
+        yield Iteration("angles", points)
+    for points, _ in islice(projected_newton(problem, points, _stiffened(problem, points)), _STIFF_STEPS):
+        yield Iteration("stiffen", points)
     yield from raise_worst_patches(problem, points)
 
 
-def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Step]:
-    """Lift the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
-    enough = min(_GOOD, (1.0 - _GAIN) * attainable_scaled_jacobian(points, problem.cells, ~problem.free)[0])
+def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Iteration]:
+    """Raise the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
+    attainable = min(_GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, problem.cells, ~problem.free)[0])
     quality = corner_scaled_jacobian(points, problem.cells)
     for _ in range(_PATCH_ROUNDS):
         worst = float(quality.min())
-        if worst >= enough:
+        if worst >= attainable:
             return
-        core = node_rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
-        patch, nodes = problem.restricted(core, points)
+        region = node_rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
+        patch, nodes = problem.restricted(region, points)
         if not patch.free.any():
             return
-        local, energy = points[nodes], float("nan")
+        local = points[nodes]
         for _ in range(_PATCH_PASSES):
-            steps = list(islice(projected_newton(patch, local, _stiff(patch, local)), _PATCH_STEPS))
-            local, energy = steps[-1] if steps else (local, energy)
+            steps = list(islice(projected_newton(patch, local, _stiffened(patch, local)), _PATCH_STEPS))
+            local = steps[-1][0] if steps else local
         trial = points.copy()
         trial[nodes] = local
         quality = corner_scaled_jacobian(trial, problem.cells)
@@ -73,6 +74,6 @@ def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Step]:
         if quality.min() < worst or not np.isfinite(problem.value(trial, Weights())):
             return
         points = trial
-        yield "worst cells", points, energy
-        if quality.min() < worst + min(_GAIN, 0.1 * worst):
+        yield Iteration("worst cells", points)
+        if quality.min() < worst + min(_LEAST_GAIN, 0.1 * worst):
             return

@@ -9,6 +9,7 @@ from .admissible import (
     boundary_directions,
     count_free_directions,
     fixed_components,
+    line_normal_sums,
     planar_normal_sums,
 )
 from .laplace_preconditioner import LaplacePreconditioner
@@ -29,6 +30,7 @@ __all__ = [
     "fixed_components",
     "initial_iterate",
     "lbfgs",
+    "line_normal_sums",
     "newton_step",
     "next_shift",
     "planar_normal_sums",

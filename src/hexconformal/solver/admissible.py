@@ -16,6 +16,7 @@ __all__ = [
     "boundary_directions",
     "count_free_directions",
     "fixed_components",
+    "line_normal_sums",
     "planar_normal_sums",
 ]
 
@@ -97,7 +98,8 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
     mesh
         The mesh; other cells' nodes are held.
     fixed
-        None, the name of a point array (nonzero holds), an (n,) or (n, 3) mask, or node ids.
+        None, the name of a point array (nonzero holds) or of a set or group of the file, an (n,) or (n, 3) mask, or
+        node ids.
 
     Raises
     ------
@@ -105,7 +107,7 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
         If the name is unknown, or the mask has another length.
     """
     held = mesh.held[:, None] | np.zeros((1, 3), dtype=bool)
-    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.named_nodes() if isinstance(fixed, str) else None)
     return held | (mask if mask.ndim == 2 else mask[:, None])
 
 
@@ -114,7 +116,8 @@ def boundary_directions(
     quads: NDArray[np.int64],
     boundary: str = "slide",
     fixed: NDArray[np.bool_] | None = None,
-    ids: NDArray[np.int64] | None = None,
+    ids: NDArray[Any] | None = None,
+    edges: NDArray[np.int64] | None = None,
 ) -> AdmissibleDirections:
     """The admissible directions of a boundary mode, with further components held by a mask.
 
@@ -132,6 +135,8 @@ def boundary_directions(
         (n, 3) components that are held besides.
     ids
         (n,) ids by which messages name the nodes; default their places.
+    edges
+        (k, 2) edges in flat faces along which the nodes of "slide" move, too.
 
     Raises
     ------
@@ -158,6 +163,8 @@ def boundary_directions(
         sums[np.unique(quads)] = np.eye(3)
     elif boundary == "slide":
         sums = planar_normal_sums(points, quads, ids)
+        if edges is not None:
+            sums += line_normal_sums(points, edges)
     return AdmissibleDirections.from_normal_sums(sums, fixed)
 
 
@@ -175,7 +182,7 @@ def _admissible(sums: Field) -> tuple[NDArray[np.bool_], Field]:
     return values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None], vectors
 
 
-def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[np.int64] | None = None) -> Field:
+def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[Any] | None = None) -> Field:
     """Sums (n, 3, 3) of n n^T over the corner triangles of the boundary quads around every node."""
     x = points[quads] - points[quads[:, :1]]
     sums = np.zeros((len(points), 3, 3))
@@ -195,4 +202,16 @@ def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[np.
         outer = np.einsum("ki,kj->kij", unit, unit)
         for node in range(4):
             np.add.at(sums, quads[says, node], outer)
+    return sums
+
+
+def line_normal_sums(points: Field, edges: NDArray[np.int64]) -> Field:
+    """Sums (n, 3, 3) of 1 - t t^T over the edges (k, 2) around every node, t being their directions."""
+    along = points[edges[:, 1]] - points[edges[:, 0]]
+    length = np.linalg.norm(along, axis=1)
+    along /= np.where(length > 0.0, length, 1.0)[:, None]
+    normal = np.eye(3) - np.einsum("ki,kj->kij", along, along)
+    sums = np.zeros((len(points), 3, 3))
+    for end in (0, 1):
+        np.add.at(sums, edges[:, end], normal)
     return sums

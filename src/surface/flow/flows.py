@@ -48,7 +48,7 @@ class Flow:
             raise OptionError(f"conserve must be 'area', 'volume' or both, not {unknown[0]!r}")
         parts = _as_tuple(terms)
         if not parts or not all(isinstance(term, Term) for term in parts):
-            raise OptionError("a flow needs at least one term, such as Tension() or Bending()")
+            raise OptionError("terms must be one or more, such as Tension() or Bending()")
         self.mesh, self.terms, self.conserve, self.fixed = mesh, parts, conserved, fixed
 
     def __repr__(self) -> str:

@@ -78,7 +78,7 @@ class Stepping:
         if not 0.0 <= self.stall < 1.0:
             raise OptionError(f"stall must lie in [0, 1), not {self.stall!r}")
         if self.t_end is None and self.steps is None and self.stall == 0.0:
-            raise OptionError("nothing ends the run: t_end, steps or stall must be given")
+            raise OptionError("t_end, steps or stall must end the run: give one of them")
         if not isinstance(self.remesh, (Integral, np.bool_)) or self.remesh < 0:
             raise OptionError(f"remesh must be a boolean, or every how many steps, not {self.remesh!r}")
         if self.remesh_below is not None and not 0.0 < self.remesh_below < 90.0:

@@ -18,7 +18,7 @@ __all__ = ["Remesher"]
 
 # A surface that flows is smooth or becomes so, and has no features; and it is remeshed again soon.
 _EARLY_ITERATIONS = 3  # while the mesh of the input is improved
-_DEFAULTS: dict[str, Any] = {"iterations": 1, "features": None, "emphasis": "worst"}
+_DEFAULTS: dict[str, Any] = {"max_iterations": 1, "feature_angle": None, "emphasis": "worst"}
 
 
 class Remesher:
@@ -38,7 +38,7 @@ class Remesher:
         self._mesh = mesh
         self._options = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
         self._mean = replace(self._options, emphasis="mean")
-        self._early = replace(self._mean, iterations=max(self._options.iterations, _EARLY_ITERATIONS))
+        self._early = replace(self._mean, max_iterations=max(self._options.max_iterations, _EARLY_ITERATIONS))
 
     def __call__(self, points: Floats, early: bool) -> Floats | None:
         """Positions (n, 3) after remeshing, more thorough at the beginning; None where nothing could be done."""

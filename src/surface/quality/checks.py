@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hexconformal.common import MeshError, OptionError, as_mask, first_ids, odd_points
+from hexconformal.common import MeshError, OptionError, as_mask, first_ids, unusable_points
 
 from ..mesh import Ints, SurfaceMesh, cell_areas, edge_table
 
@@ -63,7 +63,7 @@ def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
 def require_numbers(mesh: SurfaceMesh) -> None:
     """Raise a MeshError unless all points are finite and all nodes are points: without that nothing can be measured."""
     wrong = []
-    bad, text = odd_points(mesh.points)
+    bad, text = unusable_points(mesh.points)
     if len(bad):
         wrong.append(text)
     bad = _cells_where(mesh, lambda table: ((table < 0) | (table >= len(mesh.points))).any(axis=1))

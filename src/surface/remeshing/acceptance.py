@@ -48,7 +48,7 @@ class Acceptance:
 
     @property
     def _by_energy(self) -> bool:
-        return not isinstance(self.options.reference, str) or self.options.reference == "input"
+        return not isinstance(self.options.target, str) or self.options.target == "input"
 
     @property
     def _least_angle(self) -> float:

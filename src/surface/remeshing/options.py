@@ -10,7 +10,6 @@ import numpy as np
 from hexconformal.common import (
     OptionError,
     array_of_numbers,
-    is_number,
     require_choices,
     require_counts,
     require_flags,
@@ -32,19 +31,19 @@ class Options:
 
     Attributes
     ----------
-    reference
-        What the cells shall be conformal to: "equilateral" (quadrilaterals: squares), "flat" (by valence), "input"
-        (their own shapes: only their sizes and places change), the (n, 3) points of a reference mesh with the same
-        cells, or a pair of arrays of planar corners (t, 3, 2) and (q, 4, 2).
+    target
+        Perfect shape, which the cells shall be conformal to: "equilateral" (quadrilaterals: squares), "flat" (by
+        valence), "input" (their own shapes: only their sizes and places change), the (n, 3) points of a reference mesh
+        with the same cells, or a pair of arrays of planar corners (t, 3, 2) and (q, 4, 2).
     energy
-        "barrier": every cell counts the same whatever its size, and none can collapse; "quaternionic": the note's
-        int |*df - N df|^2.
+        "barrier": every cell counts the same whatever its size, and none can collapse; "quaternionic": the
+        distortion int |*df - N df|^2 of Gruber & Aulisa itself.
     emphasis
         "mean" makes the cells good on the whole, "worst" raises the smallest angles at a small cost of the mean: for
         meshes that are good already (of the barrier only).
-    iterations
+    max_iterations
         Stop after so many, however often the run begins again for a few cells that stand in the way.
-    tolerance
+    energy_tolerance
         Stop where a further iteration would lower the energy by less than this, relatively.
     eps
         Relaxation of the constraint that points move along the surface, in squares of the mean edge length; for
@@ -56,12 +55,13 @@ class Options:
         Put the nodes back onto the input surface, keep the volume, and the area within 0.8 %: right for a surface
         that does not move.
     hausdorff
-        How far the result may be from the input, as a fraction of the bounding box's diagonal; for project=True only:
-        otherwise the report has a note where the distance is larger.
-    features
+        Distance that the surface may move, in both directions, as a share of the bounding box's diagonal; for
+        project=True only: otherwise the report has a note where the distance is larger.
+    feature_angle
         Edges whose cells meet at more than this (degrees) are sharp, unless they are few, or full of corners on a rough
-        surface: nodes on them slide along them, corners stay. None: no edge is; or a (k, 2) array of edges, which are
-        taken as they are.
+        surface: nodes on them slide along them, corners stay. None: no edge is.
+    feature_edges
+        (k, 2) sharp edges, which are taken as they are, instead of those that meet at `feature_angle`.
     boundary
         Nodes of open boundaries: "slide" along them, or "fixed".
     fixed
@@ -77,41 +77,43 @@ class Options:
     >>> Options(normal="sideways")
     Traceback (most recent call last):
         ...
-    hexconformal.OptionError: normal is 'middle', 'simpson' or 'linear', not 'sideways'
+    hexconformal.OptionError: normal must be 'middle', 'simpson' or 'linear', not 'sideways'
     """
 
-    reference: Any = "equilateral"
+    target: Any = "equilateral"
     energy: str = "barrier"
     emphasis: str = "mean"
-    iterations: int = 300
-    tolerance: float = 3e-4
+    max_iterations: int = 300
+    energy_tolerance: float = 3e-4
     eps: float = 1e-5
     normal: str = "linear"
     project: bool = True
     hausdorff: float = 0.01
-    features: Any = 50.0
+    feature_angle: float | None = 50.0
+    feature_edges: Any = None
     boundary: str = "slide"
     fixed: Any = None
 
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
-        if isinstance(self.reference, str) and self.reference not in TARGETS:
+        if isinstance(self.target, str) and self.target not in TARGETS:
             names = ", ".join(repr(name) for name in TARGETS)
-            raise OptionError(f"reference must be {names} or an array, not {self.reference!r}")
-        require_numbers(self, "tolerance", "eps", "hausdorff")
-        require_counts(self, "iterations")
+            raise OptionError(f"target must be {names} or an array, not {self.target!r}")
+        require_numbers(self, "energy_tolerance", "eps", "hausdorff", optional=["feature_angle"])
+        require_counts(self, "max_iterations")
         require_flags(self, "project")
-        if not 0 <= self.tolerance < 1:
-            raise OptionError(f"tolerance must lie in [0, 1), not {self.tolerance!r}")
+        if not 0 <= self.energy_tolerance < 1:
+            raise OptionError(f"energy_tolerance must lie in [0, 1), not {self.energy_tolerance!r}")
         if not 0 < self.eps < float("inf"):
             raise OptionError(f"eps must be positive, not {self.eps!r}")
         if not 0 < self.hausdorff < float("inf"):
             raise OptionError(f"hausdorff must be positive, not {self.hausdorff!r}")
-        if is_number(self.features):
-            if not 0 < self.features < 180:
-                raise OptionError(f"features must be an angle in (0, 180) degrees, not {self.features!r}")
-        elif self.features is not None:
-            array_of_numbers("features", self.features, "an angle, None or an array of edges")
+        if self.feature_angle is not None and not 0 < self.feature_angle < 180:
+            raise OptionError(f"feature_angle must lie in (0, 180) degrees, not {self.feature_angle!r}")
+        if self.feature_edges is not None:
+            array_of_numbers("feature_edges", self.feature_edges, "None or an array (k, 2) of edges")
+            if self.feature_angle not in (None, Options.feature_angle):
+                raise OptionError("feature_angle must not be given with feature_edges, which are taken as they are")
 
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays as "given", for a report."""
@@ -124,7 +126,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Record:
-    """One iteration.
+    """One iteration of a run.
 
     Attributes
     ----------

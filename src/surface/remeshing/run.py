@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import first_ids, is_number, options_from
+from hexconformal.common import first_ids, options_from
 
 from ..constraint import find_features
 from ..energy import Barrier, Distortion, Quaternionic, target_shapes
@@ -88,12 +88,10 @@ class Remeshing:
 
     def _make_problem(self) -> RemeshingProblem:
         options, cells, x = self.options, self.mesh.cells, self._start
-        angle, edges = options.features, None
-        if angle is not None and not is_number(angle):
-            angle, edges = None, options.features
+        angle = options.feature_angle if options.feature_edges is None else None
         fixed = held_nodes(self.mesh, options.fixed)
-        features = find_features(x, cells, angle, edges, fixed | self._held, options.boundary)
-        shapes = target_shapes(options.reference, x, cells)
+        features = find_features(x, cells, angle, options.feature_edges, fixed | self._held, options.boundary)
+        shapes = target_shapes(options.target, x, cells)
         energy: Distortion
         if options.energy == "barrier":
             energy = Barrier(cells, shapes, len(x), *_BARRIER_PARAMETERS[options.emphasis])
@@ -190,7 +188,9 @@ class Remeshing:
         self._reason, self._converged = "interrupted", False
         termination, turned_iterations, first = Termination(), 0, not self.history
         before = self.history[self._best_iteration] if self._best_iteration else None
-        for number, at in enumerate(descend(self._problem, self.options.tolerance, termination, self._postponed)):
+        for number, at in enumerate(
+            descend(self._problem, self.options.energy_tolerance, termination, self._postponed)
+        ):
             if self.history and number == 0:
                 continue  # the first iterate is the input, which is recorded already
             angles = smallest_angles(at.points, self.mesh.cells)
@@ -205,8 +205,9 @@ class Remeshing:
                 self._held_for_best = np.flatnonzero(self._held)
             self._spoiled_cells = turned | acceptance.too_thin(angles)
             yield now
-            if now.iteration >= self.options.iterations:
-                self._reason, self._out_of_iterations = f"reached iterations = {self.options.iterations}", True
+            most = self.options.max_iterations
+            if now.iteration >= most:
+                self._reason, self._out_of_iterations = f"reached max_iterations = {most}", True
                 return
             turned_iterations += self._problem.input_surface.forbid_turning and now.turned > self.history[0].turned
             if turned_iterations == patience:
@@ -297,8 +298,8 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
     callback
         Called with the record of every iteration.
     **options
-        Fields of :class:`surface.Options`: reference, energy, emphasis, iterations, tolerance, eps, normal, project,
-        hausdorff, features, boundary, fixed.
+        Fields of :class:`surface.Options`: target, energy, emphasis, max_iterations, energy_tolerance, eps, normal,
+        project, hausdorff, feature_angle, feature_edges, boundary, fixed.
 
     Returns
     -------

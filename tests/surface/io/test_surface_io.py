@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from surface_shapes import icosphere, mixed_sphere, quad_sphere
+from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 import surface
 from hexconformal.common.errors import MeshError, ReadError, WriteError
@@ -99,7 +99,7 @@ def test_physical_groups_of_gmsh_and_lines_survive(tmp_path):
     )
     path = tmp_path / "a.msh"
     surface.write(path, mesh)
-    result = surface.remesh(path, iterations=1)
+    result = surface.remesh(path, max_iterations=1)
     surface.write(path, result.mesh)
     again = meshio.read(path)
     assert [block.type for block in again.cells] == ["line", "quad"]
@@ -129,7 +129,7 @@ def test_lines_and_vertices_come_first_in_polydata(tmp_path):
 def test_what_is_handed_in_comes_back_in_its_type_and_order():
     grid = interleaved()
     copy = grid.copy()
-    out = surface.remesh(grid, iterations=2).mesh
+    out = surface.remesh(grid, max_iterations=2).mesh
     assert isinstance(out, pv.UnstructuredGrid)
     np.testing.assert_array_equal(out.cell_connectivity, grid.cell_connectivity)
     np.testing.assert_array_equal(out.cell_data["tag"], grid.cell_data["tag"])
@@ -138,18 +138,18 @@ def test_what_is_handed_in_comes_back_in_its_type_and_order():
     # Each cell has its own angle.
     angles = pv.UnstructuredGrid(out).cell_quality("min_angle")["min_angle"]
     np.testing.assert_allclose(out.cell_data["min_angle"], angles, atol=1e-8)
-    again = surface.remesh(out, iterations=2).mesh
+    again = surface.remesh(out, max_iterations=2).mesh
     np.testing.assert_allclose(again.cell_data["min_angle"], again.cell_quality("min_angle")["min_angle"], atol=1e-8)
-    assert isinstance(surface.remesh(pv.Sphere(), iterations=1).mesh, pv.PolyData)
+    assert isinstance(surface.remesh(pv.Sphere(), max_iterations=1).mesh, pv.PolyData)
     structured = pv.Plane(i_resolution=4, j_resolution=4).points.reshape(5, 5, 3)
     structured = pv.StructuredGrid(*(structured[None, ..., k] for k in range(3)))
-    assert isinstance(surface.remesh(structured, iterations=1).mesh, pv.StructuredGrid)
+    assert isinstance(surface.remesh(structured, max_iterations=1).mesh, pv.StructuredGrid)
 
 
 def test_a_mesh_from_a_file_can_be_written_in_another_format(tmp_path):
     points, cells = icosphere(1)
     surface.write(tmp_path / "a.ply", (points, cells.triangles))
-    mesh = surface.remesh(tmp_path / "a.ply", iterations=1).mesh
+    mesh = surface.remesh(tmp_path / "a.ply", max_iterations=1).mesh
     assert isinstance(mesh, surface.SurfaceMesh)
     assert surface.write(tmp_path / "b.vtp", mesh) == []
     assert {"min_angle", "min_angle_change"} <= set(pv.read(tmp_path / "b.vtp").cell_data)
@@ -165,9 +165,9 @@ def test_files_written_by_hand(extension, tmp_path):
     if extension == ".ply":
         np.testing.assert_array_equal(mesh.cell_data["tag"], [7, 8])
         np.testing.assert_array_equal(mesh.point_data["red"], [1, 2, 3, 4])
-        assert mesh.notes == ("kept in .ply files only: 1 edge",)
+        assert mesh.origin.file.model == ("1 edge",)
     if extension == ".obj":
-        assert mesh.notes == ("kept in .obj files only: 1 normals, 1 texture coordinates, 1 groups",)
+        assert mesh.origin.file.model == ("1 normals", "1 texture coordinates", "1 groups")
 
 
 @pytest.mark.parametrize("extension", [".ply", ".stl", ".obj", ".vtp"])
@@ -218,7 +218,7 @@ def test_binary_ply_with_every_type(order, tmp_path):
     np.testing.assert_array_equal(mesh.points, SQUARE)
     np.testing.assert_array_equal(mesh.cells.triangles, [[0, 1, 2], [0, 2, 3]])
     np.testing.assert_array_equal(np.stack([mesh.cell_data[f"of_{name}"] for name in types], axis=1), values)
-    assert mesh.notes == ("kept in .ply files only: 2 'uv' of faces",)
+    assert mesh.origin.file.model == ("2 'uv' of faces",)
 
 
 def test_arrays_in_ply_that_need_another_type(tmp_path):

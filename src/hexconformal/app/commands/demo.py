@@ -15,6 +15,7 @@ from ...mesh import HexMesh
 from ...plots import require_rendering
 from ...regularization import Options
 from ..progress import Progress
+from ..terminal import print_text
 from .job import FinishedJob, exit_code_of, run_job
 from .outputs import Outputs
 from .regularize import RegularizeJob
@@ -38,8 +39,8 @@ def run(arguments: Namespace) -> int:
     """Make a sheared cube regular and print what was done."""
     with Progress() as progress:
         finished, lines = _run_demo(arguments.folder, arguments.size, progress)
-    print(finished.result.report)
-    print("\n".join(["", *lines]))
+    print_text(finished.result.report)
+    print_text("\n".join(["", *lines]))
     return exit_code_of(finished, arguments.folder)
 
 
@@ -89,7 +90,7 @@ def _run_demo(folder: str | os.PathLike[str], size: int, progress: Progress) -> 
     outputs.check()
     source = folder / "sheared_cube.vtu"
     write(source, HexMesh(*sheared_cube(size)))
-    finished = run_job(RegularizeJob(read(source), Options(tolerance=_TOLERANCE)), outputs, progress)
+    finished = run_job(RegularizeJob(read(source), Options(gradient_tolerance=_TOLERANCE)), outputs, progress)
     write_text(folder / "report.txt", f"{finished.result.report}\n")
     distance = np.abs(finished.result.points - box((size, size, size))[0]).max()
     lines = [
@@ -102,7 +103,7 @@ def _run_demo(folder: str | os.PathLike[str], size: int, progress: Progress) -> 
         "  quality.png, history.csv            histograms, a row per iteration",
         "  report.txt, report.json             what became better",
         "The same by hand:",
-        f"  hexconformal regularize {source} regular.vtu --tolerance {_TOLERANCE:g}",
+        f"  hexconformal regularize {source} regular.vtu --gradient-tolerance {_TOLERANCE:g}",
     ]
     return finished, lines
 

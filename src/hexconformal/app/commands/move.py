@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -10,7 +9,9 @@ from ...common import OptionError
 from ...motion import MeshMotion, MotionRun, read_boundary
 from ...runs import RunFolder
 from ..progress import Progress
+from ..terminal import print_line
 from .arguments import add_input, read_hexahedra
+from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -23,7 +24,8 @@ EXAMPLES = """  hexconformal move box.vtu run/ --boundary motion.csv
   hexconformal move box.vtu run/ --boundary motion.csv --fixed wall --operator elastic
   hexconformal move box.vtu run/ --boundary longer.csv --resume
 
-motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place
+motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place;
+nodes by the labels that the file gives them, or from 0
   time,node,dx,dy,dz
   0.1,17,0.0,0.02,0.0
 in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.npz
@@ -35,12 +37,19 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_input(parser)
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
     parser.add_argument("--boundary", metavar="motion.csv", required=True, help="where the moving nodes go")
-    parser.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay; others slide on walls")
+    parser.add_argument(
+        "--moving", metavar="NAME", help="set or group of the file, or point array, whose nodes all go as the table"
+        " says, which has no column node then",
+    )  # fmt: skip
+    parser.add_argument(
+        "--fixed", metavar="NAME", help="set or group of the file, or point array, whose nodes stay; others slide on"
+        " walls",
+    )  # fmt: skip
     parser.add_argument(
         "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
     )
     parser.add_argument(
-        "--reference", default="initial", metavar="initial|current", help="what cells shall look like (default initial)"
+        "--target", default="input", metavar="input|current", help="perfect shape of the cells (default %(default)s)"
     )
     parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
     parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
@@ -55,7 +64,8 @@ def run(arguments: Namespace) -> int:
         raise OptionError(f"every must be 1 or more, not {arguments.every}")
     boundary = read_boundary(arguments.boundary)
     folder = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
-    folder.prepare(arguments.resume, arguments.overwrite)
+    inputs = named_inputs(arguments.input) | {Path(arguments.boundary): "the table of the boundary"}
+    folder.prepare(arguments.resume, arguments.overwrite, inputs)
     last: list[str] = []
     with Progress(arguments.quiet) as progress:
 
@@ -65,17 +75,18 @@ def run(arguments: Namespace) -> int:
 
         progress.show(f"reading {arguments.input}")
         mesh = read_hexahedra(arguments)
-        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.reference, arguments.operator)
+        boundary = boundary.on_mesh(mesh, arguments.moving)
+        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator)
         motion_run = MotionRun(motion, boundary)
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)
     if not arguments.quiet:
         for line in [*(f"note: {note}" for note in motion.notes), *last]:
-            print(line)
-        print(f"wrote {folder.frames}, {folder.history.name}, {folder.last.name}")
+            print_line(line)
+        print_line(f"wrote {folder.frames}, {folder.history.name}, {folder.last.name}")
     if stopped is not None:
-        print(f"interrupted after step {motion_run.step}: --resume goes on from there", file=sys.stderr)
+        print_line(f"interrupted after step {motion_run.step}: --resume goes on from there", error=True)
         return 130
     if motion_run.refusal:
-        print(f"error: step {motion_run.step + 1} was refused: {motion_run.refusal}", file=sys.stderr)
+        print_line(f"error: step {motion_run.step + 1} was refused: {motion_run.refusal}", error=True)
         return 1
     return 0

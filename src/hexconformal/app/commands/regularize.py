@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, BooleanOptionalAction, Namespace
+from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -36,14 +36,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_choice(shape, "boundary", "boundary nodes slide along the surface, stay, or go where they like")
     shape.add_argument(
         "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far a curved boundary may move,"
-        " over the diagonal of the bounding box; 0: curved parts stay (default %(default)g)",
+        " as a share of the bounding box's diagonal; 0: curved parts stay (default %(default)g)",
     )  # fmt: skip
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
     shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
     shape.add_argument(
-        "--fixed", metavar="NAME", help="point array whose nonzero nodes stay besides; three components hold x, y, z"
-    )
+        "--fixed", metavar="NAME", help="set or group of the file whose nodes stay, or a point array where it is not 0"
+        " (three components hold x, y, z)",
+    )  # fmt: skip
     what = parser.add_argument_group("what is minimized")
     what.add_argument(
         "--target", default=Options.target, metavar="auto|cube|input|A:B:C", help="perfect cell: cube, each cell's own"
@@ -54,21 +55,20 @@ def add_arguments(parser: ArgumentParser) -> None:
         " it is valid, any, or a cell array with the wanted ones (default %(default)s)",
     )  # fmt: skip
     add_choice(what, "weight", "cells count the same, or by their volume in the input")
-    add_choice(what, "energy", "conformally invariant distortion, or the plain one")
+    add_choice(what, "energy", "conformally invariant distortion, or the quaternionic one itself")
     add_choice(what, "quadrature", "where distortion is measured")
-    add_choice(what, "method", "solver; majorize needs the plain energy")
+    add_choice(what, "method", "solver; majorize needs the quaternionic energy")
+    add_choice(what, "emphasis", "the worst cells raised once the distortion is low, or good cells on the whole")
     what.add_argument(
-        "--lift",
-        action=BooleanOptionalAction,
-        default=Options.lift,
-        help="raise the worst cells once the distortion is low (default: with the barrier)",
-    )
-    what.add_argument(
-        "--tolerance", type=float, default=Options.tolerance, metavar="X",
+        "--gradient-tolerance", type=float, default=Options.gradient_tolerance, metavar="X",
         help="stop where the gradient is this much smaller than at the start (default %(default)g)",
     )  # fmt: skip
     what.add_argument(
-        "--max-iterations", type=int, default=Options.max_iterations, metavar="N", help="default %(default)d"
+        "--max-iterations",
+        type=int,
+        default=Options.max_iterations,
+        metavar="N",
+        help="stop after so many (default %(default)d)",
     )
     add_outputs(parser, "the mesh before and after, cut open")
 

@@ -17,7 +17,7 @@ from surface.quality import smallest_angles
 from surface.remeshing import EMPHASES, Options, Remeshing
 
 from ...common import OptionError
-from .arguments import add_choice, add_output, add_outputs
+from .arguments import add_choice, add_output, add_outputs, add_outside_references
 from .job import run_command
 from .kinds import SURFACES
 
@@ -26,8 +26,8 @@ __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 SUMMARY = "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over."
 EXAMPLES = f"""  hexconformal remesh statue.ply better.vtu
-  hexconformal remesh statue.ply better.vtu --reference flat --iterations 20 --frames run.pvd
-  hexconformal remesh part.stl better.stl --hausdorff 0.002 --features 30 --history run.csv
+  hexconformal remesh statue.ply better.vtu --target flat --max-iterations 20 --frames run.pvd
+  hexconformal remesh part.stl better.stl --hausdorff 0.002 --feature-angle 30 --history run.csv
   hexconformal remesh sheet.vtp better.vtp --boundary fixed --plot quality.png --picture both.png
 
 formats: {" ".join(EXTENSIONS)}
@@ -37,15 +37,16 @@ formats: {" ".join(EXTENSIONS)}
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
+    add_outside_references(parser)
     add_output(parser)
     shape = parser.add_argument_group("how the shape is kept")
     shape.add_argument(
-        "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far the surface may move, over the"
-        " diagonal of the bounding box, where nodes are put back onto it (default %(default)g)",
+        "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far the surface may move, as a"
+        " share of the bounding box's diagonal, where nodes are put back onto it (default %(default)g)",
     )  # fmt: skip
     shape.add_argument(
-        "--features", default=Options.features, metavar="DEGREES|none", help="edges whose cells meet at more than this"
-        " are sharp: their nodes stay on them (default %(default)g)",
+        "--feature-angle", default=Options.feature_angle, metavar="DEGREES|none", help="edges whose cells meet at more"
+        " than this are sharp: their nodes stay on them (default %(default)g)",
     )  # fmt: skip
     add_choice(shape, "boundary", "nodes of open boundaries", ("slide", "fixed"), Options)
     shape.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay")
@@ -55,10 +56,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     what = parser.add_argument_group("what is minimized")
     what.add_argument(
-        "--reference", default=Options.reference, metavar="|".join([*TARGETS, "FILE"]), help="what the cells shall"
-        " be conformal to; a file is a mesh with the same cells (default %(default)s)",
+        "--target", default=Options.target, metavar="|".join([*TARGETS, "FILE"]), help="perfect shape of the cells;"
+        " a file is a mesh with the same cells (default %(default)s)",
     )  # fmt: skip
-    add_choice(what, "energy", "conformally invariant distortion, or the plain one", ENERGIES, Options)
+    add_choice(what, "energy", "conformally invariant distortion, or the quaternionic one itself", ENERGIES, Options)
     add_choice(what, "emphasis", "good cells on the whole, or the smallest angles raised", EMPHASES, Options)
     add_choice(what, "normal", "where the normal of the constraint is taken", NORMALS, Options)
     what.add_argument(
@@ -66,10 +67,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         " mean edge length (default %(default)g)",
     )  # fmt: skip
     what.add_argument(
-        "--tolerance", type=float, default=Options.tolerance, metavar="X", help="stop where an iteration lowers the"
-        " energy by less than this, relatively (default %(default)g)",
+        "--energy-tolerance", type=float, default=Options.energy_tolerance, metavar="X", help="stop where an iteration"
+        " lowers the energy by less than this, relatively (default %(default)g)",
     )  # fmt: skip
-    what.add_argument("--iterations", type=int, default=Options.iterations, metavar="N", help="default %(default)d")
+    what.add_argument(
+        "--max-iterations", type=int, default=Options.max_iterations, metavar="N", help="stop after so many (default"
+        " %(default)d)",
+    )  # fmt: skip
     add_outputs(parser, "the surface before and after")
 
 
@@ -78,7 +82,9 @@ def run(arguments: Namespace) -> int:
     known = {
         name: value for name, value in vars(arguments).items() if name in {field.name for field in fields(Options)}
     }
-    options = Options(**{**known, "features": _angle(arguments.features), "reference": _reference(arguments.reference)})
+    options = Options(
+        **{**known, "feature_angle": _angle(arguments.feature_angle), "target": _target(arguments.target)}
+    )
 
     return run_command(arguments, SURFACES, lambda: RemeshJob(read(arguments.input), options))
 
@@ -109,9 +115,9 @@ def _angle(given: Any) -> float | None:
     try:
         return float(given)
     except ValueError as problem:
-        raise OptionError(f"features must be an angle in degrees, or none, not {given!r}") from problem
+        raise OptionError(f"feature_angle must be an angle in degrees, or none, not {given!r}") from problem
 
 
-def _reference(given: str) -> Any:
-    """The name of a reference, or the points of a mesh in a file."""
+def _target(given: str) -> Any:
+    """A name, or the points of a mesh in a file."""
     return given if given in TARGETS or not os.path.splitext(given)[1] else read(given).points

@@ -17,21 +17,17 @@ from numpy.typing import NDArray
 
 __all__ = [
     "REPLACED",
-    "exodus_reader",
     "gmsh_cell_types",
     "gmsh_node_order",
     "med_reader",
     "med_writer",
-    "nastran_writer",
     "with_globals",
 ]
 
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
-    ("meshio.exodus._exodus", "read"): {"exodus_to_meshio_type": None},
     ("meshio.med._med", "read"): {"_read_families": ("fas_data",), "Mesh": None},
     ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags")},
-    ("meshio.nastran._nastran", "write"): {"_float_to_nastran_string": ("value", "length")},
 }
 
 
@@ -63,14 +59,6 @@ def gmsh_node_order(name: str, node_count: int) -> NDArray[np.int64]:
     return np.asarray(order[0], dtype=np.int64)
 
 
-def exodus_reader(element_names: dict[str, str]) -> Any:
-    """meshio.exodus.read, where more names of elements are known."""
-    import meshio
-
-    known = meshio.exodus.read.__globals__["exodus_to_meshio_type"]
-    return with_globals(meshio.exodus.read, exodus_to_meshio_type={**known, **element_names})
-
-
 def med_reader(read_families: Callable[[Any], dict[int, list[str]]], make_mesh: Callable[..., Any]) -> Any:
     """meshio.med.read, where other functions read the families and make the meshio.Mesh."""
     import meshio
@@ -83,10 +71,3 @@ def med_writer(write_families: Callable[[Any, dict[int, list[str]]], None]) -> A
     import meshio
 
     return with_globals(meshio.med.write, _write_families=write_families)
-
-
-def nastran_writer(format_real: Callable[[float], str]) -> Any:
-    """meshio.nastran.write, where another function spells out coordinates."""
-    import meshio
-
-    return with_globals(meshio.nastran.write, _float_to_nastran_string=format_real)

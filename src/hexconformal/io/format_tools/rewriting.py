@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common import ReadError
+from ..convert import to_meshio
+from ..source_file import SourceFile
+from .capabilities import Capabilities, drop_unsupported_data
 
-__all__ = ["changed_arrays", "decoded", "encoded", "named", "put_words"]
+__all__ = ["changed_arrays", "decoded", "encoded", "named", "put_words", "through_meshio"]
 
 
 def changed_arrays(mesh: Any) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]]]:
@@ -31,6 +35,20 @@ def changed_arrays(mesh: Any) -> tuple[dict[str, NDArray[Any]], dict[str, NDArra
         if old is None or not _same(array, np.asarray(old)[rows]):
             on_cells[name] = array
     return on_points, on_cells
+
+
+def through_meshio(
+    put_points: Callable[[SourceFile, Any], tuple[bytes, list[str]]], can: Capabilities
+) -> Callable[[SourceFile, Any], tuple[bytes, list[str]]]:
+    """What puts a mesh into a file that came, made of what puts a meshio.Mesh there."""
+
+    def put(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
+        out, lost = to_meshio(mesh)
+        lost += drop_unsupported_data(out, can)
+        data, more = put_points(file, out)
+        return data, [*lost, *more]
+
+    return put
 
 
 def named(changed: tuple[dict[str, Any], dict[str, Any]]) -> list[str]:

@@ -24,6 +24,7 @@ _CAPABILITIES = Capabilities(
     point_arrays="all",
     cell_arrays="all",
 )
+_MODEL = ("names, units and times",)
 # Where the format has the nodes that VTK names in turn: it goes round the bottom, and the top, the other way.
 _NODE_ORDERS = {
     "tetra": [0, 2, 1, 3],
@@ -39,10 +40,10 @@ def _read(path: Path) -> FileContents:
     with parsing("med") as output:
         mesh = med_reader(_read_families, _mesh_of_whole_fields)(str(path))
         mesh.cells = permuted_nodes(mesh.cells, _NODE_ORDERS)
-    return checked_contents(mesh, SourceFile(path, "med", data=path.read_bytes()), output)
+    return checked_contents(mesh, SourceFile(path, "med", data=path.read_bytes(), model=_MODEL), output)
 
 
-def _rewritten(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
+def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
     """The file with other coordinates: names, units, times, groups and fields stay; None if arrays changed."""
     if any(changed_arrays(mesh)):
         return None
@@ -60,8 +61,6 @@ def _rewritten(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
 
 def _write(target: Path, mesh: Any) -> list[str]:
     out, lost = supported_part(mesh, "med", _CAPABILITIES)
-    if getattr(getattr(mesh.origin, "file", None), "format", "") == "med":
-        lost.append("names, units and times of the .med file, because arrays or nodes of elements changed")
     out = join_blocks(out)
     if len(out.field_data.get("med:nom", ())) != len({*out.point_data, *out.cell_data} - {"point_tags", "cell_tags"}):
         # Names of components are given by position, which holds only as long as no array is added.
@@ -107,4 +106,4 @@ def _write_families(group: Any, families: dict[int, list[str]]) -> None:
             data[row] = np.frombuffer(name.encode("utf-8", "surrogateescape")[:80].ljust(80, b"\0"), dtype=np.int8)
 
 
-MED = Format("med", (".med",), _read, _write, _CAPABILITIES, rewritten=_rewritten)
+MED = Format("med", (".med",), _read, _write, _CAPABILITIES, put_points=_put_points)

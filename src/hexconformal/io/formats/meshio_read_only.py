@@ -6,8 +6,10 @@ from functools import partial
 from importlib import import_module
 from pathlib import Path
 
+from ..format_tools.ending_file import open_ending_file
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import checked_contents, parsing
+from ..format_tools.meshio_internals import with_globals
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["MESHIO_READ_ONLY"]
@@ -26,7 +28,8 @@ _EXTENSIONS = {
 
 def _read(path: Path, name: str) -> FileContents:
     with parsing(name) as output:
-        mesh = import_module(f"meshio.{name}").read(str(path))
+        read = with_globals(import_module(f"meshio.{name}").read, open_file=open_ending_file)
+        mesh = read(str(path))
     return checked_contents(mesh, SourceFile(path, name), output)
 
 

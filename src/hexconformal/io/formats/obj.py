@@ -34,8 +34,7 @@ def _read(path: Path) -> Polygons:
             faces.append([i - 1 if i > 0 else len(points) + i if i < 0 else -1 for i in ids])
         elif word in _KEPT:
             others[word] = others.get(word, 0) + 1
-    told = ", ".join(f"{count} {_KEPT[word]}" for word, count in others.items())
-    return Polygons.from_lists(points, faces, (f"kept in .obj files only: {told}",) if told else ())
+    return Polygons.from_lists(points, faces, tuple(f"{count} {_KEPT[word]}" for word, count in others.items()))
 
 
 def _put_points(data: bytes, points: NDArray[np.float64]) -> tuple[bytes, list[str]]:

@@ -43,9 +43,9 @@ def _read(path: Path) -> Polygons:
         sum(len(row) > 3 for row in rows[:n]),
         sum(len(row) > len(f) + 1 for row, f in zip(rows[n:], faces, strict=False)),
     )
-    told = [f"{k} {what}" for k, what in zip(coloured, ("points", "faces"), strict=True) if k]
-    notes = (f"kept in .off files only: colours or normals of {', '.join(told)}",) if told else ()
-    return Polygons.from_lists([[float(word) for word in row[:3]] for row in rows[:n]], faces, notes)
+    numbers = zip(coloured, ("points", "faces"), strict=True)
+    model = tuple(f"colours or normals of {count} {what}" for count, what in numbers if count)
+    return Polygons.from_lists([[float(word) for word in row[:3]] for row in rows[:n]], faces, model)
 
 
 def _put_points(data: bytes, points: NDArray[np.float64]) -> tuple[bytes, list[str]]:

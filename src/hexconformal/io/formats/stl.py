@@ -23,10 +23,8 @@ def _read(path: Path) -> Polygons:
     data = path.read_bytes()
     points, corners = _joined(_corners(data))
     names = re.findall(rb"(?im)^\s*solid[ \t]+(\S.*?)\s*$", data) if _is_text(data) else []
-    told = ", ".join(decoded(name) for name in names)
-    return Polygons(
-        points, np.full(len(corners) // 3, 3), corners, notes=(f"kept in .stl files only: solids {told}",) * bool(names)
-    )
+    model = (f"solids {', '.join(map(decoded, names))}",) if names else ()
+    return Polygons(points, np.full(len(corners) // 3, 3), corners, model=model)
 
 
 def _put_points(data: bytes, points: NDArray[np.float64]) -> tuple[bytes, list[str]]:

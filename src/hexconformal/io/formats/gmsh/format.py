@@ -14,7 +14,7 @@ from ...format_tools.format import Format
 from ...format_tools.meshio_files import checked_contents, file_head, parsing, refuse_namesake, write_with_meshio
 from ...source_file import FileContents, SourceFile
 from .reader import read_mesh
-from .rewriting import rewritten
+from .rewriting import put_points
 
 __all__ = ["GMSH"]
 
@@ -104,4 +104,4 @@ def _use_python_floats(out: Any) -> None:
         out.cell_data[name] = [part.astype(np.float64).astype(object) for part in out.cell_data[name]]
 
 
-GMSH = Format("gmsh", (".msh",), _read, _write, _CAPABILITIES, rewritten=rewritten)
+GMSH = Format("gmsh", (".msh",), _read, _write, _CAPABILITIES, put_points=put_points)

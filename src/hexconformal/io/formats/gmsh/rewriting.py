@@ -16,12 +16,12 @@ from .periodic import parted_pairs
 from .sections import Encoding, Section, file_encoding, file_sections
 from .views import View, encode_view, view_name
 
-__all__ = ["rewritten"]
+__all__ = ["put_points"]
 
 _COMPONENTS = (1, 3, 9)
 
 
-def rewritten(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
+def put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
     """The file that a mesh came from with the points of the mesh, and what could not be kept, in words.
 
     Sections that say nothing of coordinates stay byte for byte. Arrays that were added, or changed, take the place

@@ -45,7 +45,7 @@ def _read(path: Path) -> FileContents:
     return replace(contents, notes=found.notes, held=found.held)
 
 
-def _rewritten(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
+def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
     changed, points = changed_arrays(mesh), np.asarray(mesh.points)
     if any("medit:ref" in arrays or "attribute" in arrays for arrays in changed):
         return None
@@ -53,8 +53,8 @@ def _rewritten(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
     if not file.ascii:
         data, is_single = medit_binary.put_points(file.data, points)
         return data, [*lost, *(["digits beyond single precision"] if is_single else [])]
-    put_points = mfem_text.put_points if file.version == _OF_MFEM else medit_text.put_points
-    return encoded(put_points(decoded(file.data), points)), lost
+    put_into = mfem_text.put_points if file.version == _OF_MFEM else medit_text.put_points
+    return encoded(put_into(decoded(file.data), points)), lost
 
 
 def _write_mfem(target: Path, mesh: Any) -> list[str]:
@@ -79,5 +79,5 @@ def _write(target: Path, mesh: Any) -> list[str]:
     return lost
 
 
-MEDIT = Format("mesh", (".mesh", ".meshb"), _read, _write, _MEDIT, rewritten=_rewritten)
-MFEM = Format("mesh", (".mfem",), _read, _write_mfem, _MFEM, rewritten=_rewritten)
+MEDIT = Format("mesh", (".mesh", ".meshb"), _read, _write, _MEDIT, put_points=_put_points)
+MFEM = Format("mesh", (".mfem",), _read, _write_mfem, _MFEM, put_points=_put_points)

@@ -45,7 +45,7 @@ def _read(path: Path) -> Polygons:
         nodes,
         {name: values for name, values in vertex.items() if not isinstance(values, tuple)},
         {name: values for name, values in face.items() if not isinstance(values, tuple)},
-        (f"kept in .ply files only: {', '.join(left)}",) if left else (),
+        tuple(left),
     )
 
 

@@ -1,0 +1,133 @@
+"""Crack fronts: edges of a boundary where the mesh goes all the way round, from one side of a slit to the other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import CORNER_NEIGHBOURS, EDGES, face_area_vectors
+from ..mesh import unique_edges
+from .quad_edges import QuadEdges, quad_edges
+
+__all__ = ["crack_fronts", "kept_edges"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_OPENING = 60.0  # degrees between the sides of a slit, up to which its end is a front
+
+
+def kept_edges(points: Floats, quads: Ints, cells: Ints, tags: Ints | None = None) -> Ints:
+    """Edges of a boundary that are kept though it may be flat there.
+
+    These are crack fronts, edges with other than two quads, and those where tags change.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (q, 4) boundary quads.
+    cells
+        (m, 8) the cells whose boundary this is.
+    tags
+        (q,) integers per quad.
+
+    Returns
+    -------
+    (k, 2) nodes.
+
+    Examples
+    --------
+    A cube of two by two by two cells, slit half-way through at half its height.
+
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.mesh.topology import boundary_quads
+    >>> points, cells = box((2, 2, 2))
+    >>> lip = np.flatnonzero((points[:, 2] == 0.5) & (points[:, 0] < 0.5))
+    >>> upper = cells.copy()
+    >>> upper[4:][np.isin(upper[4:], lip)] += len(points)
+    >>> twice = np.concatenate([points, points])
+    >>> twice[kept_edges(twice, boundary_quads(upper)[0], upper), 0].tolist()
+    [[0.5, 0.5], [0.5, 0.5]]
+    """
+    edges = quad_edges(quads)
+    kept = crack_fronts(points, quads, edges, cells)
+    if tags is not None:
+        kept |= tags[edges.quads[:, 0]] != tags[edges.quads[:, 1]]
+    return edges.nodes[np.union1d(edges.manifold[kept], edges.nonmanifold)]
+
+
+def crack_fronts(points: Floats, quads: Ints, edges: QuadEdges, cells: Ints) -> NDArray[np.bool_]:
+    """Find the crack fronts of a boundary: its two quads lie on each other, and cells fill the 360 degrees around.
+
+    The angle inside is the sum over the cells around an edge of the angles, with their signs, between the two faces
+    of each. So a quad that is folded onto its neighbour, the cell of which counts negative, makes no front.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (q, 4) boundary quads.
+    edges
+        Of these quads.
+    cells
+        (m, 8) the cells whose boundary this is.
+
+    Returns
+    -------
+    (s,) a flag for each edge with two quads.
+    """
+    fronts = np.zeros(len(edges.manifold), dtype=bool)
+    area = face_area_vectors(points, quads)
+    size = np.linalg.norm(area, axis=1)
+    left, right = edges.quads.T
+    most = -np.cos(np.radians(_OPENING)) * size[left] * size[right]
+    opposed = np.flatnonzero(np.einsum("ei,ei->e", area[left], area[right]) < most)
+    if len(opposed) == 0:
+        return fronts
+    nodes = edges.nodes[edges.manifold[opposed]]
+    touched = np.zeros(len(points), dtype=bool)
+    touched[nodes] = True
+    near = cells[np.flatnonzero(touched[cells].sum(axis=1) >= 2)]
+    # Every edge of these cells, behind the opposed ones: those with the same nodes get the same number.
+    pairs = np.sort(near[:, EDGES].reshape(-1, 2), axis=1)
+    table = unique_edges(np.concatenate([nodes, pairs]))
+    number = np.full(len(table.nodes), -1)
+    number[table.of_pairs[: len(nodes)]] = np.arange(len(nodes))
+    of = number[table.of_pairs[len(nodes) :]]
+    which = np.flatnonzero(of >= 0)
+    angles = _dihedral_angles(points, near[which // len(EDGES)], which % len(EDGES))
+    inside = np.bincount(of[which], angles, minlength=len(nodes))
+    fronts[opposed] = inside > 360.0 - _OPENING
+    return fronts
+
+
+def _dihedral_angles(points: Floats, cells: Ints, edge: Ints) -> Floats:
+    """(k,) degrees between the two faces at an edge of a cell (k, 8), negative where it is turned inside out."""
+    x, rows = points[cells], np.arange(len(cells))[:, None]
+    a, b = x[rows[:, 0], EDGES[edge, 0]], x[rows[:, 0], EDGES[edge, 1]]
+    sides = x[rows, _BESIDE[edge, 0]] + x[rows, _BESIDE[edge, 1]] - (a + b)[:, None]
+    along = b - a
+    one, two = sides[:, 0], sides[:, 1]
+    length = np.einsum("ki,ki->k", along, along)
+    across = np.einsum("ki,ki->k", along, np.cross(one, two)) * np.sqrt(length)
+    flat = np.einsum("ki,ki->k", one, two) * length
+    flat -= np.einsum("ki,ki->k", one, along) * np.einsum("ki,ki->k", two, along)
+    return np.asarray(np.degrees(np.arctan2(across, flat)))
+
+
+def _beside() -> Ints:
+    """(12, 2, 2) nodes next to both ends of every edge, on its two faces in the order of a positive turn about it."""
+    out = np.empty((len(EDGES), 2, 2), dtype=np.int64)
+    for edge, (a, b) in enumerate(EDGES):
+        first = int(np.flatnonzero(CORNER_NEIGHBOURS[a] == b)[0])
+        out[edge, 0] = np.roll(CORNER_NEIGHBOURS[a], -first)[1:]
+        # Seen from the other end the edge runs backward, and the two faces change places.
+        first = int(np.flatnonzero(CORNER_NEIGHBOURS[b] == a)[0])
+        out[edge, 1] = np.roll(CORNER_NEIGHBOURS[b], -first)[:0:-1]
+    return out
+
+
+_BESIDE = _beside()
