@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.surfaces import icosphere
 from program import error_line, run
-from surface_shapes import icosphere
 
 import hexconformal as hc
 import surface
@@ -44,7 +44,7 @@ def here(tmp_path, monkeypatch):
 
 
 REGULARIZE = "regularize part.vtu out.vtu --max-iterations 1 --quiet"
-REMESH = "remesh ball.vtp out.vtp --iterations 1 --quiet"
+REMESH = "remesh ball.vtp out.vtp --max-iterations 1 --quiet"
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ REMESH = "remesh ball.vtp out.vtp --iterations 1 --quiet"
         ("regularize part.vtu link.json --overwrite --report link.json", "link.json is the input already: write else"),
         ("regularize part.vtu run_frames/run_0001.vtu --frames run.pvd", "which is an output"),
         ("regularize run_frames/run_0003.vtu out.vtu --frames ./run.pvd", "which is the input"),
-        (f"{REMESH} --reference reference.vtp --history hard.csv", "hard.csv is the file of --reference"),
+        (f"{REMESH} --target reference.vtp --history hard.csv", "hard.csv is the file of --target"),
         ("remesh run_frames/run_0003.vtp out.vtp --frames run.pvd", "which is the input"),
         ("remesh ball.vtp second/last.vtu", "add --overwrite"),
         ("flow ball.vtp second --steps 1 --overwrite", "second/last.vtu is the input"),

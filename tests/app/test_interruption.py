@@ -1,8 +1,9 @@
 """Ctrl-C and SIGKILL at random moments: files are whole, what is written is valid, and runs go on.
 
-HEXCONFORMAL_MOMENTS=40 tries as many moments for each command and signal.
+HEXCONFORMAL_MOMENTS=100 tries as many moments for each command and signal.
 """
 
+import json
 import os
 import signal
 import threading
@@ -48,6 +49,10 @@ def commands(inputs, place):
         "remesh": ["remesh", f"{inputs}/ball.ply", f"{place}/out.ply", "--history", f"{place}/run.csv", "--quiet"],
         "flow": ["flow", f"{inputs}/ball.ply", f"{place}/run", "--steps", "5", "--remesh", "--quiet"],
         "move": ["move", f"{inputs}/box.vtu", f"{place}/run", "--boundary", f"{inputs}/lid.csv", "--quiet"],
+        "quality": ["quality", f"{inputs}/part.vtu", "--out", f"{place}/out.xdmf", "--json", f"{place}/out.json"],
+        "orient": ["orient", f"{inputs}/part.vtu", f"{place}/out.inp"],
+        "check": ["check", f"{inputs}/part.vtu"],
+        "demo": ["demo", f"{place}/demo", "--size", "3"],
     }
 
 
@@ -143,6 +148,25 @@ def test_a_run_goes_on_as_if_nothing_had_been(name, stop, inputs, tmp_path):
         assert len(pv.get_reader(place / "run" / "run.pvd").time_values) == len(
             pv.get_reader(whole / "run" / "run.pvd").time_values
         )
+
+
+@pytest.mark.parametrize("stop", [interrupted, killed])
+@pytest.mark.parametrize("name", ["quality", "orient", "check", "demo"])
+def test_what_is_there_is_whole_and_inputs_stay(name, stop, inputs, tmp_path):
+    pytest.importorskip("h5py")
+    before = {path: path.read_bytes() for path in inputs.iterdir()}
+    (tmp_path / "whole").mkdir()
+    end = duration(commands(inputs, tmp_path / "whole")[name])
+    for number, after in enumerate(moments(name, end)):
+        place = tmp_path / str(number)
+        place.mkdir()
+        stop(commands(inputs, place)[name], after)
+        nothing_left_over(place, stop)
+        for path in (place / "out.xdmf", place / "out.inp"):
+            assert not path.exists() or len(hc.read(path).cells) == 64
+        if (place / "out.json").exists():
+            json.loads((place / "out.json").read_text())
+        assert {path: path.read_bytes() for path in inputs.iterdir()} == before
 
 
 def test_an_interruption_at_the_edge_of_compiled_code_is_one_and_other_errors_stay_themselves():

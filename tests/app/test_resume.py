@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.surfaces import icosphere, shaken
 from program import error_line
-from surface_shapes import icosphere, shaken
 
 import hexconformal as hc
 import surface
@@ -153,7 +153,7 @@ def test_a_signal_during_writing_takes_effect_after_it(number, owner, method, he
 def test_an_interrupted_run_has_the_series_of_the_whole(step, here, monkeypatch):
     assert move("whole", "--every", "3") == 0
     with pytest.MonkeyPatch.context() as patched:
-        at_call(patched, MeshMotion, "_moved", step, lambda: os.kill(os.getpid(), signal.SIGINT))
+        at_call(patched, MeshMotion, "_solve", step, lambda: os.kill(os.getpid(), signal.SIGINT))
         assert move("run", "--every", "3") == 130
     np.testing.assert_array_equal(  # not somewhere within a step
         pv.read("run/last.vtu").points[:, 2].max(), 1 + 0.03 * (step - 1)
@@ -220,7 +220,7 @@ def test_signals_that_are_ignored_stay_so_and_others_get_their_handlers_back():
         (lambda run: (run / "run.pvd").write_text("<VTKFile>"), "lid", "cannot go on with the series"),
         (lambda run: (run / "run_frames" / "run_0002.vtu").unlink(), "lid", "missing: run_frames/run_0002.vtu"),
         (lambda run: (run / "checkpoint.npz").write_bytes(b"x"), "lid", "cannot read the checkpoint"),
-        (lambda run: without(run / "checkpoint.npz", "driven"), "lid", "is damaged (KeyError: 'driven')"),
+        (lambda run: without(run / "checkpoint.npz", "prescribed"), "lid", "is damaged (KeyError: 'prescribed')"),
         (lambda run: without(run / "checkpoint.npz", "problem"), "lid", "cannot read the checkpoint"),
     ],
 )

@@ -20,6 +20,7 @@ SCRIPT = ROOT / "benchmarks" / "fuzz.py"
 
 
 def fuzz():
+    sys.path.insert(0, str(SCRIPT.parent))
     specification = importlib.util.spec_from_file_location("fuzz", SCRIPT)
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
@@ -33,8 +34,8 @@ def test_damaged_files_are_read_or_refused(tmp_path):
         paths.append(sample)
         for k in range(2):
             rng = np.random.default_rng([number, k])
-            paths.append(tmp_path / f"{sample.stem}_{k}{sample.suffix}")
-            paths[-1].write_bytes(script.mutant(sample.read_bytes(), rng))
+            paths.append(script.numbered(tmp_path, sample, k))
+            paths[-1].write_bytes(script.mutant(sample.read_bytes(), rng, sample.name))
     found = script.verdicts(paths, tmp_path)
     assert {path.name: what for path, what in found.items() if what.startswith("!")} == {}
     assert [path.name for path in paths[::3] if found[path] != "mesh"] == []

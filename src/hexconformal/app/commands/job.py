@@ -88,7 +88,7 @@ def run_command(arguments: Namespace, kind: MeshKind, prepare: Callable[[], Job]
         worst_picture=arguments.worst_picture,
         every=arguments.every,
     )
-    given = {name: getattr(arguments, name, None) for name in ("surface", "reference")}
+    given = {name: getattr(arguments, name, None) for name in ("surface", "target")}
     outputs.check(named_inputs(arguments.input, **given), arguments.overwrite)
     with Progress(arguments.quiet) as progress:
         progress.show(f"reading {arguments.input}")
