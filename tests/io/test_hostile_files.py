@@ -13,7 +13,7 @@ import pytest
 import hexconformal as hc
 from hexconformal.generate import box
 from hexconformal.io import outside_references_allowed
-from hexconformal.io.format_tools import reader_trial
+from hexconformal.io.format_tools.file_checks import reader_trial
 
 CUBE = """{declaration}
 <VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64" {compressor}>
@@ -58,7 +58,7 @@ RAW = b'<AppendedData encoding="raw">\n_' + np.array([1 << 40, 32768, 0], dtype=
 REFUSED = {
     "attributes by a document type": (
         cube('NumberOfPoints="8"').replace(b"<VTKFile", b'<!DOCTYPE V [<!ATTLIST Piece a CDATA "1">]><VTKFile', 1),
-        "must not declare a document type",
+        "document type must declare nothing",
     ),
     "UTF-16": (cube(declaration='<?xml version="1.0" encoding="UTF-16"?>').decode().encode("utf-16"), "UTF-8"),
     "another encoding": (cube(declaration='<?xml version="1.0" encoding="EBCDIC"?>'), "UTF-8"),

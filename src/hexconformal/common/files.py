@@ -89,12 +89,24 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | N
         raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
 
 
+# Extensions of meshes that are not supported, and what to do.
+_NOT_SUPPORTED = {
+    ".vtm": "collections of blocks are not supported: save the block that is meant as .vtu",
+    ".vtmb": "collections of blocks are not supported: save the block that is meant as .vtu",
+    ".vtkhdf": "VTK's HDF files are not supported: save the mesh as .vtu, for example with ParaView",
+    ".cgns": "CGNS files are not supported: save the mesh as .vtu or .msh, for example with ParaView or Gmsh",
+    ".pvd": "series of files are not supported: read one of the files that it names",
+}
+
+
 def companion_file(path: Path) -> Path | None:
     """The file that is written along with one of this name; None if there is none."""
     return _real_path(path).with_suffix(".h5") if path.suffix.lower() in _COMPANION_EXTENSIONS else None
 
 
 def _unknown_extension(extension: str, known: tuple[str, ...]) -> str:
+    if extension in _NOT_SUPPORTED and extension not in known:
+        return _NOT_SUPPORTED[extension]
     hint = " (of surfaces: for these there are surface.remesh, and the command remesh)"
     is_surface = extension in _SURFACE_EXTENSIONS and ".vtu" in known
     return f"unknown extension {extension or '(none)'}{hint if is_surface else ''}; known are {' '.join(known)}"

@@ -6,7 +6,7 @@ there; what several of them share is in `format_tools`. Imports `common`,
 """
 
 from .convert import to_pyvista
-from .format_tools.references import outside_references_allowed
+from .format_tools.file_checks.references import outside_references_allowed
 from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, read_contents
 from .formats.vtk import write_vtk
 from .meshio_mesh import MeshioOrigin

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..format_tools.file_checks.hdf5_checks import check_hdf5
 from ..format_tools.format import Format
-from ..format_tools.hdf5_checks import check_hdf5
 from ..source_file import FileContents
 from .abaqus import ABAQUS
 from .exodus import EXODUS
 from .gmsh import GMSH
 from .med import MED
-from .medit import MEDIT
+from .medit import MEDIT, MFEM
 from .meshio_read_only import MESHIO_READ_ONLY
 from .nastran import NASTRAN
 from .obj import OBJ
@@ -29,6 +29,7 @@ _ALL = (
     GMSH,
     MED,
     MEDIT,
+    MFEM,
     NASTRAN,
     OBJ,
     OFF,

@@ -1,4 +1,4 @@
-"""Formats that are only read, by meshio: AVS UCD, CGNS, FLAC3D, H5M, Kratos, Netgen, SU2, Tecplot, UGRID."""
+"""Formats that are only read, by meshio: AVS UCD, FLAC3D, H5M, Kratos, Netgen, SU2, Tecplot, UGRID."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ __all__ = ["MESHIO_READ_ONLY"]
 
 _EXTENSIONS = {
     "avsucd": (".avs",),
-    "cgns": (".cgns",),
     "flac3d": (".f3grid",),
     "h5m": (".h5m",),
     "mdpa": (".mdpa",),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
+from ...common import ReadError
 from ..format_tools.capabilities import Capabilities, supported_part
+from ..format_tools.file_checks.hdf5_checks import check_hdf5_beside
+from ..format_tools.file_checks.references import referenced_file
+from ..format_tools.file_checks.xml_checks import parse_xml
 from ..format_tools.format import Format
-from ..format_tools.hdf5_checks import check_hdf5_beside
 from ..format_tools.meshio_files import checked_contents, parsing, require_disk_space, write_with_meshio
-from ..format_tools.references import referenced_file
-from ..format_tools.xml_checks import parse_xml
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["XDMF"]
@@ -29,6 +31,13 @@ def _read(path: Path) -> FileContents:
     with parsing("xdmf") as output:
         import meshio
 
+        grids = re.findall(rb"<Grid\b[^>]*>", path.read_bytes())
+        named = [name[1] for grid in grids if (name := re.search(rb"\bName\s*=\s*[\"']([^\"']*)", grid))]
+        if len(grids) > 1:
+            raise ReadError(
+                f"it holds {len(grids)} grids ({b', '.join(named[:4]).decode('utf-8', 'replace')}): files of several "
+                "grids (tags of DOLFINx, times, collections) are not supported; write one grid with its arrays into it"
+            )
         mesh = meshio.xdmf.read(str(path))
     return checked_contents(mesh, SourceFile(path, "xdmf"), output)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...common import ReadError
+from ....common import ReadError
 from .reader_trial import REFUSED, try_reader
 from .references import referenced_file
 

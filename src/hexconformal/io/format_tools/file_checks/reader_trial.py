@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...common import ReadError, python_can_be_started, run_python
+from ....common import ReadError, python_can_be_started, run_python
 
 __all__ = ["REFUSED", "try_reader"]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...common import ReadError
+from ....common import ReadError
 from .references import referenced_file
 from .xml_checks import parse_xml
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from ...common import ReadError
+from ....common import ReadError
 
 __all__ = ["outside_references_allowed", "referenced_file"]
 

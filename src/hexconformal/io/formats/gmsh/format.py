@@ -1,18 +1,20 @@
-"""Gmsh's meshes (.msh), versions 2.2 and 4.1, as text and binary; Ansys has files of the same extension."""
+"""Gmsh's meshes (.msh) as a format: those of a file are written as they came; Ansys has the same extension."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..format_tools.capabilities import Capabilities, supported_part
-from ..format_tools.format import Format
-from ..format_tools.meshio_files import checked_contents, file_head, parsing, refuse_namesake, write_with_meshio
-from ..format_tools.meshio_internals import gmsh_reader
-from ..source_file import FileContents, SourceFile
+from ...format_tools.capabilities import Capabilities, supported_part
+from ...format_tools.format import Format
+from ...format_tools.meshio_files import checked_contents, file_head, parsing, refuse_namesake, write_with_meshio
+from ...source_file import FileContents, SourceFile
+from .reader import read_mesh
+from .rewriting import put_points
 
 __all__ = ["GMSH"]
 
@@ -40,19 +42,22 @@ def _read(path: Path) -> FileContents:
         import meshio
 
         refuse_namesake(path, *_VERSION_1)
+        notes: tuple[str, ...] = ()
         if header is None:
             file = SourceFile(path, "ansys")
             mesh = meshio.ansys.read(str(path))
         else:
-            file = SourceFile(path, "gmsh", version=header[1].decode(), ascii=header[2] == b"0")
-            mesh = gmsh_reader(_split_cell_data)(str(path))
-    return checked_contents(mesh, file, output)
-
-
-def _split_cell_data(cells: Any, raw: dict[str, Any]) -> dict[str, list[Any]]:
-    """Arrays by the blocks of cells; meshio's own takes the two entries of a (type, nodes) tuple for two cells."""
-    ends = np.cumsum([len(nodes) for _, nodes in cells])[:-1]
-    return {name: np.split(np.asarray(data), ends) for name, data in raw.items()}
+            version, as_text = header[1].decode(), header[2] == b"0"
+            if version == "4.0":
+                file, mesh = SourceFile(path, "gmsh", version, as_text), meshio.gmsh.read(str(path))
+            else:
+                data = path.read_bytes()
+                found = read_mesh(data)
+                mesh, notes = found.mesh, found.notes
+                tags = found.node_tags, found.element_tags
+                file = SourceFile(path, "gmsh", version, as_text, "", data, *tags)
+    contents = checked_contents(mesh, file, output)
+    return replace(contents, notes=(*contents.notes, *notes))
 
 
 def _write(target: Path, mesh: Any) -> list[str]:
@@ -99,4 +104,4 @@ def _use_python_floats(out: Any) -> None:
         out.cell_data[name] = [part.astype(np.float64).astype(object) for part in out.cell_data[name]]
 
 
-GMSH = Format("gmsh", (".msh",), _read, _write, _CAPABILITIES)
+GMSH = Format("gmsh", (".msh",), _read, _write, _CAPABILITIES, put_points=put_points)

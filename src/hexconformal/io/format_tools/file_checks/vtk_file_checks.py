@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ...common import ReadError
+from ....common import ReadError
 from .reader_trial import try_reader
 
 __all__ = ["check_last_array", "check_reader_survives"]
