@@ -7,7 +7,7 @@ from corner_problems import CUBES, all_free, dense, jittered_cubes
 from hexconformal import generate
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS, CORNERS
 from hexconformal.energy.corner_energy import CornerEnergy, Weights
-from hexconformal.energy.distortion_energy import Distortion
+from hexconformal.energy.distortion_energy import DistortionEnergy
 from hexconformal.kernel.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
 from hexconformal.mesh.topology import node_rings
 from hexconformal.regularization.untangle import folded_cells
@@ -104,7 +104,7 @@ def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
     points, cells = generate.box((3, 3, 3))
     points = 3 * points
     _, _, matrix = CornerEnergy(cells, CUBES, all_free(points)).value_gradient_hessian(points, Weights())
-    exact = Distortion(cells, len(points), eps=0.0, quadrature="corners")
+    exact = DistortionEnergy(cells, len(points), eps=0.0, quadrature="corners")
     full, ratios = dense(matrix), []
     for seed in range(20):
         direction = np.random.default_rng(seed).normal(size=points.shape)
@@ -118,7 +118,7 @@ def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
 def test_the_distortion_part_is_the_barrier_energy_at_the_corners():
     points, cells = jittered_cubes()
     value = CornerEnergy(cells, CUBES, all_free(points)).value(points, Weights())
-    same = Distortion(cells, len(points), eps=0.0, quadrature="corners").value_gradient(points)[0]
+    same = DistortionEnergy(cells, len(points), eps=0.0, quadrature="corners").value_gradient(points)[0]
     assert value == pytest.approx(8.0 * same, rel=1e-12)
 
 

@@ -31,8 +31,8 @@ def test_every_mesh_is_valid_and_hangs_together(name):
     np.testing.assert_array_equal(np.unique(cells), np.arange(len(points)))
     assert len(np.unique(points.round(12), axis=0)) == len(points)
     table = face_table(cells)
-    assert table.uses.max() == 2
-    assert (table.orientation[table.uses == 2] == 1).all()
+    assert table.counts.max() == 2
+    assert (table.orientation[table.counts == 2] == 1).all()
     # A ball: Euler characteristic of its closed surface.
     quads, _ = boundary_quads(cells)
     assert len(np.unique(quads)) - len(quads) == 2

@@ -10,13 +10,13 @@ def test_edges_are_those_of_sorting_pairs():
     faces = np.random.default_rng(0).permuted(np.tile(np.arange(9), (40, 1)), axis=1)[:, :4]
     pairs = face_edges(faces)
     edges = unique_edges(pairs)
-    nodes, first, inverse, uses = np.unique(
+    nodes, first, inverse, counts = np.unique(
         np.sort(pairs, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
     )
     np.testing.assert_array_equal(edges.nodes, nodes)
     np.testing.assert_array_equal(edges.first, first)
     np.testing.assert_array_equal(edges.of_pairs, inverse.ravel())
-    np.testing.assert_array_equal(edges.uses, uses)
+    np.testing.assert_array_equal(edges.counts, counts)
     assert unique_edges(np.empty((0, 2), dtype=np.int64)).nodes.shape == (0, 2)
 
 

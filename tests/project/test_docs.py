@@ -1,5 +1,6 @@
 """What the pages of the documentation show runs as it is written there, and what they point at is there."""
 
+import ast
 import importlib
 import importlib.util
 import re
@@ -99,3 +100,37 @@ def test_pages_point_at_what_exists():
     assert len(links) > 50
     for page, link in links:
         assert (page.parent / link).exists(), (page.name, link)
+
+
+def test_docstrings_name_what_is_there():
+    """Every parameter and field that a docstring lists is one, and no field of a class is left out of its list."""
+    wrong = []
+    for path in sorted((ROOT / "src").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and (text := ast.get_docstring(node)):
+                wrong += [f"{path.stem}.{node.name}: {name}" for name in _misnamed(node, text)]
+    assert wrong == []
+
+
+def _misnamed(node: ast.FunctionDef | ast.ClassDef, text: str) -> set[str]:
+    listed = {title: _listed(text, title) for title in ("Parameters", "Attributes")}
+    if isinstance(node, ast.FunctionDef):
+        return listed["Parameters"] - _arguments(node)
+    fields = {one.target.id for one in node.body if isinstance(one, ast.AnnAssign)}
+    methods = {one.name: one for one in node.body if isinstance(one, ast.FunctionDef)}
+    arguments = _arguments(methods["__init__"]) if "__init__" in methods else fields
+    known = fields | set(methods) | set(re.findall(r"self\.(\w+)", ast.unparse(node)))
+    left_out = {name for name in fields - listed["Attributes"] if listed["Attributes"] and name[0] != "_"}
+    return (listed["Parameters"] - arguments) | (listed["Attributes"] - known) | left_out
+
+
+def _listed(text: str, title: str) -> set[str]:
+    section = re.search(rf"^{title}\n-+\n(.*?)(?=\n\n\w+\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
+    lines = section[1].splitlines() if section else []
+    return {name.strip(" *") for line in lines if line[:1].strip() for name in line.split(",")}
+
+
+def _arguments(function: ast.FunctionDef) -> set[str]:
+    found = function.args
+    starred = [one for one in (found.vararg, found.kwarg) if one is not None]
+    return {one.arg for one in [*found.posonlyargs, *found.args, *found.kwonlyargs, *starred]}

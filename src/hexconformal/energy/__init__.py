@@ -6,7 +6,7 @@ Belongs here: energies with their derivatives, and the block matrix these are co
 
 from .block_matrix import BlockMatrix
 from .corner_energy import VOLUME_WEIGHT, CornerEnergy, Weights
-from .distortion_energy import Distortion
+from .distortion_energy import DistortionEnergy
 from .target import (
     STRETCHED_ASPECTS,
     aspect_ratios,
@@ -22,7 +22,7 @@ __all__ = [
     "VOLUME_WEIGHT",
     "BlockMatrix",
     "CornerEnergy",
-    "Distortion",
+    "DistortionEnergy",
     "Weights",
     "aspect_ratios",
     "inverse_targets",

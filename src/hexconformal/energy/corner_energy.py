@@ -95,7 +95,7 @@ class CornerEnergy:
     cells
         (m, 8) nodes.
     inverses
-        Inverse target frames as in :class:`hexconformal.energy.distortion_energy.Distortion`, empty for cubes.
+        Inverse target frames as in :class:`hexconformal.energy.distortion_energy.DistortionEnergy`, empty for cubes.
     projectors
         (n, 3, 3) orthogonal projections onto the admissible displacements; 0 holds a node.
     surface_penalty

@@ -114,9 +114,9 @@ def _store_densities(s: Field, eps: float, distortion: float, angle: float, stif
             u, _ = _directions(frame_at(s, _FRAME, q))
             d = determinant(u)
             density = (frame_density(u) + _JACOBIAN_WEIGHT) * barrier_factor(d, 0.0)[0] - _JACOBIAN_WEIGHT
-            room = 1.0 - stiffness * density
-            s[_DENSITY, q] += angle * density / room
-            s[_MARGIN, q] = min(s[_MARGIN, q], min(room, d))
+            margin = 1.0 - stiffness * density
+            s[_DENSITY, q] += angle * density / margin
+            s[_MARGIN, q] = min(s[_MARGIN, q], min(margin, d))
 
 
 @algebra
@@ -169,11 +169,11 @@ def _add_angles(s: Field, weight: float, stiffness: float) -> None:
         curvature = max(curvature, 2.0 * slope * slope / factor)
         g, a = _chain(u, r, g), _chain(u, r, cofactor(u))
         e = density * factor - _JACOBIAN_WEIGHT
-        room = 1.0 - stiffness * e
-        s[_DENSITY, q] += weight * e / room
-        s[_MARGIN, q] = min(s[_MARGIN, q], min(room, d))
-        first = weight / (room * room)
-        second = 2.0 * stiffness * first / room
+        margin = 1.0 - stiffness * e
+        s[_DENSITY, q] += weight * e / margin
+        s[_MARGIN, q] = min(s[_MARGIN, q], min(margin, d))
+        first = weight / (margin * margin)
+        second = 2.0 * stiffness * first / margin
         down = density * slope
         _add_to(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
         # first * (slope (g a^T + a g^T) + density bend a a^T) + second * (factor g + down a) (factor g + down a)^T

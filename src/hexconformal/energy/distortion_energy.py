@@ -16,13 +16,13 @@ from ..elements import QUADRATURE_RULES, edge_weights, shape_gradients
 from ..kernel import parallel_ranges
 from ..mesh import corner_incidences, node_pattern, scalar_matrix
 
-__all__ = ["Distortion"]
+__all__ = ["DistortionEnergy"]
 
 Field = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Distortion:
+class DistortionEnergy:
     """Summed conformal distortion of the planes (e1, e2), (e1, e3), (e2, e3) over hexahedral cells.
 
     E = sum over cells and quadrature points of w * density(J), J = dX W^-1, with the density of
@@ -48,7 +48,7 @@ class Distortion:
     --------
     >>> from hexconformal.generate import box
     >>> points, cells = box((6, 6, 6), (1.0, 1.0, 2.0))
-    >>> round(Distortion(cells, len(points)).value_gradient(points)[0], 10)
+    >>> round(DistortionEnergy(cells, len(points)).value_gradient(points)[0], 10)
     24.0
     """
 

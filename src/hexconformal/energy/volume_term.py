@@ -16,8 +16,8 @@ __all__ = ["volume_sums"]
 
 
 @loop
-def volume_sums(points, cells, wanted, weight, derivatives, forces, data, places):  # type: ignore[no-untyped-def]
-    """Sum of weight (V / W + W / V - 2) over the cells whose wanted volume W (m,) is positive; infinite for V <= 0.
+def volume_sums(points, cells, target, weight, derivatives, forces, data, places):  # type: ignore[no-untyped-def]
+    """Sum of weight (V / W + W / V - 2) over the cells whose target volume W (m,) is positive; infinite for V <= 0.
 
     With derivatives, adds the first to forces (n, 3) and the convex part of the second to the 3 x 3 blocks data at
     places (m, 36), see :func:`hexconformal.energy.block_matrix.block_places`. There are no blocks for the two ends of
@@ -26,7 +26,7 @@ def volume_sums(points, cells, wanted, weight, derivatives, forces, data, places
     x, g = np.empty((8, 3)), np.empty((8, 3))
     total = 0.0
     for c in range(len(cells)):
-        if not wanted[c] > 0.0:
+        if not target[c] > 0.0:
             continue
         for n in range(8):
             for i in range(3):
@@ -46,7 +46,7 @@ def volume_sums(points, cells, wanted, weight, derivatives, forces, data, places
                 g[n1, i] += (area - turned_q) / 24.0
                 g[n2, i] += (area + turned_p) / 24.0
                 g[n3, i] += (area + turned_q) / 24.0
-        ratio = volume / wanted[c]
+        ratio = volume / target[c]
         if not ratio > 0.0:
             return np.inf
         total += weight * (ratio + 1.0 / ratio - 2.0)

@@ -160,8 +160,8 @@ class DistanceBarrier:
         patch._nodes = nodes
         patch._local = np.full(len(points), -1)
         patch._local[nodes] = np.arange(len(nodes))
-        for way in ("forward", "backward"):
-            for name in (f"_{way}_faces", f"_{way}_distances"):
+        for direction in ("forward", "backward"):
+            for name in (f"_{direction}_faces", f"_{direction}_distances"):
                 setattr(patch, name, getattr(self, name).copy())
         patch._measured_at = self._measured_at.copy()
         keep = moving[self._edge_nodes].any(axis=1)
@@ -257,10 +257,10 @@ class DistanceBarrier:
     def _penalty(self, samples: _Samples) -> tuple[float, Field, Field]:
         """The terms of equation (14): their sum, each one's slope over the distance, and its second derivative."""
         t = samples.distances / samples.bound
-        over, room = np.maximum(t - samples.onset, 0.0), self._wall - t
-        if room.min(initial=1.0) <= 0.0:
+        over, gap = np.maximum(t - samples.onset, 0.0), self._wall - t
+        if gap.min(initial=1.0) <= 0.0:
             return np.inf, t, t
-        k, r = self.steepness * (self._wall - samples.onset), 1.0 / room
+        k, r = self.steepness * (self._wall - samples.onset), 1.0 / gap
         value = k * (over**2 * r).sum() + (samples.attraction * t**2).sum()
         slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * samples.attraction
         curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + samples.attraction)

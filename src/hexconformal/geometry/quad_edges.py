@@ -55,7 +55,7 @@ def quad_edges(quads: Ints) -> QuadEdges:
     """
     table = unique_edges(face_edges(quads))
     order = np.argsort(table.of_pairs, kind="stable")
-    first = np.cumsum(table.uses) - table.uses
-    manifold = np.flatnonzero(table.uses == 2)
+    first = np.cumsum(table.counts) - table.counts
+    manifold = np.flatnonzero(table.counts == 2)
     sides = np.stack([order[first[manifold]], order[first[manifold] + 1]], axis=1) // 4
-    return QuadEdges(table.nodes, table.of_pairs.reshape(-1, 4), manifold, sides, np.flatnonzero(table.uses != 2))
+    return QuadEdges(table.nodes, table.of_pairs.reshape(-1, 4), manifold, sides, np.flatnonzero(table.counts != 2))

@@ -5,14 +5,13 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 
 from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, read_only
-from .edges import UniqueEdges, face_edges, unique_edges
+from .edges import face_edges, unique_edges
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
     boundary_quads,
-    by_first_appearance,
     components,
     connected_components,
     connected_regions,
@@ -24,10 +23,8 @@ __all__ = [
     "FaceTable",
     "HexMesh",
     "NormalizedMesh",
-    "UniqueEdges",
     "binary_search",
     "boundary_quads",
-    "by_first_appearance",
     "checked_cells",
     "checked_data",
     "checked_points",

@@ -24,14 +24,14 @@ class UniqueEdges:
         (e,) the first pair that is this edge.
     of_pairs
         (k,) the edge that each pair is.
-    uses
+    counts
         (e,) number of pairs that are this edge.
     """
 
     nodes: Ints
     first: Ints
     of_pairs: Ints
-    uses: Ints
+    counts: Ints
 
 
 def face_edges(faces: Ints) -> Ints:
@@ -51,12 +51,12 @@ def unique_edges(pairs: Ints) -> UniqueEdges:
     Examples
     --------
     >>> edges = unique_edges(face_edges(np.array([[0, 1, 2, 3], [1, 4, 5, 2]])))
-    >>> len(edges.nodes), edges.nodes[edges.uses == 2].tolist(), edges.of_pairs[[1, 7]].tolist()
+    >>> len(edges.nodes), edges.nodes[edges.counts == 2].tolist(), edges.of_pairs[[1, 7]].tolist()
     (7, [[1, 2]], [2, 2])
     """
     low, high = np.minimum(*pairs.T), np.maximum(*pairs.T)
     width = int(high.max(initial=0)) + 1
-    keys, first, inverse, uses = np.unique(
+    keys, first, inverse, counts = np.unique(
         low * width + high, return_index=True, return_inverse=True, return_counts=True
     )
-    return UniqueEdges(np.stack(np.divmod(keys, width), axis=1), first, inverse, uses)
+    return UniqueEdges(np.stack(np.divmod(keys, width), axis=1), first, inverse, counts)

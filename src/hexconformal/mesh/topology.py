@@ -32,16 +32,16 @@ class FaceTable:
         (f, 4) nodes, counter-clockwise seen from outside the first cell.
     cells
         (f, 2) the first cell and its neighbour across the face, -1 where there is none.
-    uses
+    counts
         (f,) number of cells that own the face: 1 on the boundary, 2 inside, more is non-manifold.
-    turn
+    orientation
         (f,) 1 where the neighbour runs round the face the other way (as it should), -1 where it runs the same
         way (one of the two cells is mirrored), 0 on the boundary or where the two disagree on the face's edges.
     """
 
     quads: NDArray[np.int64]
     cells: NDArray[np.int64]
-    uses: NDArray[np.int64]
+    counts: NDArray[np.int64]
     orientation: NDArray[np.int8]
 
 
@@ -82,25 +82,25 @@ def face_table(cells: NDArray[np.int64]) -> FaceTable:
     --------
     >>> two = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
     >>> table = face_table(two)
-    >>> len(table.quads), table.cells[table.uses == 2], table.orientation.max()
+    >>> len(table.quads), table.cells[table.counts == 2], table.orientation.max()
     (11, array([[0, 1]]), np.int8(1))
     """
     first = _first_occurrences(cells)
-    uses = np.bincount(first)
-    faces = np.flatnonzero(uses)
+    counts = np.bincount(first)
+    faces = np.flatnonzero(counts)
     repeats = np.flatnonzero(first != np.arange(len(first)))
     # Written backwards, so that the second owner of a crowded face stays.
     across = np.full(len(first), -1)
     across[first[repeats[::-1]]] = repeats[::-1]
     across = across[faces]
-    uses = uses[faces]
+    counts = counts[faces]
     del first, repeats
     quads = _quads(cells, faces)
     inside = across >= 0
     owners = np.stack([faces // 6, np.where(inside, across // 6, -1)], axis=1)
     orientation = np.zeros(len(faces), dtype=np.int8)
     orientation[inside] = _orientations(quads[inside], _quads(cells, across[inside]))
-    return FaceTable(quads, owners, uses, orientation)
+    return FaceTable(quads, owners, counts, orientation)
 
 
 def components(cells: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:

@@ -21,7 +21,7 @@ from ..common import (
     require_number,
 )
 from ..elements import all_valid, corner_scaled_jacobian, is_valid
-from ..energy import Distortion, inverse_targets
+from ..energy import DistortionEnergy, inverse_targets
 from ..geometry import kept_edges
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh
@@ -288,10 +288,10 @@ class MeshMotion:
             raise OptionError("state must be that of the same mesh and moving nodes")
         self._points, self._prescribed = points.copy(), prescribed.copy()
 
-    def _distortion(self, points: Field) -> Distortion:
+    def _distortion(self, points: Field) -> DistortionEnergy:
         normalized = self._normalized
         inverses = inverse_targets("input", points, normalized.cells, "corners")
-        return Distortion(normalized.cells, len(points), None, inverses, 0.0, "corners")
+        return DistortionEnergy(normalized.cells, len(points), None, inverses, 0.0, "corners")
 
     def _solve(self, prescribed: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.int64]:
         """The points with their boundary there, and the iterations that took; or the cells that stand in the way."""

@@ -186,7 +186,7 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
     found = []
     cell_labels, node_labels = mesh.cell_labels, mesh.node_labels
     faces = face_table(mesh.cells)
-    crowded = np.flatnonzero(faces.uses > 2)
+    crowded = np.flatnonzero(faces.counts > 2)
     if len(crowded):
         quads = faces.quads[crowded[:3]] if node_labels is None else node_labels[faces.quads[crowded[:3]]]
         names = ", ".join(str(tuple(nodes)) for nodes in quads.tolist())
@@ -194,10 +194,10 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         text = f"faces shared by more than two cells: {len(crowded)} (nodes {names})"
         text += f", of cells {first_ids(cells, cell_labels)}"
         found.append(_error("crowded faces", cells, text))
-    if (faces.uses > 1).all():
+    if (faces.counts > 1).all():
         return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
     order = detect_order(mesh.points, mesh.cells[:: _sampling_stride(mesh)])
-    opposed = faces.cells[(faces.orientation != 1) & (faces.uses == 2)]
+    opposed = faces.cells[(faces.orientation != 1) & (faces.counts == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
         found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
@@ -218,7 +218,7 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         text = f"nodes with two faces between the same two edges: {first_ids(doubled, node_labels)}"
         advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"
         found.append(_warning("doubled corners", doubled, f"{text}; {advice}"))
-    hanging = _hanging(mesh.points, faces.quads[faces.uses == 1])
+    hanging = _hanging(mesh.points, faces.quads[faces.counts == 1])
     if len(hanging):
         text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging, node_labels)}"
         found.append(_warning("hanging nodes", hanging, f"{text}; they are not tied to it"))

@@ -71,4 +71,4 @@ def _is_ball(node: int, faces: FaceTable, cells: Ints) -> bool:
     rows = np.arange(len(quads))
     edges = np.unique([quads[rows, place - 1], quads[rows, (place + 1) % 4]])
     number = len(edges) - len(quads) + int((cells == node).any(axis=1).sum())
-    return number == (2 if (faces.uses[around] > 1).all() else 1)
+    return number == (2 if (faces.counts[around] > 1).all() else 1)

@@ -163,9 +163,9 @@ def _mirrored(mesh: HexMesh, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
     """(m,) cells to turn round, so that neighbours agree and each part has positive volume."""
     count = len(cells)
     faces = face_table(cells)
-    if (faces.uses > 1).all():
+    if (faces.counts > 1).all():
         raise MeshError(NO_BOUNDARY)
-    joined = (faces.uses == 2) & (faces.orientation != 0)
+    joined = (faces.counts == 2) & (faces.orientation != 0)
     a, b = faces.cells[joined].T
     swap = faces.orientation[joined] < 0
     # Two copies of each cell, as it is and turned round, are linked with those copies of its neighbours that agree.

@@ -1,4 +1,4 @@
-"""Acceptance of a result: no worse than the input, near enough, of the same volume, of the wanted sizes."""
+"""Acceptance of a result: no worse than the input, near enough, of the same volume, of the target sizes."""
 
 from __future__ import annotations
 
@@ -65,9 +65,9 @@ def with_volume_restored(
     return same, notes
 
 
-def size_ratios(volumes: Field, wanted: Field) -> tuple[float, float] | None:
-    """Smallest and largest ratio of a cell's volume to the wanted one, None where none is wanted."""
-    ratios = volumes[: len(wanted)][wanted > 0.0] / wanted[wanted > 0.0]
+def size_ratios(volumes: Field, targets: Field) -> tuple[float, float] | None:
+    """Smallest and largest ratio of a cell's volume to its target, None where no cell has one."""
+    ratios = volumes[: len(targets)][targets > 0.0] / targets[targets > 0.0]
     return (float(ratios.min()), float(ratios.max())) if len(ratios) else None
 
 

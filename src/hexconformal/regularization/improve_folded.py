@@ -26,15 +26,15 @@ _FLOOR, _FLOOR_WEIGHT = 0.2, 100.0  # scaled Jacobian that the others keep, wher
 _LOSS_WEIGHT = 0.05  # of what they lose above that
 
 
-def improve_folded(problem: CornerEnergy, points: Field, bad: Mask) -> Field:
+def improve_folded(corner_energy: CornerEnergy, points: Field, bad: Mask) -> Field:
     """Points at which the worst of some folded cells is better, no other cell is folded, and no valid one invalid.
 
     Only nodes inside the mesh move.
     """
     points = points.copy()
     for width in _WIDTHS:
-        for region in connected_regions(problem.cells, node_rings(problem.cells, len(points), bad, width)):
-            patch, nodes = problem.restricted(region & problem.inner, points)
+        for region in connected_regions(corner_energy.cells, node_rings(corner_energy.cells, len(points), bad, width)):
+            patch, nodes = corner_energy.restricted(region & corner_energy.inner, points)
             if patch.free.any():
                 points[nodes] = _improved(patch, points[nodes])
     return points

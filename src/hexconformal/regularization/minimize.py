@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import all_valid, cell_volumes, edge_lengths, is_valid
-from ..energy import Distortion, inverse_targets, normalized_target
+from ..energy import DistortionEnergy, inverse_targets, normalized_target
 from ..mesh import NormalizedMesh
 from ..solver import MINIMIZERS, AdmissibleDirections, Iterate, LaplacePreconditioner, Problem, initial_iterate
 from .iteration import Iteration
@@ -97,7 +97,7 @@ class Minimization:
         self.converged = True
         return True
 
-    def _distortion(self) -> Distortion:
+    def _distortion(self) -> DistortionEnergy:
         normalized, options, scales = self._normalized, self._options, None
         if options.weight == "volume":
             volumes = np.abs(cell_volumes(normalized.points, normalized.cells))
@@ -105,7 +105,7 @@ class Minimization:
         target, rule = normalized_target(options.target, normalized), options.quadrature_rule
         inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_labels)
         eps = None if options.energy == "quaternionic" else 0.0
-        return Distortion(normalized.cells, len(normalized.points), scales, inverses, eps, rule)
+        return DistortionEnergy(normalized.cells, len(normalized.points), scales, inverses, eps, rule)
 
     def _stiffness(self) -> Field | None:
         """Stiffness of each cell: the Hessian of E / det^(2/3) goes with det^(-2/3)."""

@@ -56,7 +56,7 @@ class Options:
         with the same cells.
     sizes
         Volumes of cells: "input": as they are, so that valid cells do not shrink or swell more than
-        their shape is worth, inverted ones having no size; "free"; (m,) wanted volumes, in the mesh's unit of length
+        their shape is worth, inverted ones having no size; "free"; (m,) target volumes, in the mesh's unit of length
         cubed, or the name of a cell array with them: quality may be lost on the way to these, but no cell folds.
         What counts is the ratio of the two; the report has the smallest and largest. Without effect where the
         distortion alone is minimized: with the quaternionic energy, and in valid meshes with flat or fixed boundary
@@ -85,7 +85,7 @@ class Options:
 
     Notes
     -----
-    On curved boundaries, around cells that stay inverted, and with wanted volumes the sum is lowered by another method,
+    On curved boundaries, around cells that stay inverted, and with target volumes the sum is lowered by another method,
     equation (11), as far as it is worth: `weight`, `quadrature`, `method` and `gradient_tolerance` have no effect
     there, and the report says so if they were given.
 
@@ -135,8 +135,8 @@ class Options:
             raise OptionError("surface must go with boundary='slide', energy='barrier' and hausdorff > 0")
         if self.conserve_volume and (self.boundary == "free" or self.surface is not None):
             raise OptionError("conserve_volume must go with boundary='slide', and without another surface to slide on")
-        if self.wants_sizes and self.energy != "barrier":
-            raise OptionError("wanted sizes must go with energy='barrier'")
+        if self.changes_sizes and self.energy != "barrier":
+            raise OptionError("sizes that cells should get must go with energy='barrier'")
         if isinstance(self.target, str) and self.target == "auto" and self.energy == "quaternionic":
             object.__setattr__(self, "target", "cube")
         if self.emphasis == "worst" and self.energy == "quaternionic":
@@ -159,7 +159,7 @@ class Options:
         return self.energy == "barrier" if self.emphasis == "auto" else self.emphasis == "worst"
 
     @property
-    def wants_sizes(self) -> bool:
+    def changes_sizes(self) -> bool:
         """True where cells should get other sizes than they have."""
         return not (isinstance(self.sizes, str) and self.sizes in ("input", "free"))
 

@@ -161,7 +161,7 @@ class Regularization:
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
-            size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._stages.wanted),
+            size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._stages.target_volumes),
         )
         better = self.mesh.replaced(
             points=points,
@@ -176,7 +176,7 @@ class Regularization:
     def _acceptable(self, record: Record) -> bool:
         """True where this is no worse than the input; another surface to slide on, or other sizes, may cost quality."""
         first = self.history[0]
-        if self.options.surface is not None or self.options.wants_sizes:
+        if self.options.surface is not None or self.options.changes_sizes:
             return record.inverted <= first.inverted
         return not self.options.raises_worst or no_worse_than(record, first)
 
@@ -251,7 +251,7 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
         move, in diagonals of the bounding box), `features` ("auto", "keep", "soft": sharp edges and corners),
         `surface` (another one to slide on), `conserve_volume`, `fixed` (nodes to hold).
 
-        What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or wanted volumes), `weight`
+        What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or target volumes), `weight`
         ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
         `method` ("auto", "lbfgs", "newton", "majorize"), `emphasis` ("auto", "worst", "mean": raise the worst cells,
         or not), `gradient_tolerance`, `max_iterations`.

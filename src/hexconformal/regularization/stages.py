@@ -40,7 +40,7 @@ _WIDER_BOUNDS = 0.05, 0.1, 0.2  # diagonals that the boundary may move to unfold
 _RETURN_STEEPNESS = 12.5  # steepness of the barrier on the way back from there
 _BOUND_SHARE = 0.995  # share of the bound that leaves room for rounding
 _DISTORTION_STEPS = 2  # on the whole distortion, before the angles take over
-_WANTED_SIZES_WEIGHT = 25.0  # weight of sizes that were asked for, beside those of the input
+_TARGET_SIZES_WEIGHT = 25.0  # weight of sizes that were asked for, beside those of the input
 _SIZES_WEIGHT = 4.0  # weight of sizes beside the distortion, where the worst cells are not raised
 _DECREASE = 1e-6  # relative decrease at which the distortion alone is minimal
 
@@ -60,7 +60,7 @@ class Stages:
         Decisions and warnings, in words.
     corner_energy
         That of all cells that are not folded, once there is one; None before, and where none is needed.
-    wanted
+    target_volumes
         (m,) volumes that cells should have, in the user's unit, 0 for those without; empty for none at all.
     """
 
@@ -70,7 +70,7 @@ class Stages:
         self.corner_energy: CornerEnergy | None = None
         self._normalized, self.boundary, self._options = normalized, boundary, options
         self._sufficient_hausdorff = np.inf
-        self.wanted = self._wanted_volumes()
+        self.target_volumes = self._target_volumes()
         self._valid = np.flatnonzero(is_valid(normalized.mesh.points, normalized.mesh.cells))
 
     def __iter__(self) -> Iterator[Iteration]:
@@ -93,7 +93,7 @@ class Stages:
     def _iterations(self) -> Iterator[Iteration]:
         points = self._normalized.points
         keeps_surface = self._normalized.valid.all() and self.boundary.barrier is None
-        distortion_alone = keeps_surface and not self._options.raises_worst and not self._options.wants_sizes
+        distortion_alone = keeps_surface and not self._options.raises_worst and not self._options.changes_sizes
         if self._options.energy == "quaternionic" or distortion_alone:
             yield from self._minimize(points)
             return
@@ -105,7 +105,7 @@ class Stages:
             whole, (corner_energy, points, bad) = corner_energy, self._hold_folded(corner_energy, points, bad)
             yield Iteration("hold what stays inverted", points)
         self.corner_energy = corner_energy
-        if bad.any() or self.boundary.barrier is not None or self._options.wants_sizes:
+        if bad.any() or self.boundary.barrier is not None or self._options.changes_sizes:
             if self._options.given_for_minimization:
                 self.notes.append(f"without effect on this mesh: {', '.join(self._options.given_for_minimization)}")
             for points, _ in self._lower_distortion(corner_energy, points):
@@ -141,7 +141,7 @@ class Stages:
             yield Iteration("improve what stays inverted", improve_folded(whole, points, bad))
 
     def _untangle(self, corner_energy: CornerEnergy) -> Generator[Iteration, None, tuple[CornerEnergy, Field, Mask]]:
-        """Unfold what is folded, with other features where that helps; returns the problem, points, what is left."""
+        """Unfold what is folded, with other features where that helps; returns energy, points, folded cells."""
         points = self._normalized.points
         others = ("keep", "soft") if self.boundary.barrier is not None and self._options.features == "auto" else ()
         for iteration in untangle(corner_energy, points, *((_PATIENCE,) if others else ())):
@@ -153,7 +153,7 @@ class Stages:
             for bound in (share * self._normalized.diagonal for share in _WIDER_BOUNDS):
                 if bad.any() and barrier.bound < bound:
                     wide = replace(barrier, bound=bound)
-                    found = yield from self._untangle_with_room(wide, barrier, corner_energy, points, bad)
+                    found = yield from self._untangle_with_wider_bound(wide, barrier, corner_energy, points, bad)
                     corner_energy, points, bad = found
         for features in others:
             if not bad.any():
@@ -175,7 +175,7 @@ class Stages:
             bad = folded_cells(corner_energy, points)
         return corner_energy, points, bad
 
-    def _untangle_with_room(
+    def _untangle_with_wider_bound(
         self, wide: DistanceBarrier, barrier: DistanceBarrier, corner_energy: CornerEnergy, points: Field, bad: Mask
     ) -> Generator[Iteration, None, tuple[CornerEnergy, Field, Mask]]:
         """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
@@ -229,7 +229,7 @@ class Stages:
 
     def _lower_distortion(self, corner_energy: CornerEnergy, points: Field) -> Iterator[tuple[Field, float]]:
         """Lower the whole distortion: a few steps before the worst cells are raised, else until it is minimal."""
-        if self._options.raises_worst and not self._options.wants_sizes:
+        if self._options.raises_worst and not self._options.changes_sizes:
             return islice(projected_newton(corner_energy, points, Weights(volume=VOLUME_WEIGHT)), _DISTORTION_STEPS)
         return projected_newton(corner_energy, points, Weights(volume=_SIZES_WEIGHT), _DECREASE)
 
@@ -247,13 +247,13 @@ class Stages:
             np.empty((0, 1, 3, 3)) if inverses is None else inverses,
             boundary.admissible.all_projectors(len(normalized.points)),
             boundary.barrier,
-            self.wanted / normalized.unit**3,
-            _WANTED_SIZES_WEIGHT if self._options.wants_sizes else 1.0,
-            MESH_ROUNDING if self._options.raises_worst and not self._options.wants_sizes else 0.0,
+            self.target_volumes / normalized.unit**3,
+            _TARGET_SIZES_WEIGHT if self._options.changes_sizes else 1.0,
+            MESH_ROUNDING if self._options.raises_worst and not self._options.changes_sizes else 0.0,
         )
 
     def _hold_folded(self, corner_energy: CornerEnergy, points: Field, bad: Mask) -> tuple[CornerEnergy, Field, Mask]:
-        """The problem without the cells that cannot be unfolded: these are held, the worst no worse than it was."""
+        """The energy without the cells that cannot be unfolded: these are held, the worst no worse than it was."""
         cells = np.flatnonzero(bad)
         held = ~corner_energy.free[corner_energy.cells[cells]]
         why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
@@ -290,11 +290,11 @@ class Stages:
         """Ids that cells have in the mesh."""
         return np.sort(self._normalized.cell_ids[cells])
 
-    def _wanted_volumes(self) -> Field:
+    def _target_volumes(self) -> Field:
         valid = np.empty_like(self._normalized.valid)
         valid[self._normalized.cell_ids] = self._normalized.valid
-        wanted = target_volumes(self._options.sizes, self._normalized.mesh, valid)
-        return wanted[self._normalized.cell_ids] if len(wanted) else wanted
+        volumes = target_volumes(self._options.sizes, self._normalized.mesh, valid)
+        return volumes[self._normalized.cell_ids] if len(volumes) else volumes
 
     def _within_bound(self, points: Field) -> bool:
         """True where the boundary is within its bound."""

@@ -34,44 +34,45 @@ _WHOLE_STEPS, _PATCH_STEPS = 15, 120
 _ROUNDS = 6  # of patches, each a ring of cells larger than before
 _FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
 _STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
-_WAYS_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell has become worse
+_SHARES_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell has become worse
 _LEAST_SIGMA = 0.1  # sigma of equation (9) where the energy has hardly fallen
 
 
-def folded_cells(problem: CornerEnergy, points: Field) -> Mask:
+def folded_cells(corner_energy: CornerEnergy, points: Field) -> Mask:
     """(m,) cells with a corner whose determinant is not positive."""
-    return np.asarray(problem.measures(points).determinant <= 0.0)
+    return np.asarray(corner_energy.measures(points).determinant <= 0.0)
 
 
-def untangle(problem: CornerEnergy, points: Field, patience: int = _ROUNDS) -> Iterator[Iteration]:
+def untangle(corner_energy: CornerEnergy, points: Field, patience: int = _ROUNDS) -> Iterator[Iteration]:
     """Unfold the corners of all cells as far as possible.
 
     Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before.
     """
-    bad, first, stalled = folded_cells(problem, points), points, 0
+    bad, first, stalled = folded_cells(corner_energy, points), points, 0
     if bad.mean() > _MANY_FOLDED:
-        points = harmonic(problem, points, node_rings(problem.cells, len(points), bad, 0))
+        points = harmonic(corner_energy, points, node_rings(corner_energy.cells, len(points), bad, 0))
         yield Iteration("harmonic start", points)
-        for points, _ in _unfold(problem, points, 1.0, _WHOLE_STEPS):
+        for points, _ in _unfold(corner_energy, points, 1.0, _WHOLE_STEPS):
             yield Iteration("untangle", points)
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(_ROUNDS):
-        before = _tangledness(problem, points)
+        before = _tangledness(corner_energy, points)
         if before[0] == 0 or stalled == patience:
             return
         regions = connected_regions(
-            problem.cells, node_rings(problem.cells, len(points), folded_cells(problem, points), width)
+            corner_energy.cells,
+            node_rings(corner_energy.cells, len(points), folded_cells(corner_energy, points), width),
         )
-        points = _unfold_patches(problem, points, first, regions)
+        points = _unfold_patches(corner_energy, points, first, regions)
         yield Iteration("untangle patches", points)
-        stalled = 0 if _tangledness(problem, points)[0] < before[0] else stalled + 1
+        stalled = 0 if _tangledness(corner_energy, points)[0] < before[0] else stalled + 1
 
 
 def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
     """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
     Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
-    around these are taken some of their way back, such that the fewest cells are inverted, never more than at the
+    around these are taken back by a share of their way, such that the fewest cells are inverted, never more than at the
     start; all of them go back where that is not to be had.
     """
     first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
@@ -88,8 +89,8 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
     best, fewest = start, int((first <= 0.0).sum())
     for width in range(_ROUNDS):
         nodes = node_rings(cells, len(points), worse, width)
-        for way in _WAYS_BACK:
-            trial = np.where(nodes[:, None], points + way * (start - points), points)
+        for share in _SHARES_BACK:
+            trial = np.where(nodes[:, None], points + share * (start - points), points)
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
             fewer = inverted < fewest or (inverted == fewest and best is start)
@@ -98,13 +99,13 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
     return best
 
 
-def harmonic(problem: CornerEnergy, points: Field, region: Mask) -> Field:
+def harmonic(corner_energy: CornerEnergy, points: Field, region: Mask) -> Field:
     """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
-    inner = region & problem.inner
+    inner = region & corner_energy.inner
     rows = np.flatnonzero(inner)
     if len(rows) == 0:
         return points
-    ends = unique_edges(problem.cells[:, EDGES].reshape(-1, 2)).nodes
+    ends = unique_edges(corner_energy.cells[:, EDGES].reshape(-1, 2)).nodes
     ones = np.ones(len(ends))
     graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
     laplacian: Any = csgraph.laplacian(sparse.csr_array(graph + graph.T))
@@ -118,17 +119,17 @@ def harmonic(problem: CornerEnergy, points: Field, region: Mask) -> Field:
     return points
 
 
-def _unfold(problem: CornerEnergy, points: Field, first_eps: float, steps: int) -> Iterator[tuple[Field, float]]:
+def _unfold(corner_energy: CornerEnergy, points: Field, first_eps: float, steps: int) -> Iterator[tuple[Field, float]]:
     """Newton steps at a falling eps until no corner is folded, the fold is stuck, or the steps are used up."""
     eps, shift, last = 0.0, 1e-5, (1.0, 1.0)
     for count in range(steps):
-        smallest = float(problem.measures(points).determinant.min())
+        smallest = float(corner_energy.measures(points).determinant.min())
         if smallest > 0.0:
             return
         eps = _next_eps(eps, smallest, last, first_eps) if count else max(_least_eps(smallest), -first_eps * smallest)
         if count > 8 and eps < -_STUCK * smallest:
             return
-        step = newton_step(problem, points, Weights(eps=eps), shift, lambda _: True)
+        step = newton_step(corner_energy, points, Weights(eps=eps), shift, lambda _: True)
         if step is None:
             return
         points, before, after, length = step
@@ -149,28 +150,28 @@ def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps:
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 
 
-def _unfold_patches(problem: CornerEnergy, points: Field, first: Field, regions: list[Mask]) -> Field:
+def _unfold_patches(corner_energy: CornerEnergy, points: Field, first: Field, regions: list[Mask]) -> Field:
     """The points with one patch after the other unfolded, without those that leave the surface."""
     trial = points
     for region in regions:
-        trial = _unfold_patch(problem, trial, first, region)
-    limit = max(1.0, problem.relative_distance(points))
-    if problem.relative_distance(trial) <= limit:
+        trial = _unfold_patch(corner_energy, trial, first, region)
+    limit = max(1.0, corner_energy.relative_distance(points))
+    if corner_energy.relative_distance(trial) <= limit:
         return trial
     # A patch watches the surface around itself only; one of them came to where others are.
     for region in regions:
-        trial = _unfold_patch(problem, points, first, region)
-        points = trial if problem.relative_distance(trial) <= limit else points
+        trial = _unfold_patch(corner_energy, points, first, region)
+        points = trial if corner_energy.relative_distance(trial) <= limit else points
     return points
 
 
-def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, region: Mask) -> Field:
+def _unfold_patch(corner_energy: CornerEnergy, points: Field, first: Field, region: Mask) -> Field:
     """The best of several attempts on one patch; the points unchanged where none improves it.
 
     Attempts begin where the patch is now, where it was at first (before anything ran into its limits), and with
     the inner nodes of both at their harmonic positions.
     """
-    patch, nodes = problem.restricted(region, points)
+    patch, nodes = corner_energy.restricted(region, points)
     if not patch.free.any():
         return points
     start = points[nodes]
@@ -198,7 +199,7 @@ def _unfold_patch(problem: CornerEnergy, points: Field, first: Field, region: Ma
     return points
 
 
-def _tangledness(problem: CornerEnergy, points: Field) -> tuple[int, float]:
+def _tangledness(corner_energy: CornerEnergy, points: Field) -> tuple[int, float]:
     """Number of folded cells, then how far their determinants are below zero."""
-    smallest = problem.measures(points).determinant
+    smallest = corner_energy.measures(points).determinant
     return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
-from ..energy import CornerEnergy, Distortion
+from ..energy import CornerEnergy, DistortionEnergy
 from ..mesh import connected_regions, node_rings
 
 __all__ = ["untangle_interior"]
@@ -30,30 +30,32 @@ _LARGER_EPS = 2.0  # where that has not been enough
 _LEAST_EPS = 1e-3
 
 
-def untangle_interior(problem: CornerEnergy, points: Field) -> Field:
+def untangle_interior(corner_energy: CornerEnergy, points: Field) -> Field:
     """Points at which cells are valid that were invalid though none of their corners is folded, as far as possible.
 
     Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
     invalid, and the boundary stays as near to the surface as it has to be.
     """
-    ways = (problem.inner, _FIRST_EPS), (problem.free, _FIRST_EPS), (problem.free, _LARGER_EPS)
-    for (movable, first_eps), width in product(ways, _WIDTHS):
-        regions = _invalid_inside(problem, points)
+    attempts = (corner_energy.inner, _FIRST_EPS), (corner_energy.free, _FIRST_EPS), (corner_energy.free, _LARGER_EPS)
+    for (movable, first_eps), width in product(attempts, _WIDTHS):
+        regions = _invalid_inside(corner_energy, points)
         if not regions.any():
             break
-        for region in connected_regions(problem.cells, node_rings(problem.cells, len(points), regions, width)):
-            patch, nodes = problem.restricted(region & movable, points)
+        for region in connected_regions(
+            corner_energy.cells, node_rings(corner_energy.cells, len(points), regions, width)
+        ):
+            patch, nodes = corner_energy.restricted(region & movable, points)
             if patch.free.any():
                 trial = points.copy()
                 trial[nodes] = _unfold(patch, points[nodes], first_eps)
-                reached = problem.relative_distance(trial)
-                points = trial if reached <= max(1.0, problem.relative_distance(points)) else points
+                reached = corner_energy.relative_distance(trial)
+                points = trial if reached <= max(1.0, corner_energy.relative_distance(points)) else points
     return points
 
 
-def _invalid_inside(problem: CornerEnergy, points: Field) -> Mask:
+def _invalid_inside(corner_energy: CornerEnergy, points: Field) -> Mask:
     """(m,) cells that are invalid with all their corners positive."""
-    return np.asarray((problem.measures(points).determinant > 0.0) & ~is_valid(points, problem.cells))
+    return np.asarray((corner_energy.measures(points).determinant > 0.0) & ~is_valid(points, corner_energy.cells))
 
 
 def _unfold(patch: CornerEnergy, points: Field, first_eps: float) -> Field:
@@ -73,9 +75,9 @@ def _unfold(patch: CornerEnergy, points: Field, first_eps: float) -> Field:
     for k in range(_ROUNDS):
         worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
         eps = max(_LEAST_EPS, first_eps * worst) * _SHRINK**k
-        energy = Distortion(parts, weights.shape[0], eps=eps, quadrature="corners")
+        energy = DistortionEnergy(parts, weights.shape[0], eps=eps, quadrature="corners")
 
-        def value_gradient(unknowns: Field, energy: Distortion = energy) -> tuple[float, Field]:
+        def value_gradient(unknowns: Field, energy: DistortionEnergy = energy) -> tuple[float, Field]:
             value, forces = energy.value_gradient(weights @ at(unknowns))
             nearness, pull = patch.surface_force(moved)
             return value + nearness, np.einsum("nij,nj->ni", projectors, (weights.T @ forces + pull)[free]).ravel()

@@ -28,14 +28,14 @@ _STIFFNESS = 0.95  # stiffness times the worst density: no cell gets worse than 
 _SOLVE, _SOLVE_ITERATIONS, _SHIFT = 1e-2, 50, 1e-5
 
 
-def restore_volume(problem: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
+def restore_volume(corner_energy: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
     """Points that enclose the given volume, changed as the energy resists least; as near as can be otherwise.
 
-    Every step is valid, admissible, and within the limits of the problem's surface.
+    Every step is valid, admissible, and within the limits of the surface.
 
     Parameters
     ----------
-    problem
+    corner_energy
         Energy that resists; none of its cells may be folded.
     points
         (n, 3) where to begin.
@@ -44,21 +44,21 @@ def restore_volume(problem: CornerEnergy, points: Field, quads: Ints, volume: fl
     volume
         Volume to enclose.
     """
-    valid = is_valid(points, problem.cells)
+    valid = is_valid(points, corner_energy.cells)
     for _ in range(_STEPS):
         gap = volume - enclosed_volume(points, quads)
         if abs(gap) <= _EXACT * abs(volume):
             return points
-        worst = max(float(problem.measures(points).angle.max(initial=0.0)), 1e-3)
+        worst = max(float(corner_energy.measures(points).angle.max(initial=0.0)), 1e-3)
         weights = Weights(angle=1.0, stiffness=_STIFFNESS / worst, volume=VOLUME_WEIGHT)
-        matrix = problem.value_gradient_hessian(points, weights)[2]
+        matrix = corner_energy.value_gradient_hessian(points, weights)[2]
         normals = nodal_area_vectors(points, quads)
-        direction, _ = matrix.solve(normals, problem.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
+        direction, _ = matrix.solve(normals, corner_energy.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
         if not np.einsum("ij,ij->", direction, normals) > 0.0:
             return points
         for halving in range(_HALVINGS):
             trial = _move_by_volume(points, direction, quads, gap * 0.5**halving)
-            if np.isfinite(problem.value(trial, weights)) and is_valid(trial, problem.cells)[valid].all():
+            if np.isfinite(corner_energy.value(trial, weights)) and is_valid(trial, corner_energy.cells)[valid].all():
                 points = trial
                 break
         else:

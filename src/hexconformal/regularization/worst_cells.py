@@ -35,32 +35,32 @@ _LEAST_GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round wi
 _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 
-def _stiffened(problem: CornerEnergy, points: Field) -> Weights:
+def _stiffened(corner_energy: CornerEnergy, points: Field) -> Weights:
     """Weights of a barrier that no corner worse than the worst of the points can pass."""
-    worst = max(float(problem.measures(points).angle.max()), 1e-3)
+    worst = max(float(corner_energy.measures(points).angle.max()), 1e-3)
     return Weights(_DISTORTION_SHARE, 1.0, _STIFFNESS / worst, volume=VOLUME_WEIGHT)
 
 
-def raise_worst(problem: CornerEnergy, points: Field) -> Iterator[Iteration]:
+def raise_worst(corner_energy: CornerEnergy, points: Field) -> Iterator[Iteration]:
     """Raise the worst cells of a whole valid mesh, then its worst patches, until the worst cell stalls."""
     weights = Weights(_DISTORTION_SHARE, 1.0, volume=VOLUME_WEIGHT)
-    for points, _ in islice(projected_newton(problem, points, weights, decrease=3e-3), _ANGLE_STEPS):
+    for points, _ in islice(projected_newton(corner_energy, points, weights, decrease=3e-3), _ANGLE_STEPS):
         yield Iteration("angles", points)
-    for points, _ in islice(projected_newton(problem, points, _stiffened(problem, points)), _STIFF_STEPS):
+    for points, _ in islice(projected_newton(corner_energy, points, _stiffened(corner_energy, points)), _STIFF_STEPS):
         yield Iteration("stiffen", points)
-    yield from raise_worst_patches(problem, points)
+    yield from raise_worst_patches(corner_energy, points)
 
 
-def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Iteration]:
+def raise_worst_patches(corner_energy: CornerEnergy, points: Field) -> Iterator[Iteration]:
     """Raise the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
-    attainable = min(_GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, problem.cells, ~problem.free)[0])
-    quality = corner_scaled_jacobian(points, problem.cells)
+    attainable = min(_GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, corner_energy.cells, ~corner_energy.free)[0])
+    quality = corner_scaled_jacobian(points, corner_energy.cells)
     for _ in range(_PATCH_ROUNDS):
         worst = float(quality.min())
         if worst >= attainable:
             return
-        region = node_rings(problem.cells, len(points), quality < worst + _MARGIN, _RINGS)
-        patch, nodes = problem.restricted(region, points)
+        region = node_rings(corner_energy.cells, len(points), quality < worst + _MARGIN, _RINGS)
+        patch, nodes = corner_energy.restricted(region, points)
         if not patch.free.any():
             return
         local = points[nodes]
@@ -69,9 +69,9 @@ def raise_worst_patches(problem: CornerEnergy, points: Field) -> Iterator[Iterat
             local = steps[-1][0] if steps else local
         trial = points.copy()
         trial[nodes] = local
-        quality = corner_scaled_jacobian(trial, problem.cells)
+        quality = corner_scaled_jacobian(trial, corner_energy.cells)
         # A patch watches the surface around itself only.
-        if quality.min() < worst or not np.isfinite(problem.value(trial, Weights())):
+        if quality.min() < worst or not np.isfinite(corner_energy.value(trial, Weights())):
             return
         points = trial
         yield Iteration("worst cells", points)

@@ -31,9 +31,9 @@ class LaplacePreconditioner:
     """
 
     def __init__(
-        self, laplacian: sparse.csr_matrix, admissible: AdmissibleDirections, moving: NDArray[np.bool_]
+        self, laplacian: sparse.csr_matrix, admissible: AdmissibleDirections, referenced: NDArray[np.bool_]
     ) -> None:
-        free = moving[:, None] & ~admissible.held_components(len(moving))
+        free = referenced[:, None] & ~admissible.held_components(len(referenced))
         self._project = admissible.project
         self._cycles: list[tuple[list[int], Multigrid]] = []
         for component in range(3):

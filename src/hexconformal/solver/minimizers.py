@@ -56,7 +56,7 @@ class Problem:
         Value, gradient and second derivatives.
     project
         Orthogonal projection of an (n, 3) field onto the admissible displacements.
-    metric
+    preconditioner
         Positive definite approximation of the inverse Hessian, maps admissible fields to admissible fields.
     acceptable
         True where a mesh may be stepped to, however low its energy.

@@ -22,22 +22,22 @@ _SHIFTS = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvature t
 
 
 def newton_step(
-    problem: CornerEnergy, points: Field, weights: Weights, shift: float, accept: Callable[[Field], bool]
+    corner_energy: CornerEnergy, points: Field, weights: Weights, shift: float, accept: Callable[[Field], bool]
 ) -> tuple[Field, float, float, float] | None:
     """One truncated Newton step with the convex Hessian: new points, energy before and after, length.
 
     None where no step lowers the energy acceptably.
     """
-    energy, gradient, matrix = problem.value_gradient_hessian(points, weights)
-    direction, _ = matrix.solve(-gradient, problem.projectors, _SOLVE_TOLERANCE, _SOLVE_ITERATIONS, shift)
-    if problem.rounding > 0.0:
-        nearest = round_direction(direction, points, problem.cells, problem.rounding)
-        direction = np.einsum("nij,nj->ni", problem.projectors, nearest)
+    energy, gradient, matrix = corner_energy.value_gradient_hessian(points, weights)
+    direction, _ = matrix.solve(-gradient, corner_energy.projectors, _SOLVE_TOLERANCE, _SOLVE_ITERATIONS, shift)
+    if corner_energy.rounding > 0.0:
+        nearest = round_direction(direction, points, corner_energy.cells, corner_energy.rounding)
+        direction = np.einsum("nij,nj->ni", corner_energy.projectors, nearest)
     slope = float(np.einsum("ij,ij->", gradient, direction))
     step = 1.0
     for _ in range(_HALVINGS):
         trial = points + step * direction
-        value = problem.value(trial, weights)
+        value = corner_energy.value(trial, weights)
         if value <= energy + ARMIJO * step * slope and accept(trial):
             return trial, energy, value, step
         step *= 0.5
@@ -51,26 +51,26 @@ def next_shift(shift: float, step: float) -> float:
 
 
 def projected_newton(
-    problem: CornerEnergy, points: Field, weights: Weights, decrease: float = 1e-3
+    corner_energy: CornerEnergy, points: Field, weights: Weights, decrease: float = 1e-3
 ) -> Iterator[tuple[Field, float]]:
     """Newton's method with the convex Hessian and truncated solves; yields points and energy of every step.
 
     Ends where two steps in a row lower the energy by less than the given fraction, or no step lowers it. A cell
     that is valid everywhere (Bernstein) stays so.
     """
-    valid = is_valid(points, problem.cells)
+    valid = is_valid(points, corner_energy.cells)
     shift, slow = _SHIFTS[0], 0
 
     def keeps_valid(trial: Field) -> bool:
-        return bool(is_valid(trial, problem.cells)[valid].all())
+        return bool(is_valid(trial, corner_energy.cells)[valid].all())
 
     while slow < 2:
-        step = newton_step(problem, points, weights, shift, keeps_valid)
+        step = newton_step(corner_energy, points, weights, shift, keeps_valid)
         if step is None:
             return
         points, before, after, length = step
         if not valid.all():
-            valid |= is_valid(points, problem.cells)
+            valid |= is_valid(points, corner_energy.cells)
         yield points, after
         shift = next_shift(shift, length)
         slow = slow + 1 if before - after <= decrease * abs(before) else 0

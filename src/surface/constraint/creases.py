@@ -38,7 +38,7 @@ def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, t
     -------
     (e,) the edges of creases.
     """
-    border = table.uses != 2
+    border = table.counts != 2
     angles = _dihedral_angles(points, cells, table)
     creased = _without_detours(points, cells, table.nodes, angles > angle, border)
     creased &= _without_spurs(points, table.nodes, creased | border)
@@ -48,7 +48,7 @@ def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, t
 def _dihedral_angles(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
     """(e,) degrees between the normals on both sides of each edge, 0 where there are not two sides."""
     vectors = area_vectors(points, cells)
-    inside = (table.uses == 2) & (table.cells >= 0).all(axis=1)
+    inside = (table.counts == 2) & (table.cells >= 0).all(axis=1)
     a, b = table.cells[inside].T
     normals = unit_vectors(vectors)
     around, confirmed = np.zeros_like(vectors), np.zeros(len(vectors), dtype=bool)
@@ -159,7 +159,7 @@ def _without_noise(
     group = _groups(table.nodes[ids], count)
     at_node, at_cell = np.full(count, -1), np.full(int(table.cells.max(initial=-1)) + 1, -1)
     at_node[table.nodes[ids]] = at_cell[table.cells[ids]] = group[:, None]
-    others = np.flatnonzero(~sharp & (table.uses == 2) & (table.cells >= 0).all(axis=1))
+    others = np.flatnonzero(~sharp & (table.counts == 2) & (table.cells >= 0).all(axis=1))
     corner, bent = curve_ends(points, table.nodes[ids], turn), bends[others] > least
     number = int(group.max(initial=-1)) + 1
     noise = _mostly(at_node, corner, number)

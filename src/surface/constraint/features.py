@@ -84,7 +84,7 @@ def find_features(
     """
     table = edge_table(cells)
     count = len(points)
-    border = table.uses != 2
+    border = table.counts != 2
     sharp = border.copy()
     if angle is not None:
         sharp |= find_creases(points, cells, table, angle, turn)

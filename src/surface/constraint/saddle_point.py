@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 from hexconformal.energy import BlockMatrix
 from hexconformal.geometry import simpson_mean
 
-from ..energy import Distortion
+from ..energy import SurfaceEnergy
 from ..mesh import Cells, Floats, nodal_area_vectors, nodal_areas
 from .features import Features, held_projectors
 
@@ -33,7 +33,7 @@ _CG_ITERATIONS, _CG_TOLERANCE = 300, 1e-6  # the tolerance only where no factori
 
 
 def displacement(
-    energy: Distortion,
+    energy: SurfaceEnergy,
     points: Floats,
     cells: Cells,
     features: Features,

@@ -5,15 +5,15 @@ Belongs here: energies with derivatives, target shapes. Imports `hexconformal.co
 """
 
 from .barrier import Barrier
-from .distortion_energy import ENERGIES, Distortion, Quaternionic, corner_frames
+from .distortion_energy import ENERGIES, Quaternionic, SurfaceEnergy, corner_frames
 from .target import TARGETS, target_shapes
 
 __all__ = [
     "ENERGIES",
     "TARGETS",
     "Barrier",
-    "Distortion",
     "Quaternionic",
+    "SurfaceEnergy",
     "corner_frames",
     "target_shapes",
 ]

@@ -7,7 +7,7 @@ import numpy as np
 from hexconformal.kernel import Vector, add, cross, dot, plane_density, plane_gradient, plane_normal, scale, subtract
 
 from ..mesh import Cells, Floats
-from .distortion_energy import Distortion, corner_frames
+from .distortion_energy import SurfaceEnergy, corner_frames
 
 __all__ = ["Barrier"]
 
@@ -18,7 +18,7 @@ _TILT_STIFFNESS = 0.1  # out of the plane, of that against a normal that stays
 _DOUBLED, _LARGEST_FACTOR = 2.0, 100.0  # density that counts twice with `emphasize_worst`, and the most any may count
 
 
-class Barrier(Distortion):
+class Barrier(SurfaceEnergy):
     """The conformally invariant distortion, mean of 2 (s1 - s2)^2 / (s1 s2) over the cells.
 
     With normals N given it is F(f1, f2; N) / <N, f1 x f2>, F the frozen density of the plane kernel: that lies above
@@ -27,7 +27,7 @@ class Barrier(Distortion):
     Parameters
     ----------
     cells, shapes, count
-        See :class:`Distortion`.
+        See :class:`SurfaceEnergy`.
     m, c
         Of the density phi(e) = m (sqrt(1 + 2 e / m) - 1) + c e^3 / 3 of a cell of distortion e, equation (16). Beyond m
         it grows as the angles that are lost, so that a cell between others of other shapes does not spoil them all; the

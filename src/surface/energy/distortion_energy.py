@@ -31,7 +31,7 @@ from hexconformal.mesh import binary_search, corner_incidences, node_pattern
 
 from ..mesh import Cells, Floats, Ints, corner_triangles
 
-__all__ = ["ENERGIES", "Distortion", "Frames", "Quaternionic", "corner_frames", "gauss_frames"]
+__all__ = ["ENERGIES", "Frames", "Quaternionic", "SurfaceEnergy", "corner_frames", "gauss_frames"]
 
 _TINY = 1e-300
 _GAUSS = 0.5 + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(12.0)
@@ -129,15 +129,13 @@ def _blocks(first, last, nodes, gradients, second, offsets, incidences, indptr, 
                                 data[place, x, y] += weight * second[frame, 3 * i + x, 3 * j + y]
 
 
-class Distortion:
+class SurfaceEnergy:
     """A conformal energy of a surface; :class:`Quaternionic` or :class:`surface.energy.barrier.Barrier`.
 
     Parameters
     ----------
-    cells
-        The cells.
-    shapes
-        Their perfect shapes, see :func:`surface.energy.target.target_shapes`.
+    frames
+        Points at which the energy is measured, with their nodes and perfect shapes.
     count
         Number of nodes n.
     """
@@ -188,13 +186,13 @@ class Distortion:
         return sparse.bsr_matrix((data, indices, indptr), shape=(3 * self._count, 3 * self._count))
 
 
-class Quaternionic(Distortion):
+class Quaternionic(SurfaceEnergy):
     """The conformal distortion of the note int |*df - N df|^2 over the reference domain.
 
     Parameters
     ----------
     cells, shapes, count
-        See :class:`Distortion`.
+        See :class:`SurfaceEnergy`.
     metric
         Weigh every point by tr(g^-1) sqrt(det g) / 2 of the metric g of these points (n, 3), as in the note; None:
         by the reference measure. It is frozen: the weights belong to the energy.

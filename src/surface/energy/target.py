@@ -144,7 +144,7 @@ def _on_boundary(cells: Cells, count: int) -> NDArray[np.bool_]:
     """(n,) nodes on an edge that belongs to one cell only."""
     edges = unique_edges(np.concatenate([face_edges(table) for table in cells.groups()]))
     mask = np.zeros(count, dtype=bool)
-    mask[edges.nodes[edges.uses == 1]] = True
+    mask[edges.nodes[edges.counts == 1]] = True
     return mask
 
 

@@ -81,8 +81,8 @@ class Evolution:
         self._surface = DiscreteSurface(self.elements, self._start)
         table = edge_table(cells)
         self._fixed = held_nodes(self.mesh, flow.fixed)
-        self._fixed[table.nodes[table.uses != 2].ravel()] = True
-        if "volume" in flow.conserve and (table.uses != 2).any():
+        self._fixed[table.nodes[table.counts != 2].ravel()] = True
+        if "volume" in flow.conserve and (table.counts != 2).any():
             raise OptionError("conserve must not have the volume where the surface is open: it encloses none")
         self._conserved = Conserved(flow.conserve, self._surface)
         self._first_area = self._surface.area

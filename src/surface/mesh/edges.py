@@ -23,13 +23,13 @@ class EdgeTable:
         (e, 2) the lower id first.
     cells
         (e, 2) the cell that runs from the lower to the higher id and the one that runs back; -1 where there is none.
-    uses
+    counts
         (e,) number of cells that share it: 1 on a boundary, 2 inside, more where the surface is no manifold.
     """
 
     nodes: Ints
     cells: Ints
-    uses: Ints
+    counts: Ints
 
 
 def edge_table(cells: Cells) -> EdgeTable:
@@ -41,4 +41,4 @@ def edge_table(cells: Cells) -> EdgeTable:
     forward = pairs[:, 0] < pairs[:, 1]
     sides[edges.of_pairs[forward], 0] = owners[forward]
     sides[edges.of_pairs[~forward], 1] = owners[~forward]
-    return EdgeTable(edges.nodes, sides, edges.uses)
+    return EdgeTable(edges.nodes, sides, edges.counts)

@@ -98,7 +98,7 @@ def _repeated(table: Ints) -> NDArray[np.bool_]:
 def _edges(mesh: SurfaceMesh) -> list[str]:
     wrong = []
     edges = edge_table(mesh.cells)
-    non_manifold = edges.uses > 2
+    non_manifold = edges.counts > 2
     if non_manifold.any():
         cells = np.unique(edges.cells[non_manifold])
         names = ", ".join(str(tuple(nodes)) for nodes in edges.nodes[non_manifold][:3].tolist())
@@ -106,7 +106,7 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
             f"edges of more than two cells (non-manifold): {int(non_manifold.sum())} (nodes {names}), at cells "
             f"{first_ids(_ids(mesh, cells[cells >= 0]))}; remesh the sheets one by one"
         )
-    odd = (edges.uses == 2) & (edges.cells < 0).any(axis=1)
+    odd = (edges.counts == 2) & (edges.cells < 0).any(axis=1)
     if odd.any():
         cells = np.unique(edges.cells[odd].max(axis=1))
         wrong.append(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hexconformal.mesh import connected_components
 
 from ..constraint import CORNER, SMOOTH, Features, InputSurface, SmoothProjection
-from ..energy import Barrier, Distortion
+from ..energy import Barrier, SurfaceEnergy
 from ..mesh import Cells, Floats, Ints, area_gradient, cell_areas, edge_table, nodal_area_vectors, unit_vectors
 
 __all__ = ["RemeshingProblem"]
@@ -44,7 +44,7 @@ class RemeshingProblem:
     start: Floats
     cells: Cells
     features: Features
-    energy: Distortion
+    energy: SurfaceEnergy
     eps: float
     normal: str
     bound: float | None
@@ -207,7 +207,7 @@ def _closed_pieces(cells: Cells, count: int) -> NDArray[np.int64]:
     """(n,) number of the closed connected piece each node lies in, -1 in open ones."""
     table = edge_table(cells)
     labels = connected_components(table.nodes, count)
-    open_pieces = np.unique(labels[table.nodes[table.uses != 2]])
+    open_pieces = np.unique(labels[table.nodes[table.counts != 2]])
     used = np.zeros(count, dtype=bool)
     used[table.nodes] = True
     closed = used & ~np.isin(labels, open_pieces)

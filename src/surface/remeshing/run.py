@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hexconformal.common import first_ids, options_from
 
 from ..constraint import find_features
-from ..energy import Barrier, Distortion, Quaternionic, target_shapes
+from ..energy import Barrier, Quaternionic, SurfaceEnergy, target_shapes
 from ..io import as_surface_mesh
 from ..mesh import Floats, SurfaceMesh, cell_areas, edge_table, enclosed_volume, mean_edge_length
 from ..quality import held_nodes, quality, require_sound, smallest_angles
@@ -83,7 +83,7 @@ class Remeshing:
         self._held, self._postponed = np.zeros((2, len(self._start)), dtype=bool)
         self._held_for_best, self._out_of_iterations = np.flatnonzero(self._held), False
         self._spoiled_cells = np.zeros(len(self.mesh.cells), dtype=bool)
-        self._closed = bool((edge_table(cells).uses == 2).all())
+        self._closed = bool((edge_table(cells).counts == 2).all())
         self._problem = self._make_problem()
 
     def _make_problem(self) -> RemeshingProblem:
@@ -92,7 +92,7 @@ class Remeshing:
         fixed = held_nodes(self.mesh, options.fixed)
         features = find_features(x, cells, angle, options.feature_edges, fixed | self._held, options.boundary)
         shapes = target_shapes(options.target, x, cells)
-        energy: Distortion
+        energy: SurfaceEnergy
         if options.energy == "barrier":
             energy = Barrier(cells, shapes, len(x), *_BARRIER_PARAMETERS[options.emphasis])
             energy.emphasize_worst = options.emphasis == "worst"

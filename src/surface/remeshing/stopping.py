@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..energy import Barrier, Distortion
+from ..energy import Barrier, SurfaceEnergy
 from ..mesh import Floats
 
 __all__ = ["Continuation", "StallTest"]
@@ -74,7 +74,7 @@ class StallTest:
         Whether a step with the final energy has gained little already.
     """
 
-    def __init__(self, energy: Distortion, tolerance: float) -> None:
+    def __init__(self, energy: SurfaceEnergy, tolerance: float) -> None:
         self._energy, self._tolerance = energy, tolerance
         self.late = False
         self._slow_steps = self._since_lowest = 0

@@ -28,7 +28,7 @@ class Outputs:
     history
         CSV, one row per iteration.
     frames
-        .pvd series of the iterations, every `every`-th and the last.
+        .pvd series of the iterations.
     report
         JSON.
     plot
@@ -37,6 +37,8 @@ class Outputs:
         The mesh before and after, cut open.
     worst_picture
         The worst cells before and after.
+    every
+        Number of iterations from one frame to the next; the last one has a frame too.
     """
 
     mesh: str

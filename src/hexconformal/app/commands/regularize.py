@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     what.add_argument(
         "--sizes", default=Options.sizes, metavar="input|free|NAME", help="volumes of cells: those of the input where"
-        " it is valid, any, or a cell array with the wanted ones (default %(default)s)",
+        " it is valid, any, or those in a cell array (default %(default)s)",
     )  # fmt: skip
     add_choice(what, "weight", "cells count the same, or by their volume in the input")
     add_choice(what, "energy", "conformally invariant distortion, or the quaternionic one itself")
