@@ -1,6 +1,6 @@
 """Other tools that install with pip, on the same mesh: each moves the inner nodes and leaves the boundary.
 
-* MFEM's ``mesh-optimizer``, compiled inside the ``mfem`` wheel: target-matrix optimisation of the shape metric
+* MFEM's ``mesh-optimizer``, compiled inside the ``mfem`` wheel: target-matrix optimization of the shape metric
   303, corner quadrature (Gauss-Lobatto of two points a direction), ideal targets, Newton's method; tangled
   meshes first with its untangling metric 313, whose derivatives are differences there, and L-BFGS. The mesh is
   scaled to edges of unit length, as differences want it.

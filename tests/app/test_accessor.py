@@ -63,7 +63,7 @@ def test_cells_of_higher_order_by_their_corners():
     for method in (curved.hexconformal.regularize, curved.hexconformal.quality):
         with pytest.raises(hc.MeshError, match="higher order"):
             method()
-        assert method(linearise=True)["scaled_jacobian"].shape == (1,)
+        assert method(linearize=True)["scaled_jacobian"].shape == (1,)
 
 
 def test_remesh_returns_a_better_surface():

@@ -96,7 +96,7 @@ def test_the_filters_run_in_pvpython(libraries, tmp_path):
     assert set(told["quality"]) == set(measured.arrays())
     assert told["quality"]["scaled_jacobian"][0] == pytest.approx(measured.scaled_jacobian.min())
     assert sorted(told["properties"]) == [
-        "Boundary", "Emphasis", "Features", "Hausdorff", "Linearise", "MaxIterations", "OtherCells", "Target",
+        "Boundary", "Emphasis", "Features", "Hausdorff", "Linearize", "MaxIterations", "OtherCells", "Target",
     ]  # fmt: skip
     assert told["boundary"] == ["slide", "fixed", "free"]
     assert told["cells"]["scaled_jacobian"][0] > measured.scaled_jacobian.min()

@@ -145,7 +145,7 @@ def test_every_property_reaches_the_library(plugin, asked, errors, name, setter,
 def test_every_property_is_among_those_tested(plugin):
     setters = {f"{c.__name__}.{s}" for c in (plugin.RegularizeHexahedra, plugin.RemeshSurface) for s in vars(c)}
     tested = test_every_property_reaches_the_library.pytestmark[0].args[1]
-    others = {"RegularizeHexahedra.SetOtherCells", "RegularizeHexahedra.SetLinearise"}
+    others = {"RegularizeHexahedra.SetOtherCells", "RegularizeHexahedra.SetLinearize"}
     assert {s for s in setters if ".Set" in s} == {f"{row[0]}.{row[1]}" for row in tested} | others
 
 
@@ -166,7 +166,7 @@ def test_cells_of_higher_order_on_request(plugin, errors, name):
     algorithm, source = getattr(plugin, name)(), plain(pv.examples.cells.QuadraticHexahedron())
     assert run(algorithm, source).GetNumberOfCells() == 0
     assert "cells of higher order: 1 hexahedron20" in errors.pop()
-    algorithm.SetLinearise(1)
+    algorithm.SetLinearize(1)
     algorithm.Update()
     assert errors == []
     assert algorithm.GetOutputDataObject(0).GetCellData().GetArray("scaled_jacobian").GetNumberOfTuples() == 1

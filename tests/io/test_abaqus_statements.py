@@ -302,21 +302,21 @@ def test_lines_have_at_most_16_entries(tmp_path):
     text = (tmp_path / "a.inp").read_text()
     assert max(line.rstrip(",").count(",") for line in text.splitlines()) == 15
     assert "14, 15,\n16, 17, 18, 19, 20\n" in text
-    back = hc.read(tmp_path / "a.inp", linearise=True).origin.source
+    back = hc.read(tmp_path / "a.inp", linearize=True).origin.source
     assert back.cells_dict["hexahedron20"].tolist() == [list(range(20))]
     assert back.point_sets["many"].tolist() == list(range(20))
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 def test_calculix_reads_what_is_written(tmp_path):
-    mesh = hc.as_hex_mesh(quadratic_cube(), linearise=True)
+    mesh = hc.as_hex_mesh(quadratic_cube(), linearize=True)
     points = mesh.points * [1, 2, 3] + [0, 9.716542197571454e-11, -1 / 3]
     hc.write(tmp_path / "a.inp", mesh.replaced(points=points))
     text = (tmp_path / "a.inp").read_text().replace("TYPE=C3D20", "TYPE=C3D20, ELSET=ALL")
     model = "*MATERIAL, NAME=S\n*ELASTIC\n210000., .3\n*SOLID SECTION, ELSET=ALL, MATERIAL=S\n*STEP\n*STATIC\n"
     model += "*BOUNDARY\nmany, 1, 3\n*EL PRINT, ELSET=ALL, TOTALS=ONLY\nEVOL\n*END STEP\n"
     (tmp_path / "a.inp").write_text(text + model)
-    deck = hc.read(tmp_path / "a.inp", linearise=True)
+    deck = hc.read(tmp_path / "a.inp", linearize=True)
     hc.write(tmp_path / "b.inp", deck.replaced(points=deck.points / 7))
     for name, volume in (("a", 6.0), ("b", 6.0 / 343)):
         done = subprocess.run(["ccx", name], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
@@ -332,9 +332,9 @@ def test_nodes_of_c3d27_are_in_abaqus_order(tmp_path):
     points = np.concatenate([corners, quadratic_cube().points[8:], middles])
     rows = "".join(f"{label}, {x}, {y}, {z}\n" for label, (x, y, z) in enumerate(points.tolist(), 1))
     nodes = ", ".join(map(str, range(1, 15))) + ",\n" + ", ".join(map(str, range(15, 28)))
-    mesh = read(tmp_path, f"*NODE\n{rows}*ELEMENT, TYPE=C3D27\n1, {nodes}\n", linearise=True)
+    mesh = read(tmp_path, f"*NODE\n{rows}*ELEMENT, TYPE=C3D27\n1, {nodes}\n", linearize=True)
     hc.write(tmp_path / "b.inp", mesh)
-    np.testing.assert_array_equal(hc.read(tmp_path / "b.inp", linearise=True).points, points)
+    np.testing.assert_array_equal(hc.read(tmp_path / "b.inp", linearize=True).points, points)
 
 
 def test_names_of_sets_that_decks_cannot_have(tmp_path):

@@ -133,7 +133,7 @@ def test_other_solids_are_refused_or_held():
 
 
 @pytest.mark.parametrize(("name", "vtk"), [("hexahedron20", 25), ("hexahedron27", 29)])
-def test_higher_order_hexahedra_are_linearised_on_request(name, vtk):
+def test_higher_order_hexahedra_are_linearized_on_request(name, vtk):
     count = int(name[-2:])
     # VTK itself says where the higher nodes of its reference cell are.
     cell = {25: pv._vtk.vtkQuadraticHexahedron, 29: pv._vtk.vtkTriQuadraticHexahedron}[vtk]()
@@ -143,9 +143,9 @@ def test_higher_order_hexahedra_are_linearised_on_request(name, vtk):
         meshio.Mesh(curved, [(name, [range(count)])]),
         pv.UnstructuredGrid(np.array([count, *range(count)]), [vtk], curved),
     ):
-        with pytest.raises(MeshError, match="linearise=True"):
+        with pytest.raises(MeshError, match="linearize=True"):
             as_hex_mesh(source)
-        mesh = as_hex_mesh(source, linearise=True)
+        mesh = as_hex_mesh(source, linearize=True)
         np.testing.assert_array_equal(mesh.cells, [range(8)])
         moved = mesh.points.copy()
         moved[:8] = 3 * places[:8] + 1

@@ -23,7 +23,7 @@ def curved_meshio(name):
 @pytest.mark.parametrize("name", ["hexahedron20", "hexahedron27"])
 def test_exodus_has_an_order_of_its_own_for_curved_cells(name, tmp_path):
     path = tmp_path / "a.exo"
-    mesh = as_hex_mesh(curved_meshio(name), linearise=True)
+    mesh = as_hex_mesh(curved_meshio(name), linearize=True)
     assert [note for note in mesh.notes if "straightened" in note] == [mesh.notes[0]]
     assert f"2 {name}" in mesh.notes[0]
     io.write(path, mesh)
@@ -35,7 +35,7 @@ def test_exodus_has_an_order_of_its_own_for_curved_cells(name, tmp_path):
     if name == "hexahedron27":
         np.testing.assert_array_equal(x[20], x[:8].mean(axis=0))
         np.testing.assert_array_equal(x[21:23], [x[:4].mean(axis=0), x[4:8].mean(axis=0)])
-    back = io.read(path, linearise=True)
+    back = io.read(path, linearize=True)
     np.testing.assert_array_equal(back.cells, mesh.cells)
     for block_ in back.origin.source.cells:
         y = back.points[block_.data[0]]

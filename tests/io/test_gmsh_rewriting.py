@@ -76,7 +76,7 @@ def test_all_of_a_file_but_coordinates_stays(version, binary, kind, tmp_path):
     options = {"partitions": {"partitions": 2}, "save_all": {"save_all": True}, "quadratic": {"order": 2}}
     options["sparse"] = {"sparse": True}
     gmsh_file(path, version, binary, **options.get(kind, {}))
-    mesh = io.read(path, linearise=kind == "quadratic")
+    mesh = io.read(path, linearize=kind == "quadratic")
     assert len(mesh.cells) == 27
     lost = io.write(written, mesh.replaced(points=mesh.points * [2, 1, 1] + 1 / 3))
     assert lost == []
@@ -84,7 +84,7 @@ def test_all_of_a_file_but_coordinates_stays(version, binary, kind, tmp_path):
     tags, points, rest, _ = contents(written)
     assert (tags, rest) == (old_tags, old_rest)
     np.testing.assert_allclose(points, old_points * [2, 1, 1] + 1 / 3, rtol=1e-15, atol=1e-16)
-    again = io.read(written, linearise=kind == "quadratic")
+    again = io.read(written, linearize=kind == "quadratic")
     np.testing.assert_array_equal(again.points[again.cells], mesh.points[mesh.cells] * [2, 1, 1] + 1 / 3)
     np.testing.assert_array_equal(mesh.node_labels[np.argsort(mesh.node_labels)], old_tags)
     if version == 2.2 and kind == "save_all":

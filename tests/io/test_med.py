@@ -32,7 +32,7 @@ def test_med_has_solid_cells_the_other_way_round(name, tmp_path):
     mixed = meshio.Mesh(
         np.concatenate([points, x + 5]), [(name, [range(len(points))]), ("hexahedron", cells + len(points))]
     )
-    mesh = as_hex_mesh(mixed, other_cells="keep", linearise=True)
+    mesh = as_hex_mesh(mixed, other_cells="keep", linearize=True)
     path = tmp_path / "a.med"
     io.write(path, mesh)
     raw = meshio.read(path)
@@ -43,7 +43,7 @@ def test_med_has_solid_cells_the_other_way_round(name, tmp_path):
     assert base @ (y[top] - y[0]) < 0
     for middle, edge in zip(y[len(corners) :], edges, strict=True):
         np.testing.assert_array_equal(middle, y[list(edge)].mean(axis=0))
-    back = io.read(path, other_cells="keep", linearise=True)
+    back = io.read(path, other_cells="keep", linearize=True)
     np.testing.assert_array_equal(back.cells, mesh.cells)
     np.testing.assert_array_equal(
         next(block_.data[0] for block_ in back.origin.source.cells if block_.type == name), np.arange(len(points))

@@ -105,7 +105,7 @@ def test_cells_of_higher_order_are_taken_by_their_corners_on_request():
     nodes = pv.examples.cells.QuadraticHexahedron()
     with pytest.raises(hc.MeshError, match="higher order"):
         from_vtk(plain(nodes))
-    mesh = from_vtk(plain(nodes), linearise=True)
+    mesh = from_vtk(plain(nodes), linearize=True)
     assert mesh.cells.tolist() == [list(range(8))]
     moved = mesh.points + [0.5, 0.0, 0.0] * (np.arange(20) == 1)[:, None]
     out = positions(mesh.replaced(points=moved).to_source_type())

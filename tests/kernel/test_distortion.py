@@ -22,7 +22,7 @@ from hexconformal.kernel.distortion import (
     plane_gradient,
     plane_normal,
     plane_second,
-    regularised,
+    regularized,
 )
 from hexconformal.kernel.quaternion import conjugate, imaginary_product, norm2, product
 
@@ -223,4 +223,4 @@ def test_the_positive_part_of_a_determinant_is_what_its_formula_says(eps):
     d = np.array([-7.0, -1.0, -1e-3, 0.0, 1e-3, 1.0, 7.0])
     getcontext().prec = 60
     exact = [float((Decimal(x) + (Decimal(eps) ** 2 + Decimal(x) ** 2).sqrt()) / 2) for x in d.tolist()]
-    np.testing.assert_allclose(regularised(d, eps), exact, rtol=1e-12)
+    np.testing.assert_allclose(regularized(d, eps), exact, rtol=1e-12)

@@ -39,7 +39,7 @@ class HexahedraAccessor:
         self,
         *,
         other_cells: str = "refuse",
-        linearise: bool = False,
+        linearize: bool = False,
         callback: Callable[[Any], None] | None = None,
         **options: Any,
     ) -> Any:
@@ -47,7 +47,7 @@ class HexahedraAccessor:
 
         Parameters
         ----------
-        other_cells, linearise
+        other_cells, linearize
             Treatment of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
         callback
             Called with the record of every iteration.
@@ -66,15 +66,15 @@ class HexahedraAccessor:
         OptionError
             If an option is unknown or makes no sense.
         """
-        mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearise=linearise)
+        mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearize=linearize)
         return regularize(mesh, callback=callback, **options).mesh.to_source_type()
 
-    def quality(self, *, other_cells: str = "keep", linearise: bool = False) -> Any:
+    def quality(self, *, other_cells: str = "keep", linearize: bool = False) -> Any:
         """The grid with all measures of :class:`hexconformal.Quality` as cell arrays, NaN on other cells.
 
         Parameters
         ----------
-        other_cells, linearise
+        other_cells, linearize
             Treatment of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
 
         Raises
@@ -82,7 +82,7 @@ class HexahedraAccessor:
         MeshError
             If there are no hexahedra.
         """
-        mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearise=linearise)
+        mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearize=linearize)
         return mesh.replaced(cell_data=quality(mesh).arrays()).to_source_type()
 
 

@@ -101,7 +101,7 @@ class RegularizeHexahedra(_Filter):
     def __init__(self) -> None:
         _Filter.__init__(
             self, "vtkUnstructuredGrid", boundary="slide", hausdorff=0.005, features="auto", target="auto",
-            max_iterations=200, emphasis="auto", other_cells="refuse", linearise=False,
+            max_iterations=200, emphasis="auto", other_cells="refuse", linearize=False,
         )  # fmt: skip
 
     @smproperty.stringvector(name="Boundary", default_values="slide", number_of_elements=1)
@@ -141,17 +141,17 @@ class RegularizeHexahedra(_Filter):
     def SetOtherCells(self, value: str) -> None:
         self.set_option("other_cells", value)
 
-    @smproperty.intvector(name="Linearise", default_values=0, number_of_elements=1)
+    @smproperty.intvector(name="Linearize", default_values=0, number_of_elements=1)
     @_help("Take the corners of hexahedra with 20 or 27 nodes.", _BOOLEAN)
-    def SetLinearise(self, value: int) -> None:
-        self.set_option("linearise", bool(value))
+    def SetLinearize(self, value: int) -> None:
+        self.set_option("linearize", bool(value))
 
     def output_of(self, source: Any) -> Any:
         from hexconformal import Options, Regularization
         from hexconformal.io import from_vtk
 
         options = dict(self.options)
-        mesh = from_vtk(source, options.pop("other_cells"), options.pop("linearise"))
+        mesh = from_vtk(source, options.pop("other_cells"), options.pop("linearize"))
         run = Regularization(mesh, Options(**options))
         result = self.run_until_aborted(
             run,
@@ -171,18 +171,18 @@ class HexahedraQuality(_Filter):
     label = "Hexahedra Quality"
 
     def __init__(self) -> None:
-        _Filter.__init__(self, "vtkUnstructuredGrid", linearise=False)
+        _Filter.__init__(self, "vtkUnstructuredGrid", linearize=False)
 
-    @smproperty.intvector(name="Linearise", default_values=0, number_of_elements=1)
+    @smproperty.intvector(name="Linearize", default_values=0, number_of_elements=1)
     @_help("Measure hexahedra with 20 or 27 nodes by their corners, and straighten them.", _BOOLEAN)
-    def SetLinearise(self, value: int) -> None:
-        self.set_option("linearise", bool(value))
+    def SetLinearize(self, value: int) -> None:
+        self.set_option("linearize", bool(value))
 
     def output_of(self, source: Any) -> Any:
         from hexconformal import quality
         from hexconformal.io import from_vtk
 
-        mesh = from_vtk(source, "keep", self.options["linearise"])
+        mesh = from_vtk(source, "keep", self.options["linearize"])
         measured = quality(mesh)
         return _with_report(mesh.replaced(cell_data=measured.arrays()).to_source_type(), measured.summary())
 

@@ -1,8 +1,8 @@
 """The distance barrier: the compatible constraint of a moving boundary, as a penalty with a wall.
 
-The note's constraint makes the displacement of a surface orthogonal to its normal, relaxed by eps. Eliminating
-the multiplier leaves the penalty |<v, N>|^2 / (2 eps); measured from the closest point of the original surface
-instead of the last position, it also brings nodes back that have drifted. That is the soft part here, with
+The constraint of Gruber & Aulisa makes the displacement of a surface orthogonal to its normal, relaxed by eps.
+Eliminating the multiplier leaves the penalty |<v, N>|^2 / (2 eps); measured from the closest point of the original
+surface instead of the last position, it also brings nodes back that have drifted. That is the soft part here, with
 eps = bound^2 / 60, so that no unit of length matters. The steep part begins near the bound, becomes
 infinite before it, and holds both directions of the Hausdorff distance, sample by sample: of the moved surface to
 the original, and of the original to the moved one. Feature curves and corners have a barrier of their own, at a fifth

@@ -35,7 +35,7 @@ class MeshioOrigin:
         old, rows = self.source, self.selection.rows
         same = np.array_equal(mesh.cells, self.selection.cells)
         if self.selection.higher_order and not same:
-            raise MeshError("the node order of linearised cells cannot be changed")
+            raise MeshError("the node order of linearized cells cannot be changed")
         blocks, start = [], 0
         cell_data: dict[str, list[Any]] = {name: [] for name in [*old.cell_data, *mesh.cell_data]}
         for number, block in enumerate(old.cells):
@@ -84,14 +84,14 @@ class MeshioOrigin:
         return nodes, np.concatenate([np.empty(0, dtype=np.int64), *(np.asarray(part) for _, part in found)])
 
 
-def from_meshio(source: Any, other_cells: str, linearise: bool, file: SourceFile | None = None) -> HexMesh:
+def from_meshio(source: Any, other_cells: str, linearize: bool, file: SourceFile | None = None) -> HexMesh:
     """Take in a meshio.Mesh; see :func:`hexconformal.io.read_write.as_hex_mesh`."""
     blocks, start = [], 0
     for block in source.cells:
         rows = np.arange(start, start + len(block.data))
         blocks.append(Block(block.type, block.dim, _nodes(block), rows))
         start += len(rows)
-    selection = select(blocks, len(source.points), other_cells, linearise)
+    selection = select(blocks, len(source.points), other_cells, linearize)
     cell_data = {}
     for name, parts in source.cell_data.items():
         arrays = [np.asarray(part) for part in parts]

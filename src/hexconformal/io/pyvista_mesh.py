@@ -81,7 +81,7 @@ class PyvistaOrigin:
         import pyvista as pv
 
         if self.selection.higher_order:
-            raise MeshError("the node order of linearised cells cannot be changed")
+            raise MeshError("the node order of linearized cells cannot be changed")
         grid = self.source.cast_to_unstructured_grid()
         types, offsets = grid.celltypes.copy(), cell_offsets(grid)
         if (types == _POLYHEDRON).any():
@@ -96,7 +96,7 @@ class PyvistaOrigin:
         return result
 
 
-def from_pyvista(source: Any, other_cells: str, linearise: bool, file: SourceFile | None = None) -> HexMesh:
+def from_pyvista(source: Any, other_cells: str, linearize: bool, file: SourceFile | None = None) -> HexMesh:
     """Take in a pyvista or VTK grid; see :func:`hexconformal.io.read_write.as_hex_mesh`."""
     import pyvista as pv
 
@@ -110,7 +110,7 @@ def from_pyvista(source: Any, other_cells: str, linearise: bool, file: SourceFil
         raise MeshError(f"{type(source).__name__} holds no hexahedra: pass a volume mesh")
     grid = source.cast_to_unstructured_grid()
     blocks = cell_blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
-    selection = select(blocks, grid.n_points, other_cells, linearise, ghost_cells(grid))
+    selection = select(blocks, grid.n_points, other_cells, linearize, ghost_cells(grid))
     cell_data = {name: np.asarray(grid.cell_data[name])[selection.rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, selection, file)

@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 
-def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
+def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = False) -> HexMesh:
     """Take in a mesh from whatever holds it; nothing handed in is ever changed.
 
     Cells of lower dimension (quadrilaterals, triangles, lines, vertices) are carried along; VTK voxels are
@@ -36,7 +36,7 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = F
     other_cells
         Tetrahedra, wedges, pyramids, ...: "refuse" raises, "keep" carries them along; then
         :attr:`HexMesh.held` tells their nodes, which must stay where they are.
-    linearise
+    linearize
         Take the corners of hexahedra with 20 or 27 nodes.
 
     Raises
@@ -59,14 +59,14 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearise: bool = F
     if isinstance(source, HexMesh):
         return source
     if isinstance(source, (str, os.PathLike)):
-        return read(Path(source), other_cells=other_cells, linearise=linearise)
+        return read(Path(source), other_cells=other_cells, linearize=linearize)
     if isinstance(source, tuple) and len(source) == 2:
         return HexMesh(*source)
     library = library_of(source)
     if library == "meshio":
-        return from_meshio(source, other_cells, linearise)
+        return from_meshio(source, other_cells, linearize)
     if library == "pyvista":
-        return from_pyvista(source, other_cells, linearise)
+        return from_pyvista(source, other_cells, linearize)
     raise OptionError(
         f"cannot make a mesh of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista grid, a HexMesh, "
         "or a tuple (points, cells)"
@@ -82,14 +82,14 @@ def library_of(mesh: Any) -> str:
     return "pyvista" if libraries & {"pyvista", "vtkmodules"} else ""
 
 
-def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
+def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearize: bool = False) -> HexMesh:
     """Read a mesh; the extension tells the format.
 
     Parameters
     ----------
     path
         A file with one of `READ_EXTENSIONS`.
-    other_cells, linearise
+    other_cells, linearize
         As in :func:`hexconformal.as_hex_mesh`.
 
     Raises
@@ -112,7 +112,7 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise
     with reading(path, READ_EXTENSIONS) as extension:
         contents = read_contents(path, extension)
         take_in = from_meshio if library_of(contents.data) == "meshio" else from_pyvista
-        mesh = take_in(contents.data, other_cells, linearise, contents.file)
+        mesh = take_in(contents.data, other_cells, linearize, contents.file)
         held = mesh.held.copy()
         if contents.held is not None:
             held[contents.held] = True
@@ -178,5 +178,5 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     """
     path = Path(path)
     check_writable(path, WRITE_EXTENSIONS)
-    whole = as_hex_mesh(mesh, other_cells="keep", linearise=True)
+    whole = as_hex_mesh(mesh, other_cells="keep", linearize=True)
     return save_atomically(path, lambda target: FORMATS[path.suffix.lower()].save(target, whole))

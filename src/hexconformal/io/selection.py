@@ -44,7 +44,7 @@ class Selection:
     held
         (n,) nodes that must stay: those of other three-dimensional cells, and those that the file says.
     higher_order
-        Per linearised type its (k, 20 or 27) nodes.
+        Per linearized type its (k, 20 or 27) nodes.
     notes
         What was changed, in words.
     """
@@ -60,7 +60,7 @@ def select(
     blocks: list[Block],
     point_count: int,
     other_cells: str,
-    linearise: bool,
+    linearize: bool,
     ghosts: NDArray[np.bool_] | None = None,
 ) -> Selection:
     """Find the hexahedra among all cells.
@@ -71,29 +71,29 @@ def select(
     ------
     MeshError
         If there are none, if there are other three-dimensional cells and `other_cells` is "refuse", or if there
-        are hexahedra of higher order and `linearise` is False. Collapsed hexahedra (with a repeated node) count as
+        are hexahedra of higher order and `linearize` is False. Collapsed hexahedra (with a repeated node) count as
         other cells.
     """
     blocks, ghost_nodes, notes = _without_ghosts(blocks, ghosts)
     blocks = [part for block in blocks for part in _without_collapsed(block) if len(part.rows)]
-    hexes, others, higher_order, linearised = [], [], [], []
+    hexes, others, higher_order, linearized = [], [], [], []
     for block in blocks:
         if block.name == "hexahedron":
             hexes.append((block.rows, block.nodes))
         elif block.name == "voxel":
             hexes.append((block.rows, block.nodes[:, _VOXEL]))
             notes.append(f"{len(block.rows)} voxels are taken as hexahedra")
-        elif block.name in _HIGHER_ORDER and linearise:
+        elif block.name in _HIGHER_ORDER and linearize:
             hexes.append((block.rows, block.nodes[:, :8]))
             higher_order.append(block.nodes)
-            linearised.append(block)
+            linearized.append(block)
         elif block.dimension == 3:
             others.append(block)
-    if linearised:
-        notes.append(f"cells taken as linear, their edges straightened: {_counts_by_type(linearised)}")
+    if linearized:
+        notes.append(f"cells taken as linear, their edges straightened: {_counts_by_type(linearized)}")
     curved = _counts_by_type([block for block in others if block.name in _HIGHER_ORDER])
     if curved:
-        raise MeshError(f"cells of higher order: {curved}; linearise=True (--linearise) works with their corners")
+        raise MeshError(f"cells of higher order: {curved}; linearize=True (--linearize) works with their corners")
     if not hexes:
         flat = blocks and all(block.name in ("triangle", "quad") for block in blocks)
         hint = "; for surfaces there are surface.remesh, and the command remesh" if flat else ""

@@ -71,7 +71,7 @@ class VtkOrigin:
         return nodes[offsets[rows][:, None] + np.arange(4)], vtk_to_numpy(array)[rows]
 
 
-def from_vtk(grid: Any, other_cells: str = "refuse", linearise: bool = False) -> HexMesh:
+def from_vtk(grid: Any, other_cells: str = "refuse", linearize: bool = False) -> HexMesh:
     """Take in a vtkUnstructuredGrid; see :func:`hexconformal.io.read_write.as_hex_mesh`.
 
     Its arrays are not taken in, but are there again in what :meth:`hexconformal.HexMesh.to_source_type` returns.
@@ -87,7 +87,7 @@ def from_vtk(grid: Any, other_cells: str = "refuse", linearise: bool = False) ->
     """
     offsets, nodes = cell_table(grid.GetCells())
     blocks = cell_blocks(_cell_types(grid), offsets, nodes)
-    selection = select(blocks, grid.GetNumberOfPoints(), other_cells, linearise, ghost_cells(grid))
+    selection = select(blocks, grid.GetNumberOfPoints(), other_cells, linearize, ghost_cells(grid))
     return HexMesh(points_of(grid), selection.cells, origin=VtkOrigin(grid, selection))
 
 

@@ -138,7 +138,7 @@ def cofactor(f: Frame) -> Frame:
 
 
 @algebra
-def regularised(d: Any, eps: float) -> Any:
+def regularized(d: Any, eps: float) -> Any:
     """The positive part chi of a determinant (Garanzha et al. 2021): (d + sqrt(eps^2 + d^2)) / 2."""
     larger = 0.5 * (abs(d) + np.sqrt(eps * eps + d * d))
     positive = d > 0.0
@@ -164,7 +164,7 @@ def barrier_factor(d: Any, eps: float) -> tuple[Any, Any, Any]:
     """chi^(-2/3) and its first two derivatives with respect to the determinant."""
     # The tiny numbers keep a folded frame at eps = 0 huge rather than not a number.
     root = np.sqrt(eps * eps + d * d) + 1e-100
-    chi = regularised(d, eps) + 1e-150
+    chi = regularized(d, eps) + 1e-150
     r = inverse_cube_root(chi)
     s, inverse = r * r, 1.0 / root
     # chi' = chi / root and chi'' = eps^2 / (2 root^3)

@@ -128,7 +128,7 @@ class HexMesh:
         Everything that came in is there again: other cells in their order, arrays, field data, named sets,
         unreferenced points. Points are those of this mesh, always in float64 (rounding to float32 could turn a
         thin cell inside out); arrays added to `cell_data` are NaN (0 for integers) on other cells. Higher-order
-        nodes of linearised cells lie on the straight edges and trilinear faces.
+        nodes of linearized cells lie on the straight edges and trilinear faces.
 
         Returns
         -------

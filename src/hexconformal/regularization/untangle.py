@@ -1,4 +1,4 @@
-"""Unfold a tangled mesh: the barrier with a regularised determinant, eps driven to zero.
+"""Unfold a tangled mesh: the barrier with a regularized determinant, eps driven to zero.
 
 chi_eps(det) is positive however negative det is, so E / chi_eps^(2/3) can be minimized from a folded mesh, and
 the smaller eps, the more folded corners cost. eps follows the smallest determinant and the progress made

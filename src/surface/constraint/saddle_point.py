@@ -1,11 +1,11 @@
-"""The saddle-point problem of the note, solved for the displacement of one step.
+"""The saddle-point problem of Gruber & Aulisa, solved for the displacement of one step.
 
     min_v  E(f + v) + int rho <v, N~> - eps/2 int rho^2
 
 with a nodal, lumped multiplier rho. The stationary rho is <v, N~> / eps, which leaves the symmetric positive
 definite system of E(f + v) + 1/(2 eps) sum_i m_i |P_i v_i|^2, P_i the projector onto the directions node i is held
-in (its normal N~, or more on curves and corners). The printed sign of the eps term makes it unbounded. Equation (17)
-and equation (18) of docs/mathematics.md.
+in (its normal N~, or more on curves and corners). With the sign of the eps term that is printed there it
+would be unbounded. Equation (17) and equation (18) of docs/mathematics.md.
 """
 
 from __future__ import annotations

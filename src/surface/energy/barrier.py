@@ -13,7 +13,7 @@ __all__ = ["Barrier"]
 
 _TINY = 1e-300
 _REGULARIZATION = 4.0  # over the negative area: less is too stiff to turn a cell round
-_SMALLEST_AREA = 0.02  # relative to the size of a frame: below it the area is regularised
+_SMALLEST_AREA = 0.02  # relative to the size of a frame: below it the area is regularized
 _TILT_STIFFNESS = 0.1  # out of the plane, of that against a normal that stays
 _DOUBLED, _LARGEST_FACTOR = 2.0, 100.0  # density that counts twice with `emphasize_worst`, and the most any may count
 
@@ -38,7 +38,7 @@ class Barrier(SurfaceEnergy):
     normals
         (f, 3) unit normals of the frames, or None: each cell's own.
     regularization
-        (f,) r, by how much the area a = <N, f1 x f2> of a frame is regularised, (a + sqrt(a^2 + r^2)) / 2, so that a
+        (f,) r, by how much the area a = <N, f1 x f2> of a frame is regularized, (a + sqrt(a^2 + r^2)) / 2, so that a
         frame upside down has a finite density; 0 is the barrier.
     emphasize_worst
         Whether the worst frames count more, not less, than their density; see :meth:`adapt`.
@@ -90,7 +90,7 @@ class Barrier(SurfaceEnergy):
     def adapt(self, points: Floats) -> None:
         """Adapt the energy to these points: its regularization and the weights of the frames.
 
-        Frames upside down, or nearly so, are regularised. The worst are kept from outweighing the rest; or, where
+        Frames upside down, or nearly so, are regularized. The worst are kept from outweighing the rest; or, where
         they are emphasized, they count in proportion to how bad they are, which makes the energy of higher order.
         """
         f1, f2 = self.frames.derivatives(points)
@@ -139,7 +139,7 @@ class Barrier(SurfaceEnergy):
         return 2 * e / (1 + root) + c * e**3 / 3, 1 / root + c * e**2, 2 * c * e - 1 / (m * root**3)
 
     def _regularized(self, area: Floats) -> tuple[Floats, Floats]:
-        """The regularised area and its derivative."""
+        """The regularized area and its derivative."""
         root = np.sqrt(area**2 + self.regularization**2)
         return 0.5 * (area + root), 0.5 * (1 + area / np.maximum(root, _TINY))
 
@@ -188,7 +188,7 @@ class Barrier(SurfaceEnergy):
         )
         square = self._weights * np.maximum(bend, 0.0) * (8 * alpha * beta / area**2) ** 2
         result += np.einsum("f,if,jf->fij", square, gradient, gradient)
-        # Of a regularised frame the frozen density's, and the curvature of 1 / area.
+        # Of a regularized frame the frozen density's, and the curvature of 1 / area.
         folded = np.flatnonzero(self.regularization > 0)
         if len(folded):
             along = np.concatenate([np.stack(cross(f2, n)), np.stack(cross(n, f1))])[:, folded]

@@ -3,8 +3,8 @@
 Everything is a sum over *frames*: a point of a cell where the two derivatives f1, f2 of the immersion are taken,
 f_i = sum_a x_a B_ai. The plane kernel of :mod:`hexconformal.kernel.distortion` does the rest.
 
-Two energies share it. The *quaternionic* one is the note's, int |*df - N df|^2; with N frozen it is a quadratic
-form that majorizes it. The *barrier* form divides the same density by the area |f1 x f2|, that is
+Two energies share it. The *quaternionic* one is that of Gruber & Aulisa, int |*df - N df|^2; with N frozen it is a
+quadratic form that majorizes it. The *barrier* form divides the same density by the area |f1 x f2|, that is
 2 (s1 - s2)^2 / (s1 s2): every cell counts the same whatever its size, and none can collapse or turn over.
 Equation (15) and equation (16) of docs/mathematics.md.
 """
@@ -187,15 +187,15 @@ class SurfaceEnergy:
 
 
 class Quaternionic(SurfaceEnergy):
-    """The conformal distortion of the note int |*df - N df|^2 over the reference domain.
+    """The conformal distortion int |*df - N df|^2 of Gruber & Aulisa over the reference domain.
 
     Parameters
     ----------
     cells, shapes, count
         See :class:`SurfaceEnergy`.
     metric
-        Weigh every point by tr(g^-1) sqrt(det g) / 2 of the metric g of these points (n, 3), as in the note; None:
-        by the reference measure. It is frozen: the weights belong to the energy.
+        Weigh every point by tr(g^-1) sqrt(det g) / 2 of the metric g of these points (n, 3), as Gruber & Aulisa do;
+        None: by the reference measure. It is frozen: the weights belong to the energy.
     """
 
     def __init__(self, cells: Cells, shapes: tuple[Floats, Floats], count: int, metric: Floats | None = None) -> None:

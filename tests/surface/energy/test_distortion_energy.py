@@ -1,4 +1,4 @@
-"""The conformal energies of a surface: derivatives, majorization, and one step of the note's method."""
+"""The conformal energies of a surface: derivatives, majorization, and one step of the method of Gruber & Aulisa."""
 
 import numpy as np
 import pytest

@@ -25,7 +25,7 @@ def add_input(parser: ArgumentParser) -> None:
         "--other-cells", default="refuse", metavar="refuse|keep", help="tetrahedra, wedges, ... beside the hexahedra:"
         " refuse the mesh (default), or keep them, their nodes staying where they are",
     )  # fmt: skip
-    parser.add_argument("--linearise", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
+    parser.add_argument("--linearize", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
 
 
 def add_outside_references(parser: ArgumentParser) -> None:
@@ -68,7 +68,7 @@ def add_outputs(parser: ArgumentParser, picture: str) -> None:
 
 def read_hexahedra(arguments: Namespace) -> HexMesh:
     """Read the input of a command."""
-    return read(arguments.input, other_cells=arguments.other_cells, linearise=arguments.linearise)
+    return read(arguments.input, other_cells=arguments.other_cells, linearize=arguments.linearize)
 
 
 def note_dropped(path: str, dropped: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""The `demo` command: the note's Figure 3, a cube of skewed cells made perfectly regular."""
+"""The `demo` command: a cube of skewed cells made perfectly regular, Figure 3 of Gruber & Aulisa."""
 
 from __future__ import annotations
 
