@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE, PICTURE = ROOT / "src", ROOT / "docs" / "images" / "architecture.svg"
 PACKAGES = ("hexconformal", "surface")
-FACES = "hexconformal.app"  # the one room of hexconformal that may know surface
+INTERFACES = "hexconformal.app"  # the one room of hexconformal that may know surface
 LINES, MODULES = 350, 15  # of a module, of a folder: more than that is no longer taken in
 
 _WIDTH, _LINE, _PAD, _ACROSS, _DOWN, _COLUMN = 232, 15, 10, 44, 54, 34
@@ -79,20 +79,20 @@ def rooms(known: dict[str, Path]) -> dict[str, list[str]]:
 def arrows(known: dict[str, Path]) -> dict[str, set[str]]:
     """The rooms that each room imports from."""
     inside = rooms(known)
-    uses: dict[str, set[str]] = {room: set() for room in inside}
+    imported: dict[str, set[str]] = {room: set() for room in inside}
     for name, path in known.items():
         if room_of(name) in inside:
             targets = {room_of(one.target) for one in imports(name, path, known)}
-            uses[room_of(name)] |= (targets & set(inside)) - {room_of(name)}
-    return uses
+            imported[room_of(name)] |= (targets & set(inside)) - {room_of(name)}
+    return imported
 
 
 def faults(source: Path = SOURCE) -> list[str]:
-    """Where the source breaks the rules of the house, in words.
+    """Where the source breaks the rules, in words.
 
-    Modules and rooms import each other in one direction; another room is imported by its face, and from that only what
-    it hands out; a room imports what its docstring says; `surface` is known to the room of faces alone; no module and
-    no folder is too large to be taken in.
+    Modules and rooms import each other in one direction; another room is imported as a package, and from that only what
+    it hands out; a room imports what its docstring says; of `hexconformal` only the user interfaces know `surface`; no
+    module and no folder is too large to be taken in.
     """
     known = modules(source)
     inside = rooms(known)
@@ -107,20 +107,20 @@ def faults(source: Path = SOURCE) -> list[str]:
     for name, path in known.items():
         for one in imports(name, path, known):
             here, there = room_of(name), room_of(one.target)
-            if here.startswith("hexconformal") and here != FACES and there.startswith("surface"):
-                found.append(f"{name} imports {one.target}: only {FACES} may know surface")
+            if here.startswith("hexconformal") and here != INTERFACES and there.startswith("surface"):
+                found.append(f"{name} imports {one.target}: only {INTERFACES} may know surface")
             if here == there or there not in inside or here == there.split(".")[0]:
                 continue
             hidden = [n for n in one.names if n not in public[there]]
             if one.target != there and one.target.removeprefix(there + ".") not in public[there]:
-                found.append(f"{name} imports {one.target}: the face of {there} is the way in")
+                found.append(f"{name} imports {one.target}: import it from {there}, which must hand it out (__all__)")
             elif hidden:
                 found.append(f"{name} imports {', '.join(hidden)}, which {there} does not hand out (__all__)")
     for room, others in arrows(known).items():
-        told = _told(known[room], room)
-        for other in sorted(others - told):
+        stated = _stated_imports(known[room], room)
+        for other in sorted(others - stated):
             found.append(f"{room} imports {other}, but its docstring does not say so")
-        for other in sorted(told - others):
+        for other in sorted(stated - others):
             found.append(f"the docstring of {room} says that it imports {other}, which it does not")
     folders = defaultdict(int)
     for name, path in known.items():
@@ -144,7 +144,7 @@ def _public(path: Path) -> set[str]:
     return found
 
 
-def _told(path: Path, room: str) -> set[str]:
+def _stated_imports(path: Path, room: str) -> set[str]:
     """The rooms that a room imports from according to the end of its docstring."""
     text = " ".join((ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split())
     listed = re.search(r"Imports ((?:`[\w.]+`(?:, | and )?)+)", text)
@@ -152,43 +152,43 @@ def _told(path: Path, room: str) -> set[str]:
     return {name if name.startswith(PACKAGES) else f"{room.split('.')[0]}.{name}" for name in names}
 
 
-def layers(uses: dict[str, set[str]]) -> list[list[str]]:
+def layers(imported: dict[str, set[str]]) -> list[list[str]]:
     """Rooms from those that need no other upwards."""
     height: dict[str, int] = {}
-    for room in TopologicalSorter(uses).static_order():
-        height[room] = 1 + max((height[other] for other in uses[room]), default=-1)
+    for room in TopologicalSorter(imported).static_order():
+        height[room] = 1 + max((height[other] for other in imported[room]), default=-1)
     found = defaultdict(list)
-    for room in uses:
+    for room in imported:
         found[height[room]].append(room)
     return [found[k] for k in sorted(found)]
 
 
-def needed(uses: dict[str, set[str]]) -> dict[str, set[str]]:
+def needed(imported: dict[str, set[str]]) -> dict[str, set[str]]:
     """Arrows without those that others imply."""
     below: dict[str, set[str]] = {}
-    for layer in layers(uses):
+    for layer in layers(imported):
         for room in layer:
-            below[room] = set().union(uses[room], *(below[other] for other in uses[room]))
-    return {room: {a for a in to if not any(a in below[b] for b in to)} for room, to in uses.items()}
+            below[room] = set().union(imported[room], *(below[other] for other in imported[room]))
+    return {room: {a for a in to if not any(a in below[b] for b in to)} for room, to in imported.items()}
 
 
 def drawing() -> str:
     """The picture."""
     known = modules()
-    inside, uses = rooms(known), arrows(known)
-    stories = layers(uses)[::-1]
+    inside, imported = rooms(known), arrows(known)
+    levels = layers(imported)[::-1]
     wrapped = {room: _wrapped([name.rpartition(".")[2] for name in names]) for room, names in inside.items()}
     # Surfaces have a column of their own on the right.
-    columns = max(sum(not _of_surfaces(room) for room in story) for story in stories)
+    columns = max(sum(not _of_surfaces(room) for room in level) for level in levels)
     step = _WIDTH + _ACROSS
-    width = (columns + max(sum(map(_of_surfaces, story)) for story in stories)) * step + 2 * _COLUMN - _ACROSS
+    width = (columns + max(sum(map(_of_surfaces, level)) for level in levels)) * step + 2 * _COLUMN - _ACROSS
     place, y = {}, 20
-    for story in stories:
-        tall = max(2 * _PAD + _LINE * (1 + len(wrapped[room])) for room in story)
-        others = [room for room in story if not _of_surfaces(room)]
-        of_surfaces = [room for room in story if _of_surfaces(room)]
+    for level in levels:
+        tall = max(2 * _PAD + _LINE * (1 + len(wrapped[room])) for room in level)
+        others = [room for room in level if not _of_surfaces(room)]
+        of_surfaces = [room for room in level if _of_surfaces(room)]
         left = _COLUMN + (columns - len(others)) * step / 2
-        for room in story:
+        for room in level:
             right = _COLUMN + columns * step
             x = right + of_surfaces.index(room) * step if room in of_surfaces else left + others.index(room) * step
             place[room] = (x, y, 2 * _PAD + _LINE * (1 + len(wrapped[room])))
@@ -200,7 +200,7 @@ def drawing() -> str:
         '<path d="M0 0 8 4 0 8z" fill="#607d8b"/></marker></defs>',
         f'<rect width="{width:g}" height="{height:g}" fill="white"/>',
     ]
-    for room, others in needed(uses).items():
+    for room, others in needed(imported).items():
         x, top, tall = place[room]
         for other in sorted(others, key=lambda name: place[name]):
             there, low, _ = place[other]

@@ -48,7 +48,7 @@ def commands(inputs, place):
         "regularize": [*regularize, "--report", f"{place}/report.json", "--frames", f"{place}/run.pvd"],
         "remesh": ["remesh", f"{inputs}/ball.ply", f"{place}/out.ply", "--history", f"{place}/run.csv", "--quiet"],
         "flow": ["flow", f"{inputs}/ball.ply", f"{place}/run", "--steps", "5", "--remesh", "--quiet"],
-        "move": ["move", f"{inputs}/box.vtu", f"{place}/run", "--boundary", f"{inputs}/lid.csv", "--quiet"],
+        "move": ["move", f"{inputs}/box.vtu", f"{place}/run", "--motion", f"{inputs}/lid.csv", "--quiet"],
         "quality": ["quality", f"{inputs}/part.vtu", "--out", f"{place}/out.xdmf", "--json", f"{place}/out.json"],
         "orient": ["orient", f"{inputs}/part.vtu", f"{place}/out.inp"],
         "check": ["check", f"{inputs}/part.vtu"],

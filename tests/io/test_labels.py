@@ -59,7 +59,7 @@ def test_motion_tables_have_labels(tmp_path):
     lid = mesh.node_labels[mesh.named_nodes()["Lid"]]
     rows = [f"1,{label},0,0,0.1" for label in lid]
     (tmp_path / "lid.csv").write_text("\n".join(["step,node,dx,dy,dz", *rows]))
-    move = ["move", str(tmp_path / "a.inp"), str(tmp_path / "run"), "--quiet", "--boundary", str(tmp_path / "lid.csv")]
+    move = ["move", str(tmp_path / "a.inp"), str(tmp_path / "run"), "--quiet", "--motion", str(tmp_path / "lid.csv")]
     assert main([*move, "--fixed", "floor"]) == 0
     moved = pv.read(tmp_path / "run" / "last.vtu").points
     away = moved - mesh.points
@@ -85,7 +85,7 @@ def test_motion_tables_have_labels(tmp_path):
 def test_nodes_that_are_not_there(table, words, text, tmp_path, capsys):
     deck(tmp_path)
     (tmp_path / "a.csv").write_text(table)
-    assert main(["move", str(tmp_path / "a.inp"), str(tmp_path / "run"), "--boundary", str(tmp_path / "a.csv"), *words])
+    assert main(["move", str(tmp_path / "a.inp"), str(tmp_path / "run"), "--motion", str(tmp_path / "a.csv"), *words])
     assert text in capsys.readouterr().err
 
 

@@ -45,7 +45,7 @@ def test_the_rules_hold_and_the_picture_is_up_to_date():
         (
             "mesh/arrays.py",
             "from ..elements.validity import is_valid",
-            ("the face of hexconformal.elements",),
+            ("import it from hexconformal.elements",),
         ),
         ("energy/target.py", "from ..elements import DEPTH", ("DEPTH, which hexconformal.elements does not hand out",)),
         ("mesh/arrays.py", "from .hex_mesh import HexMesh", ("modules import each other in a circle",)),
@@ -59,8 +59,8 @@ def test_a_broken_rule_is_told(architecture, source, place, line, told):
 
 
 def test_a_room_that_says_what_it_does_not_import_and_one_too_many_modules_are_told(architecture, source):
-    face = source / "hexconformal" / "elements" / "__init__.py"
-    face.write_text(face.read_text().replace("Imports `kernel`.", "Imports `kernel` and `common`."))
+    package = source / "hexconformal" / "elements" / "__init__.py"
+    package.write_text(package.read_text().replace("Imports `kernel`.", "Imports `kernel` and `common`."))
     for k in range(16):
         (source / "hexconformal" / "kernel" / f"spare_{k}.py").write_text('"""Spare."""\n')
     found = architecture.faults(source)

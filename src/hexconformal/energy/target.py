@@ -85,13 +85,13 @@ def inverse_targets(
     values = array_of_numbers("target", target, "a name, edge lengths or points")
     if values.shape == (3,):
         if not (np.isfinite(values).all() and (values > 0).all()):
-            raise OptionError(f"a box target must have three positive edge lengths, not {values.tolist()}")
+            raise OptionError(f"target must have three positive edge lengths, not {values.tolist()}")
         return np.diag(1.0 / values)[None, None]
     if values.shape == points.shape:
         return _inverted(values, cells, quadrature, ids)
     if values.shape == (len(cells), 3):
         if not (np.isfinite(values).all() and (values > 0).all()):
-            raise OptionError("box targets must have positive edge lengths")
+            raise OptionError("target must have positive edge lengths for every cell")
         return _boxes(values)
     expected = f"three edge lengths or reference points of shape {points.shape}"
     raise OptionError(f"target must be {expected}, not of shape {values.shape}")
@@ -99,12 +99,12 @@ def inverse_targets(
 
 def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[Any] | None) -> Field:
     if not np.isfinite(points[cells]).all():
-        raise MeshError("target shapes need a valid reference mesh; this one has NaN or infinite coordinates")
+        raise MeshError("the reference mesh of target must be valid; this one has NaN or infinite coordinates")
     frames = jacobian_matrices(points, cells, quadrature)
     bad = np.flatnonzero((np.linalg.det(frames) <= 0).any(axis=1))
     if len(bad):
         bad = bad if ids is None else np.sort(ids[bad])
-        raise MeshError(f"target shapes need a valid reference mesh; its inverted or flat cells: {first_ids(bad)}")
+        raise MeshError(f"the reference mesh of target must be valid; its inverted or flat cells: {first_ids(bad)}")
     return np.linalg.inv(frames).astype(np.float64, copy=False)
 
 

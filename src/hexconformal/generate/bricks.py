@@ -44,9 +44,9 @@ def box(
     """
     nx, ny, nz = shape
     if min(shape) < 1:
-        raise OptionError(f"every direction needs at least one cell, got shape {tuple(shape)}")
+        raise OptionError(f"shape must have one cell or more in every direction, not {tuple(shape)}")
     if not min(lengths) > 0:
-        raise OptionError(f"lengths must be positive, got {tuple(lengths)}")
+        raise OptionError(f"lengths must be positive, not {tuple(lengths)}")
     axes = [o + length * np.linspace(0.0, 1.0, n + 1) for n, length, o in zip(shape, lengths, origin, strict=True)]
     z, y, x = np.meshgrid(*reversed(axes), indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
@@ -82,7 +82,7 @@ def sheared_cube(n: int = 15, shear: float = 0.8) -> Hexes:
     (True, 0.0, 1.0)
     """
     if not 0 <= shear < 1:
-        raise OptionError(f"shear must lie in [0, 1), got {shear}")
+        raise OptionError(f"shear must lie in [0, 1), not {shear}")
     straight, cells = box((n, n, n))
     points = straight.copy()
     while True:
@@ -171,7 +171,7 @@ def bent_bar(shape: Sequence[int] = (24, 6, 6), degrees: float = 90.0, length: f
         return points, cells
     radius = length / angle
     if abs(radius) <= 0.5:
-        raise OptionError(f"a bar of length {length} can be bent by less than {360 / np.pi * length:.4g} degrees")
+        raise OptionError(f"a bar of length {length} must be bent by less than {360 / np.pi * length:.4g} degrees")
     turned, distance = points[:, 0] / radius, radius - points[:, 1]
     points[:, 0] = distance * np.sin(turned)
     points[:, 1] = radius - distance * np.cos(turned)
@@ -202,7 +202,7 @@ def boundary_layer(shape: Sequence[int] = (8, 8, 16), aspect: float = 100.0) -> 
     nx, _, nz = shape
     points, cells = box(shape)
     if not aspect > 0:
-        raise OptionError(f"aspect must be positive, got {aspect}")
+        raise OptionError(f"aspect must be positive, not {aspect}")
     if nz == 1:
         return points, cells
     powers = np.arange(nz)

@@ -97,7 +97,7 @@ def _round(square: Floats) -> Floats:
 def _core(square: Floats, radius: float, size: float) -> Floats:
     """The central block of an O-grid: half way between a square (cube) and a disc (ball)."""
     if not 0 < size < 1:
-        raise OptionError(f"core_size must lie in (0, 1), got {size}")
+        raise OptionError(f"core_size must lie in (0, 1), not {size}")
     block: Floats = radius * size * (square / np.sqrt(square.shape[1]) + _round(square)) / 2
     return block
 
@@ -105,7 +105,7 @@ def _core(square: Floats, radius: float, size: float) -> Floats:
 def _layers(count: int, grading: float) -> Floats:
     """Heights in (0, 1] of the tops of layers whose thickness changes geometrically."""
     if count < 1 or not grading > 0:
-        raise OptionError(f"needs at least one layer and a positive grading, got {count} and {grading}")
+        raise OptionError(f"layers must be 1 or more and grading positive, not {count} and {grading}")
     heights = np.cumsum(grading ** (np.arange(count) / max(count - 1, 1)))
     return np.asarray(heights / heights[-1])
 

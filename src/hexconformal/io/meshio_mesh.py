@@ -35,7 +35,9 @@ class MeshioOrigin:
         old, rows = self.source, self.selection.rows
         same = np.array_equal(mesh.cells, self.selection.cells)
         if self.selection.higher_order and not same:
-            raise MeshError("the node order of linearized cells cannot be changed")
+            raise MeshError(
+                "the node order of linearized cells cannot be changed: convert the file to hexahedra of 8 nodes first"
+            )
         blocks, start = [], 0
         cell_data: dict[str, list[Any]] = {name: [] for name in [*old.cell_data, *mesh.cell_data]}
         for number, block in enumerate(old.cells):

@@ -81,11 +81,15 @@ class PyvistaOrigin:
         import pyvista as pv
 
         if self.selection.higher_order:
-            raise MeshError("the node order of linearized cells cannot be changed")
+            raise MeshError(
+                "the node order of linearized cells cannot be changed: convert the file to hexahedra of 8 nodes first"
+            )
         grid = self.source.cast_to_unstructured_grid()
         types, offsets = grid.celltypes.copy(), cell_offsets(grid)
         if (types == _POLYHEDRON).any():
-            raise MeshError("the node order of hexahedra cannot be changed beside polyhedra")
+            raise MeshError(
+                "the node order of hexahedra cannot be changed beside polyhedra: extract the hexahedra first"
+            )
         nodes = np.array(grid.cell_connectivity, dtype=np.int64)
         nodes[offsets[self.selection.rows][:, None] + np.arange(8)] = mesh.cells
         types[self.selection.rows] = _HEXAHEDRON
@@ -155,7 +159,7 @@ def triangles(dataset: Any) -> Any:
     faces = np.array(joined.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
     faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
     if len(faces) == 0:
-        raise MeshError("there are no faces")
+        raise MeshError("a surface must have faces that are no lines or points; this one has none")
     points = np.array(joined.points, dtype=np.float64)
     bad, text = unusable_points(points)
     if len(bad):
@@ -215,20 +219,22 @@ def check_cell_nodes(dataset: Any) -> None:
     else:
         tables = []
         if dataset.IsA("vtkStructuredGrid") and np.prod(dataset.dimensions) != count:
-            raise MeshError(f"{count} points are not those of a grid of {dataset.dimensions}")
+            raise MeshError(f"points must be those of a grid of {dataset.dimensions}, not {count}")
     for cells in tables:
         offsets, nodes = cell_table(cells)
         sizes = np.diff(offsets)
         if len(offsets) and (offsets[0] != 0 or (sizes < 0).any() or offsets[-1] > len(nodes)):
-            raise MeshError("the sizes of its cells make no sense")
+            raise MeshError(
+                "the numbers of nodes of its cells must lie within the list of nodes: the dataset is damaged"
+            )
         bad = (nodes < 0) | (nodes >= count)
         if bad.any():
             ids = np.searchsorted(offsets, np.flatnonzero(bad), side="right") - 1
             raise MeshError(f"cells with node ids outside 0..{count - 1}: {first_ids(np.unique(ids))}")
     if dataset.IsA("vtkUnstructuredGrid"):
-        wanted = np.array([_NODE_COUNTS.get(code, 0) for code in range(256)])[dataset.celltypes]
-        if len(wanted) != len(sizes):
-            raise MeshError(f"{len(wanted)} types are given for {len(sizes)} cells")
-        odd = np.flatnonzero((wanted > 0) & (wanted != sizes))
+        expected = np.array([_NODE_COUNTS.get(code, 0) for code in range(256)])[dataset.celltypes]
+        if len(expected) != len(sizes):
+            raise MeshError(f"types must be one for each of the {len(sizes)} cells, not {len(expected)}")
+        odd = np.flatnonzero((expected > 0) & (expected != sizes))
         if len(odd):
-            raise MeshError(f"cells whose number of nodes is not that of their type: {first_ids(odd)}")
+            raise MeshError(f"cells must have as many nodes as their type; others: {first_ids(odd)}")

@@ -114,7 +114,7 @@ class HexMesh:
         """
         points = self.points if points is None else checked_points(points)
         if len(points) != len(self.points):
-            raise MeshError(f"{len(points)} points cannot take the place of {len(self.points)}")
+            raise MeshError(f"points must be as many as the mesh has, {len(self.points)}, not {len(points)}")
         return replace(
             self,
             points=points,

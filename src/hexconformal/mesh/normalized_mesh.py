@@ -64,7 +64,7 @@ class NormalizedMesh:
         points = points - self._corner
         self.unit = float(edge_lengths(points, self.cells).mean())
         if self.unit == 0.0:
-            raise MeshError("all edges have no length")
+            raise MeshError("cells must have a size: all their edges have no length")
         self.points = points / self.unit
         volumes = cell_volumes(self.points, self.cells)
         if (volumes < 0).mean() > 0.5:

@@ -6,12 +6,12 @@ Belongs here: MeshMotion, the extension of displacements, and runs by a table. I
 
 from .mesh_motion import MeshMotion, MotionReport, MotionStep
 from .motion_run import MotionRun
-from .motion_table import read_boundary
+from .motion_table import read_motion
 
 __all__ = [
     "MeshMotion",
     "MotionReport",
     "MotionRun",
     "MotionStep",
-    "read_boundary",
+    "read_motion",
 ]

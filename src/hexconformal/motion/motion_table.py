@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..common import OptionError, ReadError, as_mask, first_ids
 from ..mesh import HexMesh
 
-__all__ = ["BoundaryMotion", "read_boundary"]
+__all__ = ["BoundaryMotion", "read_motion"]
 
 
 @dataclass(frozen=True)
@@ -57,17 +57,19 @@ class BoundaryMotion:
             ids = np.flatnonzero(mask.reshape(len(mask), -1).any(axis=1))
             return replace(self, nodes=ids, displacements=np.repeat(self.displacements, len(ids), axis=1))
         labels = np.arange(len(mesh.points)) if mesh.node_labels is None else mesh.node_labels
-        wanted = self.nodes if labels.dtype.kind == self.nodes.dtype.kind else self.nodes.astype(str)
-        labels = labels if labels.dtype.kind == wanted.dtype.kind else labels.astype(str)
+        named = self.nodes if labels.dtype.kind == self.nodes.dtype.kind else self.nodes.astype(str)
+        labels = labels if labels.dtype.kind == named.dtype.kind else labels.astype(str)
         order = np.argsort(labels, kind="stable")
-        places = np.minimum(np.searchsorted(labels, wanted, sorter=order), len(labels) - 1)
-        missing = wanted[labels[order[places]] != wanted]
+        places = np.minimum(np.searchsorted(labels, named, sorter=order), len(labels) - 1)
+        missing = named[labels[order[places]] != named]
         if len(missing):
-            raise OptionError(f"nodes of the table that are not in the mesh: {first_ids(missing)}; {_example(labels)}")
+            raise OptionError(
+                f"nodes of the table must be in the mesh; others: {first_ids(missing)}; {_example(labels)}"
+            )
         return replace(self, nodes=order[places])
 
 
-def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
+def read_motion(path: str | os.PathLike[str]) -> BoundaryMotion:
     """Read a table with the columns step or time, node, dx, dy, dz; without node, all nodes that move go alike.
 
     Raises
@@ -87,17 +89,17 @@ def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
     when = "time" if "time" in names else "step"
     missing = [name for name in (when, "dx", "dy", "dz") if name not in names]
     if missing:
-        raise ReadError(f"{path} has no column {', '.join(missing)}; needed are step or time, node, dx, dy, dz")
+        raise ReadError(f"{path} must have the columns step or time, node, dx, dy, dz; missing: {', '.join(missing)}")
     columns = [names.index(name) for name in (when, "dx", "dy", "dz")]
     rows = [row for row in rows if row]
     try:
         table = np.array([[float(row[column]) for column in columns] for row in rows]).reshape(-1, 4)
         nodes = _labels([row[names.index("node")] if "node" in names else "0" for row in rows])
     except (ValueError, IndexError) as problem:
-        raise ReadError(f"{path} has rows that are not numbers: {problem}") from problem
+        raise ReadError(f"rows of {path} must be numbers: {problem}") from problem
     if len(table) == 0 or not np.isfinite(table).all() or table[:, 0].min() <= 0:
         raise ReadError(
-            f"{path} needs rows of finite numbers, whole node ids, and times above 0, where the mesh starts"
+            f"{path} must have rows of finite numbers, whole node ids, and times above 0, where the mesh starts"
         )
     times, counts = np.unique(table[:, 0], return_counts=True)
     order = np.lexsort((nodes, table[:, 0]))
@@ -107,7 +109,9 @@ def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
     if len(bad) == 0:
         bad = np.flatnonzero((nodes.reshape(len(times), -1) != first).any(axis=1))
     if len(bad) or len(np.unique(first)) < len(first):
-        raise ReadError(f"{path}: every {when} names the same nodes, each once; {when}s that do not: {first_ids(bad)}")
+        raise ReadError(
+            f"{path}: every {when} must name the same nodes, each once; {when}s that do not: {first_ids(bad)}"
+        )
     displacements = table[:, 1:].reshape(len(times), -1, 3)
     return BoundaryMotion(first if "node" in names else None, times, displacements)
 

@@ -97,7 +97,7 @@ class SurfaceMesh:
         """
         moved = self.points if points is None else positions(points)
         if len(moved) != len(self.points):
-            raise MeshError(f"{len(moved)} points cannot take the place of {len(self.points)}")
+            raise MeshError(f"points must be as many as the surface has, {len(self.points)}, not {len(moved)}")
         return replace(
             self,
             points=moved,

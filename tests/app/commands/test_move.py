@@ -9,7 +9,7 @@ from hexconformal import HexMesh, ReadError, write
 from hexconformal.app.cli import main
 from hexconformal.generate import box
 from hexconformal.motion.mesh_motion import MeshMotion
-from hexconformal.motion.motion_table import read_boundary
+from hexconformal.motion.motion_table import read_motion
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def table(path, nodes, steps, when="time"):
 
 
 def moved(folder, run, *words):
-    arguments = [str(folder / "box.vtu"), str(folder / run), "--boundary", str(folder / "lid.csv"), "--fixed", "floor"]
+    arguments = [str(folder / "box.vtu"), str(folder / run), "--motion", str(folder / "lid.csv"), "--fixed", "floor"]
     return main(["move", *arguments, *words])
 
 
@@ -143,4 +143,4 @@ def test_a_run_is_not_overwritten_or_mixed_unasked(lifted, capsys):
 def test_tables_that_make_no_sense_are_refused(tmp_path, text, message):
     (tmp_path / "motion.csv").write_text(text)
     with pytest.raises(ReadError, match=message):
-        read_boundary(tmp_path / "motion.csv")
+        read_motion(tmp_path / "motion.csv")

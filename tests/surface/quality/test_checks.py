@@ -264,5 +264,5 @@ def test_a_mesh_does_not_change():
     moved = mesh.replaced(2 * mesh.points, {"new": np.zeros(4)})
     assert moved.cells is mesh.cells
     assert list(moved.point_data) == ["mine", "new"]
-    with pytest.raises(MeshError, match="3 points cannot take the place of 4"):
+    with pytest.raises(MeshError, match="points must be as many as the surface has, 4, not 3"):
         mesh.replaced(mesh.points[:3])

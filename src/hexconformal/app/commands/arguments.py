@@ -47,7 +47,7 @@ def add_overwrite(parser: ArgumentParser) -> None:
 
 
 def add_choice(group: Any, name: str, text: str, choices: Sequence[str] = (), options: type = Options) -> None:
-    """Add an option whose default `options` has; that class refuses other values, in the same words as in Python."""
+    """Add an option that `options` has, with its default; that class refuses other values, in the same words."""
     default = getattr(options, name)
     metavar = "|".join(choices or CHOICES[name])
     group.add_argument(f"--{name}", default=default, metavar=metavar, help=f"{text} (default {default})")

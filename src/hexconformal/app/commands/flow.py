@@ -49,7 +49,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--flow", metavar="|".join(_FLOWS), default=next(iter(_FLOWS)), help="what falls (default %(default)s)"
     )
     what.add_argument("--conserve", metavar="area,volume", default="", help="what is kept at every step")
-    what.add_argument("--p", type=float, default=2.0, help="of p-Willmore flow, int |Y|^p (default %(default)g)")
+    what.add_argument(
+        "--p", type=float, default=2.0, help="exponent of p-Willmore flow, int |Y|^p (default %(default)g)"
+    )
     what.add_argument("--kc", type=float, default=1.0, help="bending modulus (default %(default)g)")
     what.add_argument("--c0", type=float, default=0.0, help="spontaneous curvature (default %(default)g)")
     what.add_argument("--gamma", type=float, default=0.0, help="surface tension (default %(default)g)")
@@ -62,7 +64,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     when.add_argument("--tau", type=float, metavar="T", help="first time step (default: from the speed)")
     when.add_argument("--tau-max", type=float, default=Stepping.tau_max, metavar="T", help="largest time step")
-    when.add_argument("--growth", type=float, default=Stepping.growth, metavar="X", help="(default %(default)g)")
+    when.add_argument(
+        "--growth",
+        type=float,
+        default=Stepping.growth,
+        metavar="X",
+        help="factor by which an accepted step grows (default %(default)g)",
+    )
     when.add_argument("--outputs", metavar="T,T,...", default="", help="times to hit exactly, with a frame each")
     mesh = parser.add_argument_group("remeshing")
     mesh.add_argument(

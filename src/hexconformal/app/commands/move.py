@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ...common import OptionError
-from ...motion import MeshMotion, MotionRun, read_boundary
+from ...motion import MeshMotion, MotionRun, read_motion
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
@@ -20,9 +20,9 @@ SUMMARY = (
     "Move a mesh with its boundary, step after step. Writes frames with the mesh velocity, a history and a"
     " checkpoint after every step into a folder; ends with exit code 1 where the boundary asks for the impossible."
 )
-EXAMPLES = """  hexconformal move box.vtu run/ --boundary motion.csv
-  hexconformal move box.vtu run/ --boundary motion.csv --fixed wall --operator elastic
-  hexconformal move box.vtu run/ --boundary longer.csv --resume
+EXAMPLES = """  hexconformal move box.vtu run/ --motion motion.csv
+  hexconformal move box.vtu run/ --motion motion.csv --fixed wall --operator elastic
+  hexconformal move box.vtu run/ --motion longer.csv --resume
 
 motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place;
 nodes by the labels that the file gives them, or from 0
@@ -36,7 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     add_input(parser)
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
-    parser.add_argument("--boundary", metavar="motion.csv", required=True, help="where the moving nodes go")
+    parser.add_argument("--motion", metavar="motion.csv", required=True, help="table of where the moving nodes go")
     parser.add_argument(
         "--moving", metavar="NAME", help="set or group of the file, or point array, whose nodes all go as the table"
         " says, which has no column node then",
@@ -46,11 +46,18 @@ def add_arguments(parser: ArgumentParser) -> None:
         " walls",
     )  # fmt: skip
     parser.add_argument(
-        "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
+        "--operator",
+        default="conformal",
+        metavar="conformal|harmonic|elastic",
+        help="how the displacement of the boundary is extended into the mesh (default %(default)s)",
     )
     parser.add_argument(
         "--target", default="input", metavar="input|current", help="perfect shape of the cells (default %(default)s)"
     )
+    parser.add_argument(
+        "--energy-tolerance", type=float, default=1e-6, metavar="X", help="a step is done where an iteration lowers the"
+        " energy by less than this, relatively (default %(default)g)",
+    )  # fmt: skip
     parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
     parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     parser.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
@@ -62,7 +69,7 @@ def run(arguments: Namespace) -> int:
     """Move a mesh with its boundary."""
     if arguments.every < 1:
         raise OptionError(f"every must be 1 or more, not {arguments.every}")
-    boundary = read_boundary(arguments.boundary)
+    boundary = read_motion(arguments.motion)
     folder = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
     inputs = named_inputs(arguments.input) | {Path(arguments.boundary): "the table of the boundary"}
     folder.prepare(arguments.resume, arguments.overwrite, inputs)
@@ -76,7 +83,9 @@ def run(arguments: Namespace) -> int:
         progress.show(f"reading {arguments.input}")
         mesh = read_hexahedra(arguments)
         boundary = boundary.on_mesh(mesh, arguments.moving)
-        motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator)
+        motion = MeshMotion(
+            mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator, arguments.energy_tolerance
+        )
         motion_run = MotionRun(motion, boundary)
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)
     if not arguments.quiet:
