@@ -63,10 +63,10 @@ REMESH = "remesh ball.vtp out.vtp --max-iterations 1 --quiet"
         ("remesh ball.vtp second/last.vtu", "add --overwrite"),
         ("flow ball.vtp second --steps 1 --overwrite", "second/last.vtu is the input"),
         ("flow run_frames/run_0003.vtp . --steps 1 --overwrite", "run.pvd would replace"),
-        ("move part.vtu first --boundary lid.csv --overwrite", "first/last.vtu is the input"),
-        ("move part.vtu third --boundary lid.csv --overwrite", "third/history.csv is the table of the boundary"),
+        ("move part.vtu first --motion lid.csv --overwrite", "first/last.vtu is the input"),
+        ("move part.vtu third --motion lid.csv --overwrite", "third/history.csv is the table of the motion"),
         (
-            "move part.vtu fourth --boundary lid.csv --frames linked.pvd --overwrite",
+            "move part.vtu fourth --motion lid.csv --frames linked.pvd --overwrite",
             "linked.pvd would replace part.vtu",
         ),
         ("quality part.vtu --json link.json", "link.json is the input"),

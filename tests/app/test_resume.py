@@ -41,7 +41,7 @@ def here(tmp_path, monkeypatch):
 
 
 def move(folder, *words, boundary="lid"):
-    return main(["move", "box.vtu", folder, "--boundary", f"{boundary}.csv", "--quiet", *words])
+    return main(["move", "box.vtu", folder, "--motion", f"{boundary}.csv", "--quiet", *words])
 
 
 def flow(folder, *words, steps=STEPS):

@@ -59,7 +59,7 @@ def test_bad_arguments_are_refused():
         mesh.replaced(point_data={"a": np.zeros(7)})
     with pytest.raises(MeshError, match="first axis 1"):
         mesh.replaced(cell_data={"a": np.zeros(8)})
-    with pytest.raises(MeshError, match="7 points"):
+    with pytest.raises(MeshError, match="8, not 7"):
         mesh.replaced(points=np.zeros((7, 3)))
     with pytest.raises(OptionError, match="other_cells"):
         as_hex_mesh(mesh, other_cells="drop")

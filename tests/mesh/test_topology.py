@@ -40,7 +40,7 @@ def test_face_table_pairs_neighbours():
     cells[7] = cells[7, [4, 5, 6, 7, 0, 1, 2, 3]]
     table = face_table(cells)
     assert len(table.quads) == 3 * 3 * 3 * 4
-    assert (table.uses == 2).sum() == 54
+    assert (table.counts == 2).sum() == 54
     for quad, (one, other), turn in zip(table.quads, table.cells, table.orientation, strict=True):
         assert set(quad) <= set(cells[one])
         if other < 0:

@@ -70,5 +70,5 @@ def test_the_distortion_alone_does_not_feel_sizes():
 def test_sizes_that_make_no_sense_are_refused(sizes, words):
     with pytest.raises(hc.OptionError, match=words):
         hc.regularize(generate.box((2, 2, 2)), sizes=sizes)
-    with pytest.raises(hc.OptionError, match="wanted sizes must go with energy='barrier'"):
+    with pytest.raises(hc.OptionError, match="sizes that cells should get must go with energy='barrier'"):
         hc.Options(sizes=sizes, energy="quaternionic")

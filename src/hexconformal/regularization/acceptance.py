@@ -43,15 +43,15 @@ def boundary_distance(
 
 
 def with_volume_restored(
-    points: Field, normalized: NormalizedMesh, problem: CornerEnergy | None
+    points: Field, normalized: NormalizedMesh, corner_energy: CornerEnergy | None
 ) -> tuple[Field, list[str]]:
     """The points changed to enclose the input's volume, as nearly as can be, and notes on what that took."""
     volume, changed = (enclosed_volume(x, normalized.quads) for x in (normalized.points, points))
-    if problem is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
+    if corner_energy is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
         why, same = "the run was left before the cells were unfolded", points
     else:
         why = "hausdorff and the cells leave no room for more"
-        same = restore_volume(problem, points, normalized.quads, volume)
+        same = restore_volume(corner_energy, points, normalized.quads, volume)
     # Where cells upside down take away as much as the others enclose, changes are told in cubes of the mean edge.
     scale = abs(volume) or 1.0
     left = (enclosed_volume(same, normalized.quads) - volume) / scale

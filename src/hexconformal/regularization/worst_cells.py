@@ -53,7 +53,9 @@ def raise_worst(corner_energy: CornerEnergy, points: Field) -> Iterator[Iteratio
 
 def raise_worst_patches(corner_energy: CornerEnergy, points: Field) -> Iterator[Iteration]:
     """Raise the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
-    attainable = min(_GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, corner_energy.cells, ~corner_energy.free)[0])
+    attainable = min(
+        _GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, corner_energy.cells, ~corner_energy.free)[0]
+    )
     quality = corner_scaled_jacobian(points, corner_energy.cells)
     for _ in range(_PATCH_ROUNDS):
         worst = float(quality.min())

@@ -127,12 +127,12 @@ def test_a_run_is_not_overwritten_or_mixed_unasked(lifted, capsys):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("time,node,dx,dy\n", "no column dz"),
-        ("node,dx,dy,dz\n", "no column step"),
-        ("", "no column"),
-        ("time,node,dx,dy,dz\n", "needs rows"),
+        ("time,node,dx,dy\n", "missing: dz"),
+        ("node,dx,dy,dz\n", "missing: step"),
+        ("", "must have the columns"),
+        ("time,node,dx,dy,dz\n", "must have rows"),
         ("time,node,dx,dy,dz\n0,1,0,0,0\n", "times above 0"),
-        ("time,node,dx,dy,dz\n1,1,0,0,x\n", "not numbers"),
+        ("time,node,dx,dy,dz\n1,1,0,0,x\n", "must be numbers"),
         ("time,node,dx,dy,dz\n1,1.5,0,0,0\n", "whole node ids"),
         ("time,node,dx,dy,dz\n1,1,0,0,nan\n", "finite"),
         ("time,node,dx,dy,dz\n1,1,0,0,0\n1,2,0,0,0\n2,1,0,0,0\n", "same nodes"),

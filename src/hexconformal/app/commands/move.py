@@ -71,7 +71,7 @@ def run(arguments: Namespace) -> int:
         raise OptionError(f"every must be 1 or more, not {arguments.every}")
     boundary = read_motion(arguments.motion)
     folder = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
-    inputs = named_inputs(arguments.input) | {Path(arguments.boundary): "the table of the boundary"}
+    inputs = named_inputs(arguments.input) | {Path(arguments.motion): "the table of the motion"}
     folder.prepare(arguments.resume, arguments.overwrite, inputs)
     last: list[str] = []
     with Progress(arguments.quiet) as progress:
