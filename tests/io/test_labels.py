@@ -75,7 +75,11 @@ def test_motion_tables_have_labels(tmp_path):
 @pytest.mark.parametrize(
     ("table", "words", "text"),
     [
-        ("step,node,dx,dy,dz\n1,5,0,0,1\n", [], "must be in the mesh; others: 1 (ids 5); its nodes are called 101, 102, 103"),
+        (
+            "step,node,dx,dy,dz\n1,5,0,0,1\n",
+            [],
+            "must be in the mesh; others: 1 (ids 5); its nodes are called 101, 102, 103",
+        ),
         ("step,node,dx,dy,dz\n1,P-1.5,0,0,1\n", [], "must be in the mesh; others: 1 (ids P-1.5)"),
         ("step,dx,dy,dz\n1,0,0,1\n", [], "the table has no column node, moving is None"),
         ("step,node,dx,dy,dz\n1,101,0,0,1\n", ["--moving", "Lid"], "the table names its nodes, moving is 'Lid'"),
