@@ -59,7 +59,7 @@ def test_a_point_array_names_the_fixed_nodes():
     held = points[:, 0] < 0.5
     assert isinstance(result.mesh, pv.UnstructuredGrid)
     assert np.array_equal(np.asarray(result.mesh.points)[held], points[held])
-    with pytest.raises(hc.OptionError, match="'clam' names no point array; there are: 'clamp'"):
+    with pytest.raises(hc.OptionError, match="'clam' names no point array or group of the file; there are: 'clamp'"):
         hc.regularize(grid, fixed="clam")
 
 

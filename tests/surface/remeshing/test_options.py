@@ -22,7 +22,9 @@ def test_nodes_are_held_by_the_name_of_a_point_array():
     assert (moment.points[pole] == points[pole]).all()
     assert (moment.points[~pole] != points[~pole]).any()
     for call in (surface.remesh, lambda mesh, fixed: surface.Evolution(surface.Willmore(mesh, fixed=fixed), STEPS)):
-        with pytest.raises(OptionError, match="'wall' names no point array; there are: 'pole', 'axes'"):
+        with pytest.raises(
+            OptionError, match="'wall' names no point array or group of the file; there are: 'pole', 'axes'"
+        ):
             call(mesh, fixed="wall")
         with pytest.raises(OptionError, match="fixed must have one boolean per point"):
             call(mesh, fixed="axes")
