@@ -161,8 +161,8 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     Parameters
     ----------
     path
-        A file with one of `WRITE_EXTENSIONS`, in a folder that exists. Gmsh files are written in the version
-        (2.2 or 4.1, text or binary) the mesh was read from, otherwise as binary 2.2; VTK files in binary.
+        A file with one of `WRITE_EXTENSIONS`, in a folder that exists. Files that carry a model are written as
+        they came, with other coordinates; other Gmsh files as binary 2.2, other .vtk files as binary 4.2.
     mesh
         Anything :func:`hexconformal.as_hex_mesh` takes.
 

@@ -101,7 +101,8 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     Parameters
     ----------
     path
-        A file with one of `EXTENSIONS`, in a folder that exists. All but .obj and .off are binary.
+        A file with one of `EXTENSIONS`, in a folder that exists. All but .obj, .off, and .ply with arrays on faces, are
+        binary; a file of the same format that the mesh came from is written as it came, with other coordinates.
     mesh
         Anything :func:`surface.as_surface_mesh` takes.
 

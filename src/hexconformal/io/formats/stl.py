@@ -22,8 +22,8 @@ def _read(path: Path) -> Polygons:
     """Read a stereolithography file; its triangles repeat their points, which are joined where they are equal."""
     data = path.read_bytes()
     points, corners = _joined(_corners(data))
-    names = re.findall(rb"(?im)^\s*solid[ \t]+(\S.*?)\s*$", data) if _is_text(data) else []
-    model = (f"solids {', '.join(map(decoded, names))}",) if names else ()
+    names = re.findall(rb"(?im)^[ \t]*solid[ \t]+(\S[^\r\n]*)", data) if _is_text(data) else []
+    model = (f"solids {', '.join(decoded(name).strip() for name in names)}",) if names else ()
     return Polygons(points, np.full(len(corners) // 3, 3), corners, model=model)
 
 

@@ -14,11 +14,9 @@ from ...source_file import SourceFile
 from .nodes import encode_nodes, read_nodes
 from .periodic import parted_pairs
 from .sections import Encoding, Section, file_encoding, file_sections
-from .views import View, encode_view, view_name
+from .views import COMPONENTS, View, encode_view, view_name
 
 __all__ = ["put_points"]
-
-_COMPONENTS = (1, 3, 9)
 
 
 def put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
@@ -73,7 +71,7 @@ def _views(arrays: Any, tags: Any, encoding: Encoding, lost: list[str]) -> bytes
     for kind, section, here, about in zip(("point", "cell"), ("NodeData", "ElementData"), arrays, tags, strict=True):
         for name, array in here.items():
             values = np.asarray(array).reshape(len(array), -1)
-            if values.dtype.kind not in "biuf" or values.shape[1] not in _COMPONENTS:
+            if values.dtype.kind not in "biuf" or values.shape[1] not in COMPONENTS:
                 lost.append(f"{kind} array {name!r}")
                 continue
             if values.dtype.kind in "iu":

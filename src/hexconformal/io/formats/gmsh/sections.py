@@ -56,7 +56,7 @@ def file_encoding(data: bytes) -> Encoding:
     ReadError
         If it says nothing that is known.
     """
-    match = re.search(rb"\$MeshFormat\s+(\S+)\s+([01])\s+([48])[ \t]*\r?\n", data)
+    match = re.search(rb"\$MeshFormat\s+(\S+)\s+([01])\s+([48])[ \t]*\r?\n", data[: 1 << 16])
     if match is None:
         raise ReadError("its $MeshFormat must tell a version, 0 (text) or 1 (binary), and 4 or 8 bytes of a count")
     encoding = Encoding(match[1].decode("ascii", "replace"), match[2] == b"0", int(match[3]))

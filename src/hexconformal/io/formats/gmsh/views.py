@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from ....common import ReadError
 from .sections import Encoding, Numbers
 
-__all__ = ["View", "encode_view", "read_view", "view_name"]
+__all__ = ["COMPONENTS", "View", "encode_view", "read_view", "view_name"]
+
+COMPONENTS = (1, 3, 9)  # of an array that Gmsh knows
 
 
 @dataclass(frozen=True)
