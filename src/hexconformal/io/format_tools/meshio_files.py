@@ -72,12 +72,12 @@ def write_with_meshio(target: Path, mesh: Any, name: str, **options: Any) -> Non
         meshio.write(target, mesh, file_format=name, **options)
 
 
-def require_disk_space(target: Path, mesh: Any) -> None:
-    """Raise a WriteError if a meshio.Mesh does not fit on the disk: HDF5 may crash then, or lose what it has not yet
-    written."""
+def require_disk_space(target: Path, mesh: Any, more: int = 0) -> None:
+    """Raise a WriteError if a meshio.Mesh, and two copies of what takes `more` bytes, do not fit on the disk: HDF5 may
+    crash then, or lose what it has not yet written."""
     arrays = [mesh.points, *(block.data for block in mesh.cells), *mesh.point_data.values()]
     arrays += [part for parts in mesh.cell_data.values() for part in parts]
-    needed = sum(np.asarray(array).nbytes for array in arrays) + _HDF5_OVERHEAD
+    needed = sum(np.asarray(array).nbytes for array in arrays) + 2 * more + _HDF5_OVERHEAD
     free = shutil.disk_usage(target.parent).free
     if free < needed:
         raise WriteError(f"the disk is full: some {needed / 1e6:.1f} MB are needed, {free / 1e6:.1f} MB are free")

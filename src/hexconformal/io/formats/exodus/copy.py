@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...format_tools.meshio_files import require_disk_space
 from ...source_file import SourceFile
 from .netcdf import as_characters, component_names, joined_components, length_of, opened, texts
 from .read import element_blocks
@@ -18,22 +21,31 @@ _OWN = "gmsh:physical"
 
 def put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
     """The file with the points of a meshio.Mesh, and with those of its arrays that are new or were changed."""
+    # On the disk: in a file that is made in memory, HDF5 forgets the order of the variables.
+    with TemporaryDirectory() as folder:
+        before, after = Path(folder) / "before.e", Path(folder) / "after.e"
+        require_disk_space(after, mesh, len(file.data))
+        before.write_bytes(file.data)
+        lost = _put_into(before, after, mesh)
+        return after.read_bytes(), lost
+
+
+def _put_into(before: Path, after: Path, mesh: Any) -> list[str]:
     import netCDF4
 
-    with opened(file.data) as old:
+    with opened(before) as old, netCDF4.Dataset(after, "w", format=old.data_model) as new:
         times = max(length_of(old, "time_step"), 1)
         nodal = _Variables(old, "nod", {name: [array] for name, array in mesh.point_data.items()})
         count = len(element_blocks(old))
         on_cells = {name: parts[:count] for name, parts in mesh.cell_data.items() if name != _OWN}
         on_elements = _Variables(old, "elem", on_cells)
-        new = netCDF4.Dataset("memory", "w", format=old.data_model, memory=len(file.data))
         _copy(old, new, {**nodal.lengths(), **on_elements.lengths()})
         lost = _set_points(new, mesh.points)
         nodal.add(new, times)
         on_elements.add(new, times)
         if length_of(new, "time_step") == 0 and nodal.names + on_elements.names:
             new["time_whole"][:1] = 0.0
-        return bytes(new.close()), [*lost, *nodal.shortened, *on_elements.shortened]
+        return [*lost, *nodal.shortened, *on_elements.shortened]
 
 
 class _Variables:

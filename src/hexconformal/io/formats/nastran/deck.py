@@ -38,9 +38,11 @@ def _replace(lines: list[str], card: Card, values: list[float]) -> list[float]:
     places = [(number, line, slot) for number, line in card.lines for slot in range(len(line.fields))]
     written = []
     for value, (number, line, slot) in zip(values, places[_FIRST : _FIRST + 3], strict=False):
-        text = format_real(value, _room(lines[number], line))
-        lines[number] = _with_field(lines[number], line, slot, text)
-        written.append(parse_real(text))
+        if parse_real(line.fields[slot]) != value:
+            text = format_real(value, _room(lines[number], line))
+            lines[number] = _with_field(lines[number], line, slot, text)
+            value = parse_real(text)
+        written.append(value)
     if len(written) < 3:
         # In large fields the third has a line of its own, which may be missing where it was zero.
         number, line = card.lines[-1]
