@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..common import MeshError, OptionError, first_ids
 from ..kernel import parallel_ranges
 from ..mesh import morton_codes
-from .closest_point_kernels import closest_range, segment_range, walk_range
+from .closest_point_kernels import closest_range, face_range, segment_range, walk_range
 
 __all__ = ["ClosestPoints", "CurveLocator", "SurfaceLocator"]
 
@@ -192,6 +192,13 @@ class SurfaceLocator:
         """
         places = np.ascontiguousarray(places, dtype=np.float64)
         return self._query(walk_range, places, np.ascontiguousarray(start), self.boxes, *self.neighbours)
+
+    def distances_to(self, places: ArrayLike, faces: Ints) -> Floats:
+        """(k,) distances of places (k, 3) from given faces (k,)."""
+        places = np.ascontiguousarray(places, dtype=np.float64)
+        distances = np.empty(len(places))
+        parallel_ranges(face_range, len(places), places, np.ascontiguousarray(faces), self.triangles, distances)
+        return distances
 
     def _query(self, kernel: Any, places: Floats, start: Ints, *tables: Any) -> ClosestPoints:
         count, size = len(places), self.faces.shape[1]

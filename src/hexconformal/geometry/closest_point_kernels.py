@@ -11,7 +11,8 @@ import numpy as np
 
 from ..kernel import algebra, combine, cross, dot, loop, subtract
 
-__all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "segment_range", "walk", "walk_range"]
+__all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "face_range", "segment_range"]
+__all__ += ["walk", "walk_range"]
 
 # Steps of a walk: more than any mesh is wide between two positions of a point.
 _MOST_STEPS = 1000
@@ -185,6 +186,14 @@ def closest_range(  # type: ignore[no-untyped-def]
             nodes[size + 1], bounds[size + 1] = 2 * node + 1 - swap, one if swap else two
             size += 2
         _store(k, face, best, found, triangles, positions, distances, faces, weights)
+
+
+@loop
+def face_range(first, last, places, faces, triangles, distances):  # type: ignore[no-untyped-def]
+    found = np.empty(4)
+    for k in range(first, last):
+        p = (places[k, 0], places[k, 1], places[k, 2])
+        distances[k] = np.sqrt(_closer_face(p, triangles, faces[k], np.inf, found))
 
 
 @loop

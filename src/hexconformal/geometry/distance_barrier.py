@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 from ..energy import BlockMatrix
 from ..kernel import loop
 from ..mesh import binary_search
+from .bilinear_surface import BilinearSurface, bilinear_grid, needed_parts
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
-from .hausdorff import surface_samples
+from .hausdorff import hausdorff, surface_samples
 
 __all__ = ["DistanceBarrier"]
 
@@ -36,6 +37,10 @@ _ATTRACTION = 30.0  # factor of t^2, at nodes: without it thin bodies inflate
 _STEEPNESS = 200.0  # k / (t1 - t0)
 _ONSET = 0.8  # t0
 _WALL = 0.98  # t1, never crossed from inside
+_WITHIN = 0.995  # share of the bound that leaves room for rounding
+_TOLERANCE = 0.02  # of measured distances, in bounds
+_NEAR, _WATCHED = 0.5, 0.9  # bounds from which on quads are looked at closely, and places on them watched
+_SPACING, _MOST_PARTS = 2.0, 64  # bounds between samples of a quad that is looked at closely; as many along a side
 _ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
 _CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
@@ -74,7 +79,7 @@ class DistanceBarrier:
         features of the original are not kept.
     """
 
-    original: SurfaceLocator
+    original: SurfaceLocator | BilinearSurface
     bound: float
     features: Features | None = None
     steepness: float = _STEEPNESS
@@ -100,7 +105,7 @@ class DistanceBarrier:
         self._forward_active = np.ones(len(places), dtype=bool)
         self._backward_active = np.ones(len(self._target_samples), dtype=bool)
         self._measured_at = points.copy()
-        self._wall = _WALL
+        self._wall, self._spacing = _WALL, _SPACING
         self._curves, self._curve_edges = self._feature_samples()
 
     def _feature_samples(self) -> tuple[CurveLocator | None, Ints]:
@@ -177,6 +182,49 @@ class DistanceBarrier:
         worst = max(ahead.distances.max(initial=0.0), back.distances.max(initial=0.0))
         return float(worst / self.bound)
 
+    def exceeded(self, points: Field) -> bool:
+        """True where any place of the bilinear surface is farther from its original than the bound, or nearly so."""
+        least = _WITHIN * self.bound
+        original, quads = self.original.points, self.original.faces
+        return hausdorff(points, original, quads, _TOLERANCE * self.bound, least) > least
+
+    def watch(self, points: Field) -> None:
+        """Take in samples of quads, and of the original, that are nearly out of the bound; and follow warped quads."""
+        original, quads = self.original.points, self.original.faces
+        parts = [needed_parts(x, quads, _TOLERANCE * self.bound) for x in (original, points)]
+        if isinstance(self.original, SurfaceLocator) and max(*parts[0], *parts[1]) > 1:
+            self.original = BilinearSurface(original, quads, np.maximum(*parts))
+        moved = self.original.with_points(points)
+        faces, weights = self._sample_faces, self._sample_weights
+        for share, samples in ((_NEAR, self._dense_samples), (_WATCHED, None)):
+            ahead, places = (np.einsum("sj,sji->si", weights, x[quads[faces]]) for x in (points, original))
+            near = self.original.closest(ahead, faces).distances > share * self.bound
+            behind = moved.closest(places, faces).distances > share * self.bound
+            if samples is not None:
+                faces, weights = samples(np.unique(faces[near | behind]))
+        for name, new in (
+            ("_sample_faces", faces[near]), ("_sample_weights", weights[near]), ("_at_node", np.zeros(near.sum(), bool)),
+            ("_forward_faces", faces[near]), ("_forward_distances", np.full(near.sum(), np.inf)),
+            ("_forward_active", np.ones(near.sum(), bool)), ("_target_samples", places[behind]),
+            ("_backward_faces", faces[behind]), ("_backward_distances", np.full(behind.sum(), np.inf)),
+            ("_backward_active", np.ones(behind.sum(), bool)),
+        ):  # fmt: skip
+            setattr(self, name, np.concatenate([getattr(self, name), new]))
+        # Where that is not enough they are closer together next time.
+        self._spacing *= 0.5
+
+    def _dense_samples(self, quads: Ints) -> tuple[Ints, Field]:
+        """Faces (s,) and weights (s, 4) of samples of some quads that are hardly farther apart than the bound."""
+        x = self.original.points[self.original.faces[quads]]
+        parts = np.ceil(np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1) / (self._spacing * self.bound))
+        parts = parts.clip(1, _MOST_PARTS).astype(np.int64)
+        faces, weights = [np.empty(0, np.int64)], [np.empty((0, 4))]
+        for n in np.unique(parts):
+            which, grid = quads[parts == n], bilinear_grid(int(n))[0]
+            faces.append(np.repeat(which, len(grid)))
+            weights.append(np.tile(grid, (len(which), 1)))
+        return np.concatenate(faces), np.concatenate(weights)
+
     # ------------------------------------------------------------------------------------- measuring
     def _all_points(self, points: Field) -> Field:
         if self._nodes is None:
@@ -245,7 +293,9 @@ class DistanceBarrier:
             partial(_distance_projectors, residuals, there.distances, self.bound, moved, there.faces),
         ), there.faces  # fmt: skip
 
-    def _closest(self, surface: SurfaceLocator, places: Field, start: Ints, everywhere: bool) -> ClosestPoints:
+    def _closest(
+        self, surface: SurfaceLocator | BilinearSurface, places: Field, start: Ints, everywhere: bool
+    ) -> ClosestPoints:
         """Closest points by walking; those too far away are looked for everywhere, as a walk may end in a dead end."""
         there = surface.closest_by_walk(places, start)
         if everywhere and (far := there.distances > _WALL * self.bound).any():
@@ -273,7 +323,7 @@ def _wall_beyond(worst: float, onset: float) -> float:
 
 
 def _distance_projectors(
-    residuals: Field, distances: Field, bound: float, surface: SurfaceLocator, faces: Ints
+    residuals: Field, distances: Field, bound: float, surface: SurfaceLocator | BilinearSurface, faces: Ints
 ) -> Field:
     """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
     x = surface.points[surface.faces[faces]]

@@ -37,9 +37,10 @@ def boundary_distance(
     """Hausdorff distance of the boundary from where it was, or from the surface to slide on, in diagonals."""
     if barrier is not None and barrier.reference is not None:
         return distance_between(SurfaceLocator(points, normalized.quads), barrier.reference) / normalized.diagonal
+    tolerance = None if barrier is None else 0.02 * barrier.bound
     # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
     exact = points is normalized.points or (barrier is None and boundary != "free")
-    return 0.0 if exact else hausdorff(points, normalized.points, normalized.quads) / normalized.diagonal
+    return 0.0 if exact else hausdorff(points, normalized.points, normalized.quads, tolerance) / normalized.diagonal
 
 
 def with_volume_restored(

@@ -24,7 +24,7 @@ from .minimize import Minimization
 from .options import Options
 from .untangle import folded_cells, pull_back, untangle
 from .untangle_interior import untangle_interior
-from .worst_cells import raise_worst, raise_worst_patches
+from .worst_cells import raise_worst, raise_worst_patches, stiffened
 
 __all__ = ["Stages"]
 
@@ -205,11 +205,13 @@ class Stages:
         for _ in range(_RETURNS):
             if barrier is None or self._within_bound(points):
                 return
+            barrier.watch(points)
             barrier.steepness *= 4.0
-            for points, _ in islice(
-                projected_newton(corner_energy, points, Weights(volume=VOLUME_WEIGHT)), _RETURN_STEPS
-            ):
+            weights = stiffened(corner_energy, points) if self._options.raises_worst else Weights(volume=VOLUME_WEIGHT)
+            for points, _ in islice(projected_newton(corner_energy, points, weights), _RETURN_STEPS):
                 yield Iteration("return to the surface", points)
+                if barrier.relative_distance(points) < 1.0:
+                    break
 
     def energy(self, points: Field) -> float:
         """The summed distortion at some points, as the options ask for it; NaN where a corner is folded."""
@@ -297,4 +299,4 @@ class Stages:
     def _within_bound(self, points: Field) -> bool:
         """True where the boundary is within its bound."""
         barrier = self.boundary.barrier
-        return barrier is None or barrier.reference is not None or barrier.relative_distance(points) <= _BOUND_SHARE
+        return barrier is None or barrier.reference is not None or not barrier.exceeded(points)
