@@ -19,12 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
-from ..kernel import loop
-from ..mesh import binary_search
-from .bilinear_surface import BilinearSurface, bilinear_grid, needed_parts
+from .bilinear_surface import BilinearSurface, needed_parts
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
-from .hausdorff import hausdorff, surface_samples
+from .hausdorff import dense_samples, hausdorff, surface_samples
+from .sample_sums import add_samples
 
 __all__ = ["DistanceBarrier"]
 
@@ -40,7 +39,7 @@ _WALL = 0.98  # t1, never crossed from inside
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _TOLERANCE = 0.02  # of measured distances, in bounds
 _NEAR, _WATCHED = 0.5, 0.9  # bounds from which on quads are looked at closely, and places on them watched
-_SPACING, _MOST_PARTS = 2.0, 64  # bounds between samples of a quad that is looked at closely; as many along a side
+_SPACING = 2.0  # bounds between samples of a quad that is looked at closely
 _ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
 _CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
@@ -147,7 +146,7 @@ class DistanceBarrier:
             total += value
             force = slopes[:, None] * samples.residuals
             nodes = samples.nodes if self._nodes is None else self._local[samples.nodes]
-            _add_samples(
+            add_samples(
                 nodes, samples.weights, force, curvatures[:, None, None] * samples.directions(),
                 matrix.indptr, matrix.indices, matrix.data, gradient,
             )  # fmt: skip
@@ -182,11 +181,15 @@ class DistanceBarrier:
         worst = max(ahead.distances.max(initial=0.0), back.distances.max(initial=0.0))
         return float(worst / self.bound)
 
+    def farthest(self, points: Field) -> float:
+        """Hausdorff distance of the bilinear surface from its original, in units of the bound."""
+        x, quads = self.original.points, self.original.faces
+        return hausdorff(points, x, quads, _TOLERANCE * self.bound) / self.bound
+
     def exceeded(self, points: Field) -> bool:
         """True where any place of the bilinear surface is farther from its original than the bound, or nearly so."""
-        least = _WITHIN * self.bound
-        original, quads = self.original.points, self.original.faces
-        return hausdorff(points, original, quads, _TOLERANCE * self.bound, least) > least
+        x, quads, least = self.original.points, self.original.faces, _WITHIN * self.bound
+        return hausdorff(points, x, quads, _TOLERANCE * self.bound, least) > least
 
     def watch(self, points: Field) -> None:
         """Take in samples of quads, and of the original, that are nearly out of the bound; and follow warped quads."""
@@ -194,36 +197,30 @@ class DistanceBarrier:
         parts = [needed_parts(x, quads, _TOLERANCE * self.bound) for x in (original, points)]
         if isinstance(self.original, SurfaceLocator) and max(*parts[0], *parts[1]) > 1:
             self.original = BilinearSurface(original, quads, np.maximum(*parts))
-        moved = self.original.with_points(points)
-        faces, weights = self._sample_faces, self._sample_weights
-        for share, samples in ((_NEAR, self._dense_samples), (_WATCHED, None)):
-            ahead, places = (np.einsum("sj,sji->si", weights, x[quads[faces]]) for x in (points, original))
-            near = self.original.closest(ahead, faces).distances > share * self.bound
-            behind = moved.closest(places, faces).distances > share * self.bound
-            if samples is not None:
-                faces, weights = samples(np.unique(faces[near | behind]))
-        for name, new in (
-            ("_sample_faces", faces[near]), ("_sample_weights", weights[near]), ("_at_node", np.zeros(near.sum(), bool)),
-            ("_forward_faces", faces[near]), ("_forward_distances", np.full(near.sum(), np.inf)),
-            ("_forward_active", np.ones(near.sum(), bool)), ("_target_samples", places[behind]),
-            ("_backward_faces", faces[behind]), ("_backward_distances", np.full(behind.sum(), np.inf)),
-            ("_backward_active", np.ones(behind.sum(), bool)),
-        ):  # fmt: skip
-            setattr(self, name, np.concatenate([getattr(self, name), new]))
+        there = self._sample_faces, self._sample_weights
+        which = np.unique(np.concatenate([faces for faces, _ in self._beyond(_NEAR, points, there)]))
+        dense = dense_samples(original, quads, which, self._spacing * self.bound)
         # Where that is not enough they are closer together next time.
         self._spacing *= 0.5
+        (ahead, ahead_weights), (behind, behind_weights) = self._beyond(_WATCHED, points, dense)
+        places = np.einsum("sj,sji->si", behind_weights, original[quads[behind]])
+        for name, new in (
+            ("_sample_faces", ahead), ("_sample_weights", ahead_weights), ("_at_node", np.zeros(len(ahead), bool)),
+            ("_target_samples", places), ("_forward_faces", ahead), ("_backward_faces", behind),
+            ("_forward_distances", np.full(len(ahead), np.inf)), ("_backward_distances", np.full(len(behind), np.inf)),
+            ("_forward_active", np.ones(len(ahead), bool)), ("_backward_active", np.ones(len(behind), bool)),
+        ):  # fmt: skip
+            setattr(self, name, np.concatenate([getattr(self, name), new]))
 
-    def _dense_samples(self, quads: Ints) -> tuple[Ints, Field]:
-        """Faces (s,) and weights (s, 4) of samples of some quads that are hardly farther apart than the bound."""
-        x = self.original.points[self.original.faces[quads]]
-        parts = np.ceil(np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1) / (self._spacing * self.bound))
-        parts = parts.clip(1, _MOST_PARTS).astype(np.int64)
-        faces, weights = [np.empty(0, np.int64)], [np.empty((0, 4))]
-        for n in np.unique(parts):
-            which, grid = quads[parts == n], bilinear_grid(int(n))[0]
-            faces.append(np.repeat(which, len(grid)))
-            weights.append(np.tile(grid, (len(which), 1)))
-        return np.concatenate(faces), np.concatenate(weights)
+    def _beyond(self, share: float, points: Field, samples: tuple[Ints, Field]) -> list[tuple[Ints, Field]]:
+        """The samples, faces and weights, that are farther away than a share of the bound: forward, backward."""
+        faces, weights = samples
+        moved, found = self.original.with_points(points), []
+        for this, that in ((moved, self.original), (self.original, moved)):
+            places = np.einsum("sj,sji->si", weights, this.points[this.faces[faces]])
+            far = that.closest(places, faces).distances > share * self.bound
+            found.append((faces[far], weights[far]))
+        return found
 
     # ------------------------------------------------------------------------------------- measuring
     def _all_points(self, points: Field) -> Field:
@@ -344,26 +341,3 @@ def _normal_projectors(ends: Field, weights: Field) -> Field:
 
 def _identities(count: int) -> Field:
     return np.broadcast_to(np.eye(3), (count, 3, 3))
-
-
-@loop
-def _add_samples(nodes, weights, force, curvature, indptr, indices, data, gradient):  # type: ignore[no-untyped-def]
-    """Add the forces and curvatures of samples to their nodes; nodes below zero take no part."""
-    for k in range(len(nodes)):
-        for i in range(nodes.shape[1]):
-            a, w = nodes[k, i], weights[k, i]
-            if a < 0 or w == 0.0:
-                continue
-            for r in range(3):
-                gradient[a, r] += w * force[k, r]
-            for j in range(nodes.shape[1]):
-                b, share = nodes[k, j], w * weights[k, j]
-                # The matrix holds its lower triangle, without the rows and columns of held nodes.
-                if b < 0 or b > a or share == 0.0:
-                    continue
-                place = binary_search(indices, indptr[a], indptr[a + 1], b)
-                if place >= indptr[a + 1] or indices[place] != b:
-                    continue
-                for r in range(3):
-                    for c in range(3):
-                        data[place, r, c] += share * curvature[k, r, c]

@@ -9,16 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import face_edges, unique_edges
-from .bilinear_surface import BilinearSurface, needed_parts
+from .bilinear_surface import BilinearSurface, bilinear_grid, needed_parts
 from .closest_point import ClosestPoints, SurfaceLocator
 
-__all__ = ["distance_between", "hausdorff", "surface_samples"]
+__all__ = ["dense_samples", "distance_between", "hausdorff", "surface_samples"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _TOLERANCE = 1e-4  # of diagonals, where none is given
 _RELATIVE = 0.02  # of the distance itself: this close is as good
+_MOST_SAMPLES = 64  # along a side of a quad
 _MOST_CUTS = 10  # times that a patch is cut in four
 
 
@@ -51,6 +52,35 @@ def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
     of = np.concatenate([nodes // size, edges // size, every, np.repeat(every, size)])
     quarters = np.tile((corner + 1.0 / size) / 2, (count, 1))
     return of, np.concatenate([corner[nodes % size], middle[edges % size], centre, quarters])
+
+
+def dense_samples(points: Floats, quads: Ints, which: Ints, spacing: float) -> tuple[Ints, Floats]:
+    """Samples of some quads on grids that are as fine as a spacing asks for.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (q, 4) nodes in cyclic order.
+    which
+        Ids of quads.
+    spacing
+        Distance between samples, in units of length.
+
+    Returns
+    -------
+    (s,) the quad of each sample, (s, 4) weights of its nodes.
+    """
+    x = points[quads[which]]
+    parts = np.ceil(np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1) / spacing)
+    parts = parts.clip(1, _MOST_SAMPLES).astype(np.int64)
+    faces, weights = [which[:0]], [np.empty((0, 4))]
+    for n in np.unique(parts):
+        grid, _ = bilinear_grid(int(n))
+        faces.append(np.repeat(which[parts == n], len(grid)))
+        weights.append(np.tile(grid, (int((parts == n).sum()), 1)))
+    return np.concatenate(faces), np.concatenate(weights)
 
 
 def hausdorff(

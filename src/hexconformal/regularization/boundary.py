@@ -127,7 +127,7 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
 
 
 def _normals_of_curves(points: Field, features: Features, sums: Field, flat: Mask) -> Field:
-    """(n, 3, 3) what the sums lack that keeps straight curves and their ends, which lie in planes: crack fronts, tags."""
+    """(n, 3, 3) what sums of planes lack that keeps straight curves in them, and their ends: crack fronts, tags."""
     lines, free = line_normal_sums(points, features.edges), count_free_directions(sums)
     ends = np.zeros(len(points), dtype=bool)
     ends[features.corners] = True

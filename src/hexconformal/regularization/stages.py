@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice
@@ -22,9 +23,10 @@ from .improve_folded import improve_folded
 from .iteration import Iteration
 from .minimize import Minimization
 from .options import Options
+from .return_to_surface import return_to_surface
 from .untangle import folded_cells, pull_back, untangle
 from .untangle_interior import untangle_interior
-from .worst_cells import raise_worst, raise_worst_patches, stiffened
+from .worst_cells import raise_worst, raise_worst_patches
 
 __all__ = ["Stages"]
 
@@ -35,10 +37,8 @@ Mask = NDArray[np.bool_]
 _GOOD_ENOUGH = 0.98  # smallest scaled Jacobian that need not be raised
 _MANY_CELLS = 200_000  # cells up to which those of the whole mesh are raised; beyond, patches around the worst
 _PATIENCE = 1  # rounds of patches without success before other features are tried
-_RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back within its bound, and steps of each
 _WIDER_BOUNDS = 0.05, 0.1, 0.2  # diagonals that the boundary may move to unfold the cells that resist
 _RETURN_STEEPNESS = 12.5  # steepness of the barrier on the way back from there
-_BOUND_SHARE = 0.995  # share of the bound that leaves room for rounding
 _DISTORTION_STEPS = 2  # on the whole distortion, before the angles take over
 _WANTED_SIZES_WEIGHT = 25.0  # weight of sizes that were asked for, beside those of the input
 _SIZES_WEIGHT = 4.0  # weight of sizes beside the distortion, where the worst cells are not raised
@@ -192,26 +192,27 @@ class Stages:
         for iteration in self._return_to_surface(closer_energy, afar):
             afar = iteration.points
             yield replace(iteration, points=points)
-        needed = closer.relative_distance(afar)
-        if needed <= _BOUND_SHARE:
+        if not closer.exceeded(afar):
             return closer_energy, afar, folded_cells(closer_energy, afar)
         self.boundary = before
-        self._sufficient_hausdorff = min(self._sufficient_hausdorff, needed * self._options.hausdorff)
+        self._sufficient_hausdorff = min(self._sufficient_hausdorff, closer.farthest(afar) * self._options.hausdorff)
         return corner_energy, points, bad
 
     def _return_to_surface(self, corner_energy: CornerEnergy, points: Field) -> Iterator[Iteration]:
-        """Bring samples back that a patch has let out of the bound, with a steeper barrier each time."""
+        """Bring back what is out of its bound; with another surface to slide on that is told, not changed."""
         barrier = self.boundary.barrier
-        for _ in range(_RETURNS):
-            if barrier is None or self._within_bound(points):
-                return
-            barrier.watch(points)
-            barrier.steepness *= 4.0
-            weights = stiffened(corner_energy, points) if self._options.raises_worst else Weights(volume=VOLUME_WEIGHT)
-            for points, _ in islice(projected_newton(corner_energy, points, weights), _RETURN_STEPS):
+        if barrier is not None and barrier.reference is None:
+            for points in return_to_surface(corner_energy, barrier, points, self._options.raises_worst):
                 yield Iteration("return to the surface", points)
-                if barrier.relative_distance(points) < 1.0:
-                    break
+
+    def brought_back(self, points: Field) -> Field:
+        """The points with the boundary within its bound, as nearly as can be, where the run was left before it was."""
+        barrier = copy(self.boundary.barrier)
+        if barrier is not None and barrier.reference is None and self.corner_energy is not None:
+            corner_energy = replace(self.corner_energy, surface_penalty=barrier)
+            steps = return_to_surface(corner_energy, barrier, points, self._options.raises_worst)
+            points = [points, *steps][-1]
+        return points
 
     def energy(self, points: Field) -> float:
         """The summed distortion at some points, as the options ask for it; NaN where a corner is folded."""

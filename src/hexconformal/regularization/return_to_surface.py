@@ -1,0 +1,52 @@
+"""Bring a boundary back that has come out of its bound between the samples that the barrier watches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
+from ..geometry import DistanceBarrier
+from ..solver import projected_newton
+from .worst_cells import stiffened
+
+__all__ = ["return_to_surface"]
+
+Field = NDArray[np.float64]
+
+_ROUNDS, _STEPS = 8, 8
+
+
+def return_to_surface(
+    problem: CornerEnergy, barrier: DistanceBarrier, points: Field, keeps_worst: bool
+) -> Iterator[Field]:
+    """Watch more samples with a steeper barrier each time, until all of the bilinear surface is within its bound.
+
+    Parameters
+    ----------
+    problem
+        Corner energy of which the barrier is a part.
+    barrier
+        Gets the samples, and is steeper afterwards.
+    points
+        (n, 3) where to begin.
+    keeps_worst
+        True where no cell may get much worse than the worst one is.
+
+    Yields
+    ------
+    (n, 3) points after each step; none where the surface is within its bound.
+    """
+    for _ in range(_ROUNDS):
+        if not barrier.exceeded(points):
+            return
+        barrier.watch(points)
+        barrier.steepness *= 4.0
+        weights = stiffened(problem, points) if keeps_worst else Weights(volume=VOLUME_WEIGHT)
+        for points, _ in islice(projected_newton(problem, points, weights), _STEPS):
+            yield points
+            if barrier.relative_distance(points) < 1.0:
+                break
