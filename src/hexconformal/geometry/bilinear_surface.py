@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .closest_point import ClosestPoints, SurfaceLocator
 
-__all__ = ["BilinearSurface", "bilinear_grid", "needed_parts"]
+__all__ = ["BilinearSurface", "bilinear_grid", "bilinear_weights", "needed_parts"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -126,11 +126,16 @@ def needed_parts(points: Floats, quads: Ints, tolerance: float) -> Ints:
     return np.ceil(np.sqrt(warp / max(tolerance, 1e-300))).clip(1, _MOST_PARTS).astype(np.int64)
 
 
+def bilinear_weights(places: Floats) -> Floats:
+    """(s, 4) weights of the nodes of a quad at places (s, 2) in the unit square."""
+    u, v = places.T
+    return np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
+
+
 def bilinear_grid(n: int) -> tuple[Floats, Ints]:
     """Weights ((n + 1)^2, 4) of the nodes of a quad at a grid on it, and the grid's own quads (n^2, 4)."""
     s = np.linspace(0.0, 1.0, n + 1)
-    u, v = (side.ravel() for side in np.meshgrid(s, s, indexing="ij"))
-    weights = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
+    weights = bilinear_weights(np.stack([side.ravel() for side in np.meshgrid(s, s, indexing="ij")], axis=1))
     number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     around = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     return weights, np.stack([corner.ravel() for corner in around], axis=1)

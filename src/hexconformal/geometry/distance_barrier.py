@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
-from .bilinear_surface import BilinearSurface, needed_parts
+from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
 from .hausdorff import dense_samples, hausdorff, surface_samples
@@ -39,7 +39,7 @@ _WALL = 0.98  # t1, never crossed from inside
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _TOLERANCE = 0.02  # of measured distances, in bounds
 _NEAR, _WATCHED = 0.5, 0.9  # bounds from which on quads are looked at closely, and places on them watched
-_SPACING = 2.0  # bounds between samples of a quad that is looked at closely
+_SPACING, _LEAST_SPACING = 2.0, 0.5  # bounds between samples of quads looked at closely: at first, at last
 _ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
 _CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
@@ -104,7 +104,7 @@ class DistanceBarrier:
         self._forward_active = np.ones(len(places), dtype=bool)
         self._backward_active = np.ones(len(self._target_samples), dtype=bool)
         self._measured_at = points.copy()
-        self._wall, self._spacing = _WALL, _SPACING
+        self._wall, self._spacing, self._count = _WALL, _SPACING, len(self._sample_faces)
         self._curves, self._curve_edges = self._feature_samples()
 
     def _feature_samples(self) -> tuple[CurveLocator | None, Ints]:
@@ -194,14 +194,21 @@ class DistanceBarrier:
     def watch(self, points: Field) -> None:
         """Take in samples of quads, and of the original, that are nearly out of the bound; and follow warped quads."""
         original, quads = self.original.points, self.original.faces
-        parts = [needed_parts(x, quads, _TOLERANCE * self.bound) for x in (original, points)]
-        if isinstance(self.original, SurfaceLocator) and max(*parts[0], *parts[1]) > 1:
-            self.original = BilinearSurface(original, quads, np.maximum(*parts))
-        there = self._sample_faces, self._sample_weights
+        parts = np.maximum(*(needed_parts(x, quads, _TOLERANCE * self.bound) for x in (original, points)))
+        if isinstance(self.original, BilinearSurface):
+            parts = np.maximum(parts, self.original.parts)
+        if parts.max() > 1:
+            self.original = BilinearSurface(original, quads, parts)
+        # Samples half-way to the corners lay on triangles.
+        faces, weights = self._sample_faces[: self._count], self._sample_weights[: self._count]
+        weights = bilinear_weights(weights @ [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        self._sample_weights = weights
+        self._target_samples = np.einsum("sj,sji->si", weights, original[quads[faces]])
+        there = faces, weights
         which = np.unique(np.concatenate([faces for faces, _ in self._beyond(_NEAR, points, there)]))
         dense = dense_samples(original, quads, which, self._spacing * self.bound)
         # Where that is not enough they are closer together next time.
-        self._spacing *= 0.5
+        self._spacing = max(0.5 * self._spacing, _LEAST_SPACING)
         (ahead, ahead_weights), (behind, behind_weights) = self._beyond(_WATCHED, points, dense)
         places = np.einsum("sj,sji->si", behind_weights, original[quads[behind]])
         for name, new in (
@@ -210,7 +217,7 @@ class DistanceBarrier:
             ("_forward_distances", np.full(len(ahead), np.inf)), ("_backward_distances", np.full(len(behind), np.inf)),
             ("_forward_active", np.ones(len(ahead), bool)), ("_backward_active", np.ones(len(behind), bool)),
         ):  # fmt: skip
-            setattr(self, name, np.concatenate([getattr(self, name), new]))
+            setattr(self, name, np.concatenate([getattr(self, name)[: self._count], new]))
 
     def _beyond(self, share: float, points: Field, samples: tuple[Ints, Field]) -> list[tuple[Ints, Field]]:
         """The samples, faces and weights, that are farther away than a share of the bound: forward, backward."""

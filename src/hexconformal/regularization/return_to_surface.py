@@ -17,7 +17,7 @@ __all__ = ["return_to_surface"]
 
 Field = NDArray[np.float64]
 
-_ROUNDS, _STEPS = 8, 8
+_ROUNDS, _STEPS = 4, 8
 
 
 def return_to_surface(
@@ -34,19 +34,24 @@ def return_to_surface(
     points
         (n, 3) where to begin.
     keeps_worst
-        True where no cell may get much worse than the worst one is.
+        True where no cell may get much worse than the worst one is, if that can be.
 
     Yields
     ------
     (n, 3) points after each step; none where the surface is within its bound.
     """
-    for _ in range(_ROUNDS):
-        if not barrier.exceeded(points):
-            return
-        barrier.watch(points)
+    watching = 0
+    for _ in range(3 * _ROUNDS):
+        # What the samples see comes back by itself; only then others are looked for.
+        if watching or barrier.relative_distance(points) <= 1.0:
+            if watching == 2 * _ROUNDS or not barrier.exceeded(points):
+                return
+            barrier.watch(points)
+            watching += 1
         barrier.steepness *= 4.0
-        weights = stiffened(problem, points) if keeps_worst else Weights(volume=VOLUME_WEIGHT)
+        kept = keeps_worst and 0 < watching <= _ROUNDS
+        weights = stiffened(problem, points) if kept else Weights(volume=VOLUME_WEIGHT)
         for points, _ in islice(projected_newton(problem, points, weights), _STEPS):
             yield points
-            if barrier.relative_distance(points) < 1.0:
+            if watching and barrier.relative_distance(points) < 1.0:
                 break

@@ -70,6 +70,7 @@ class Stages:
         self.corner_energy: CornerEnergy | None = None
         self._normalized, self.boundary, self._options = normalized, boundary, options
         self._sufficient_hausdorff = np.inf
+        self._earlier: list[Field] = []  # points to go back to where the surface cannot be brought back
         self.wanted = self._wanted_volumes()
         self._valid = np.flatnonzero(is_valid(normalized.mesh.points, normalized.mesh.cells))
 
@@ -104,7 +105,7 @@ class Stages:
         if bad.any():
             whole, (corner_energy, points, bad) = corner_energy, self._hold_folded(corner_energy, points, bad)
             yield Iteration("hold what stays inverted", points)
-        self.corner_energy = corner_energy
+        self.corner_energy, self._earlier = corner_energy, [points]
         if bad.any() or self.boundary.barrier is not None or self._options.wants_sizes:
             if self._options.given_for_minimization:
                 self.notes.append(f"without effect on this mesh: {', '.join(self._options.given_for_minimization)}")
@@ -115,6 +116,7 @@ class Stages:
             for iteration in self._minimize(points):
                 points = iteration.points
                 yield iteration
+        self._earlier.append(points)
         quality = corner_scaled_jacobian(points, corner_energy.cells)
         raised = self._options.raises_worst and corner_energy.free.any() and len(quality) > 0
         if raised and quality.min() < _GOOD_ENOUGH:
@@ -189,9 +191,8 @@ class Stages:
         before, closer = self.boundary, replace(barrier, steepness=_RETURN_STEEPNESS)
         self.boundary = replace(before, barrier=closer)
         closer_energy = self._make_corner_energy()
-        for iteration in self._return_to_surface(closer_energy, afar):
-            afar = iteration.points
-            yield replace(iteration, points=points)
+        for afar in return_to_surface(closer_energy, closer, afar, keeps_worst=False):
+            yield Iteration("return to the surface", points)
         if not closer.exceeded(afar):
             return closer_energy, afar, folded_cells(closer_energy, afar)
         self.boundary = before
@@ -202,17 +203,20 @@ class Stages:
         """Bring back what is out of its bound; with another surface to slide on that is told, not changed."""
         barrier = self.boundary.barrier
         if barrier is not None and barrier.reference is None:
-            for points in return_to_surface(corner_energy, barrier, points, self._options.raises_worst):
-                yield Iteration("return to the surface", points)
+            back = points
+            for back in return_to_surface(corner_energy, barrier, points, self._options.raises_worst):
+                yield Iteration("return to the surface", back)
+            if back is not points and barrier.exceeded(back):
+                within = (earlier for earlier in reversed(self._earlier) if not barrier.exceeded(earlier))
+                yield Iteration("return to the surface", next(within, back))
 
     def brought_back(self, points: Field) -> Field:
         """The points with the boundary within its bound, as nearly as can be, where the run was left before it was."""
         barrier = copy(self.boundary.barrier)
-        if barrier is not None and barrier.reference is None and self.corner_energy is not None:
-            corner_energy = replace(self.corner_energy, surface_penalty=barrier)
-            steps = return_to_surface(corner_energy, barrier, points, self._options.raises_worst)
-            points = [points, *steps][-1]
-        return points
+        if barrier is None or barrier.reference is not None or self.corner_energy is None or self.converged:
+            return points
+        corner_energy = replace(self.corner_energy, surface_penalty=barrier)
+        return [points, *return_to_surface(corner_energy, barrier, points, self._options.raises_worst)][-1]
 
     def energy(self, points: Field) -> float:
         """The summed distortion at some points, as the options ask for it; NaN where a corner is folded."""
