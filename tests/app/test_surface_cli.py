@@ -182,7 +182,7 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
             2,
             "must be an angle in degrees, or none, not 'sharp'",
         ),
-        ("remesh ball.ply out.ply --fixed walls", 2, "names no point array; there are: 'pole'"),
+        ("remesh ball.ply out.ply --fixed walls", 2, "names no point array or group of the file; there are: 'pole'"),
         ("remesh ball.ply out.ply --eps 0", 2, "eps"),
         ("remesh ball.ply out.ply --hausdorff -1", 2, "hausdorff"),
         ("remesh ball.ply out.ply --every 0", 2, "every"),

@@ -78,16 +78,16 @@ def test_abaqus_deck_is_read_as_abaqus_means_it(tmp_path):
     mesh = io.read(tmp_path / "a.inp")
     np.testing.assert_array_equal(mesh.points[mesh.cells[0]], block(1)[0][block(1)[1][0]])
     source = mesh.origin.source
-    assert [(c.type, len(c.data)) for c in source.cells] == [("quad", 1), ("hexahedron", 1), ("hexahedron", 1)]
+    assert [(c.type, len(c.data)) for c in source.cells] == [("quad", 1), ("hexahedron", 2)]
     assert {name: ids.tolist() for name, ids in source.point_sets.items()} == {
         "everything": [0, 1, 2, 3],
         "odd": [0, 2, 11],
     }
     assert {name: [part.tolist() for part in parts] for name, parts in source.cell_sets.items()} == {
-        "lower": [[], [0], []],
-        "upper": [[], [], [0]],
-        "both": [[], [0], [0]],
-        "skin": [[0], [], [0]],
+        "lower": [[], [0]],
+        "upper": [[], [1]],
+        "both": [[], [0, 1]],
+        "skin": [[0], [1]],
     }
     assert "SPRINGA" in mesh.notes[0]
 

@@ -57,5 +57,5 @@ def test_exodus_elements_have_many_names(tmp_path):
     ]
     with netcdf.Dataset(path, "a") as data:
         data["connect2"].elem_type = "NFACED"
-    with pytest.raises(ReadError, match="type 'NFACED' are not known"):
+    with pytest.raises(ReadError, match="type 'NFACED' are not supported"):
         io.read(path)

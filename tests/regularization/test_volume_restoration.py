@@ -91,11 +91,12 @@ def test_a_run_that_is_left_early_conserves_the_volume_too():
     assert abs(report.volume_change) < 1e-13
 
 
-def test_left_before_it_is_unfolded_a_mesh_says_that_its_volume_differs(shared):
-    mesh = shared / "meshes" / "hex" / "msq_pave3_input.vtu"
+def test_left_before_it_is_unfolded_a_mesh_says_that_its_volume_differs():
+    mesh = generate.jittered(*generate.ball(4, 2), 0.9, valid=False, keep_boundary=False)
     run = hc.Regularization(mesh, hc.Options(conserve_volume=True))
     for record in run:
-        if 0 < record.inverted < run.history[0].inverted:
+        # The first steps move nodes inside alone; after them the boundary gives way too.
+        if record.iteration > 1 and record.inverted < run.history[1].inverted:
             break
     report = run.result().report
     assert 0 < report.after.inverted < report.before.inverted

@@ -3,7 +3,7 @@
 Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
-from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, unusable_points
+from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, first_names, unusable_points
 from .files import check_writable, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
 from .serialization import Serializable, json_safe
@@ -31,6 +31,7 @@ __all__ = [
     "as_mask",
     "check_writable",
     "first_ids",
+    "first_names",
     "interruptible",
     "is_number",
     "json_safe",

@@ -160,7 +160,7 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     if isinstance(value, str) and arrays is not None:
         if value not in arrays:
             known = ", ".join(map(repr, arrays)) or "none"
-            raise OptionError(f"{name}={value!r} names no point array; there are: {known}")
+            raise OptionError(f"{name}={value!r} names no point array or group of the file; there are: {known}")
         value = np.asarray(arrays[value]) != 0
     try:
         array = np.asarray([] if value is None else value)

@@ -41,7 +41,7 @@ def normalized_target(target: Any, normalized: NormalizedMesh) -> Any:
 
 
 def inverse_targets(
-    target: Any, points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[np.int64] | None = None
+    target: Any, points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[Any] | None = None
 ) -> Field | None:
     """Inverse target frames W^-1 for :class:`hexconformal.energy.distortion_energy.Distortion`.
 
@@ -97,7 +97,7 @@ def inverse_targets(
     raise OptionError(f"target must be {expected}, not of shape {values.shape}")
 
 
-def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[np.int64] | None) -> Field:
+def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[Any] | None) -> Field:
     if not np.isfinite(points[cells]).all():
         raise MeshError("target shapes need a valid reference mesh; this one has NaN or infinite coordinates")
     frames = jacobian_matrices(points, cells, quadrature)
@@ -202,5 +202,6 @@ def target_volumes(sizes: Any, mesh: HexMesh, valid: NDArray[np.bool_]) -> Field
         raise OptionError(f"sizes must be one volume for each of the {len(mesh.cells)} cells, not of shape {shape}")
     bad = np.flatnonzero(~(np.isfinite(volumes) & (volumes > 0.0)))
     if len(bad):
-        raise OptionError(f"sizes must be volumes, finite and positive; those of cells {first_ids(bad)} are not")
+        ids = first_ids(bad, mesh.cell_labels)
+        raise OptionError(f"sizes must be volumes, finite and positive; those of cells {ids} are not")
     return volumes

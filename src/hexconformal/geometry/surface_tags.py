@@ -11,7 +11,11 @@ __all__ = ["surface_tags"]
 
 Ints = NDArray[np.int64]
 
-_TAGS = ("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "cell_tags", "tags", "tag", "surface")
+
+_TAGS = (
+    *("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "nastran:ref", "cell_tags"),
+    *("tags", "tag", "surface"),
+)
 
 
 def surface_tags(mesh: HexMesh, quads: Ints) -> Ints | None:

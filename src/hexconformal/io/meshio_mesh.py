@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 
 from ..common import MeshError
 from ..mesh import HexMesh
+from .node_groups import NodeGroups, meshio_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
 __all__ = ["MeshioOrigin", "from_meshio", "meshio_from_arrays"]
+
+_QUADS = ("quad", "quad8", "quad9", "VTK_LAGRANGE_QUADRILATERAL")
 
 
 @dataclass(frozen=True)
@@ -66,13 +69,18 @@ class MeshioOrigin:
             setattr(result, name, copy.deepcopy(getattr(old, name)))
         return result
 
+    @property
+    def node_groups(self) -> NodeGroups:
+        """Nodes by the names of sets and groups."""
+        return meshio_groups(self.source)
+
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
-        """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
+        """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
         if name not in self.source.cell_data:
             return None
         pairs = zip(self.source.cells, self.source.cell_data[name], strict=True)
-        found = [(block.data, values) for block, values in pairs if block.type == "quad"]
-        nodes = np.concatenate([np.empty((0, 4), dtype=np.int64), *(np.asarray(part) for part, _ in found)])
+        found = [(block.data, values) for block, values in pairs if block.type in _QUADS]
+        nodes = np.concatenate([np.empty((0, 4), dtype=np.int64), *(np.asarray(part)[:, :4] for part, _ in found)])
         return nodes, np.concatenate([np.empty(0, dtype=np.int64), *(np.asarray(part) for _, part in found)])
 
 

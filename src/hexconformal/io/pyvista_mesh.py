@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids, unusable_points
 from ..mesh import HexMesh
+from .node_groups import NodeGroups, cell_array_groups
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
-from .vtk_mesh import SOLIDS, cell_blocks, cell_table
+from .vtk_mesh import QUADS, SOLIDS, cell_blocks, cell_table
 
 __all__ = [
     "PyvistaOrigin",
@@ -25,7 +26,7 @@ __all__ = [
     "triangles",
 ]
 
-_QUAD, _HEXAHEDRON, _POLYHEDRON = 9, 12, 42
+_HEXAHEDRON, _POLYHEDRON = 12, 42
 # Numbers of nodes by VTK type, of types that have always the same.
 _NODE_COUNTS = {1: 1, 3: 2, 5: 3, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12}
 _NODE_COUNTS |= {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27}
@@ -53,12 +54,19 @@ class PyvistaOrigin:
             grid.cell_data.set_array(scatter_to_cells(old, _flat(array), rows, grid.n_cells), name)
         return grid
 
+    @property
+    def node_groups(self) -> NodeGroups:
+        """Nodes by the names of cell arrays."""
+        grid = self.source.cast_to_unstructured_grid()
+        nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
+        return cell_array_groups(grid.n_points, dict(grid.cell_data), cell_offsets(grid), nodes)
+
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
-        """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
+        """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
         if name not in self.source.cell_data:
             return None
         grid = self.source.cast_to_unstructured_grid()
-        rows = np.flatnonzero(grid.celltypes == _QUAD)
+        rows = np.flatnonzero(np.isin(grid.celltypes, QUADS))
         nodes = np.asarray(grid.cell_connectivity)[cell_offsets(grid)[rows][:, None] + np.arange(4)]
         return nodes, np.asarray(self.source.cell_data[name])[rows]
 

@@ -113,7 +113,10 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise
         contents = FORMATS[extension].read(path)
         take_in = from_meshio if library_of(contents.data) == "meshio" else from_pyvista
         mesh = take_in(contents.data, other_cells, linearise, contents.file)
-        selection = replace(mesh.origin.selection, notes=(*mesh.notes, *contents.notes))
+        held = mesh.held.copy()
+        if contents.held is not None:
+            held[contents.held] = True
+        selection = replace(mesh.origin.selection, held=held, notes=(*mesh.notes, *contents.notes))
         return replace(mesh, origin=replace(mesh.origin, selection=selection))
 
 

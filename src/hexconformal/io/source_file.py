@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import NDArray
+
 __all__ = ["FileContents", "SourceFile"]
 
 
@@ -21,8 +23,15 @@ class SourceFile:
         Name of its :class:`Format`.
     version, ascii
         Its variant, where a format has several: Gmsh 4.1 as text.
-    text
-        All of it, where writing puts new coordinates into the text that came; empty for other formats.
+    text, data
+        All of it, as text or as bytes, where writing puts new coordinates into what came; empty for other formats.
+    node_labels
+        What the file calls its points, in their order: integers, or strings where these are not unique; None if
+        it counts from 0.
+    cell_labels
+        What it calls its cells, of all types, in their order (0 for those it has no number for); None likewise.
+    model
+        What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     """
 
     path: Path
@@ -30,12 +39,30 @@ class SourceFile:
     version: str = ""
     ascii: bool = False
     text: str = field(default="", repr=False)
+    data: bytes = field(default=b"", repr=False)
+    node_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
+    cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
+    model: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class FileContents:
-    """A meshio.Mesh or a pyvista dataset, the file it was read from, and remarks of the reader."""
+    """What was read from a file.
+
+    Attributes
+    ----------
+    data
+        A meshio.Mesh or a pyvista dataset.
+    file
+        The file.
+    notes
+        Remarks of the reader.
+    held
+        Points that must stay, since cells that are not in `data` hang on them: booleans (n,) or ids; None if no
+        such cells were set aside.
+    """
 
     data: Any
     file: SourceFile
     notes: tuple[str, ...] = ()
+    held: NDArray[Any] | None = field(default=None, repr=False, compare=False)

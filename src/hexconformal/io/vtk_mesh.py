@@ -14,14 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh
+from .node_groups import NodeGroups, cell_array_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
-__all__ = ["SOLIDS", "VtkOrigin", "cell_blocks", "cell_table", "from_vtk", "points_of", "updated_dataset"]
+__all__ = ["QUADS", "SOLIDS", "VtkOrigin", "cell_blocks", "cell_table", "from_vtk", "points_of", "updated_dataset"]
 
 SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
 _NAMES = {11: "voxel", 12: "hexahedron", 25: "hexahedron20", 29: "hexahedron27"}
-_QUAD = 9
+# Quadrilaterals: pixels, and those of second order and of Lagrange, whose corners come first, are among them.
+QUADS = (8, 9, 23, 28, 70)
 
 
 @dataclass(frozen=True)
@@ -37,15 +39,25 @@ class VtkOrigin:
         points = with_straight_edges(mesh.points, self.selection)
         return updated_dataset(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
 
+    @property
+    def node_groups(self) -> NodeGroups:
+        """Nodes by the names of cell arrays."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        data = self.source.GetCellData()
+        names = [data.GetArrayName(number) for number in range(data.GetNumberOfArrays())]
+        arrays = {name: vtk_to_numpy(data.GetArray(name)) for name in names if data.GetArray(name) is not None}
+        return cell_array_groups(self.source.GetNumberOfPoints(), arrays, *cell_table(self.source.GetCells()))
+
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
-        """Quadrilaterals (k, 4) that came along and their values of a cell array; None if there is no such array."""
+        """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
 
         array = self.source.GetCellData().GetArray(name)
         if array is None:
             return None
         offsets, nodes = cell_table(self.source.GetCells())
-        rows = np.flatnonzero(_cell_types(self.source) == _QUAD)
+        rows = np.flatnonzero(np.isin(_cell_types(self.source), QUADS))
         return nodes[offsets[rows][:, None] + np.arange(4)], vtk_to_numpy(array)[rows]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -74,6 +75,22 @@ class HexMesh:
     def notes(self) -> tuple[str, ...]:
         """Remarks on what was changed or set aside when the mesh was read."""
         return () if self.origin is None else self.origin.selection.notes
+
+    @property
+    def node_labels(self) -> NDArray[Any] | None:
+        """(n,) what the file that the mesh was read from calls its points; None if these are counted from 0."""
+        file = getattr(self.origin, "file", None)
+        return None if file is None else file.node_labels
+
+    @property
+    def cell_labels(self) -> NDArray[Any] | None:
+        """(m,) what the file that the mesh was read from calls the hexahedra; None if cells are counted from 0."""
+        file = getattr(self.origin, "file", None)
+        return None if file is None or file.cell_labels is None else file.cell_labels[self.origin.selection.rows]
+
+    def named_nodes(self) -> Mapping[str, NDArray[Any]]:
+        """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
+        return ChainMap(self.point_data, {} if self.origin is None else self.origin.node_groups)
 
     def replaced(
         self,

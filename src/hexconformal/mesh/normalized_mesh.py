@@ -6,6 +6,7 @@ Edges have unit length on average. Solves that are not carried to the end depend
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,8 @@ class NormalizedMesh:
         volumes = cell_volumes(self.points, self.cells)
         if (volumes < 0).mean() > 0.5:
             raise MeshError(
-                f"cells with negative volume: {first_ids(np.sort(self.cell_ids[volumes < 0]))} of {len(volumes)}; "
+                "cells with negative volume: "
+                f"{first_ids(np.sort(self.cell_ids[volumes < 0]), mesh.cell_labels)} of {len(volumes)}; "
                 "the mesh is mirrored or its nodes are in a foreign order: hexconformal.orient(mesh) puts them right"
             )
 
@@ -81,6 +83,16 @@ class NormalizedMesh:
     def from_user(self, points: Field) -> Field:
         """Points in the unit of the mesh given, normalized."""
         return (points - self._corner) / self.unit
+
+    @property
+    def node_labels(self) -> NDArray[Any]:
+        """(n,) what the file of the mesh calls the nodes, or their ids in the mesh."""
+        return self.node_ids if self.mesh.node_labels is None else self.mesh.node_labels[self.node_ids]
+
+    @property
+    def cell_labels(self) -> NDArray[Any]:
+        """(m,) what the file of the mesh calls the cells, or their ids in the mesh."""
+        return self.cell_ids if self.mesh.cell_labels is None else self.mesh.cell_labels[self.cell_ids]
 
     @cached_property
     def quads(self) -> NDArray[np.int64]:

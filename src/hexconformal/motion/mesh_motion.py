@@ -24,7 +24,7 @@ from ..elements import all_valid, corner_scaled_jacobian, is_valid
 from ..energy import Distortion, inverse_targets
 from ..geometry import kept_edges
 from ..io import as_hex_mesh
-from ..mesh import NormalizedMesh
+from ..mesh import HexMesh, NormalizedMesh
 from ..quality import require_sound
 from ..solver import (
     AdmissibleDirections,
@@ -116,10 +116,12 @@ class MeshMotion:
     mesh
         A valid mesh, anything :func:`hexconformal.as_hex_mesh` takes.
     moving
-        Nodes whose displacement will be given: ids, in the order of the displacements, or (n,) booleans.
+        Nodes whose displacement will be given: ids, in the order of the displacements, (n,) booleans, or the name of
+        a point array or of a set or group of the file.
     fixed
-        Nodes that stay: ids, booleans (n,) or per component (n, 3), or the name of a point array. Other nodes of
-        the boundary slide on its flat faces and along its straight edges, and stay where it is curved.
+        Nodes that stay: ids, booleans (n,) or per component (n, 3), or the name of a point array or of a set
+        or group of the file. Other nodes of the boundary slide on its flat faces and along its straight edges, and
+        stay where it is curved.
     target
         Perfect shape of the cells: "input", their own as they came, so that nothing adds up over a run and the way back
         leads to the initial mesh; or "current", their own at the last step.
@@ -174,14 +176,15 @@ class MeshMotion:
         if not normalized.valid.all():
             raise MeshError(
                 "a mesh that moves must be valid at the start: "
-                f"{first_ids(np.flatnonzero(~normalized.valid))} are not; untangle it first (regularize)"
+                f"{first_ids(np.flatnonzero(~normalized.valid), self.mesh.cell_labels)} are not; "
+                "untangle it first (regularize)"
             )
-        self.moving = _moving_ids(moving, len(normalized.points))
+        self.moving = _moving_ids(moving, self.mesh)
         self._target, self._operator, self._energy_tolerance = target, operator, energy_tolerance
         prescribed = np.zeros((len(normalized.points), 1), dtype=bool)
         prescribed[self.moving] = True
         self.held = fixed_components(self.mesh, fixed) | prescribed
-        sums = planar_normal_sums(normalized.points, normalized.quads)
+        sums = planar_normal_sums(normalized.points, normalized.quads, normalized.node_labels)
         # Both sides of a slit lie in one plane, in which its front must not slide.
         edges = kept_edges(normalized.points, normalized.quads, normalized.cells)
         sums += line_normal_sums(normalized.points, edges)
@@ -324,17 +327,18 @@ class MeshMotion:
 
     def _refusal(self, reached: float, blocked: NDArray[np.int64]) -> str:
         return (
-            f"the boundary stopped after {reached:.0%} of the step: going on would invert cells {first_ids(blocked)}; "
+            f"the boundary stopped after {reached:.0%} of the step: going on would invert cells "
+            f"{first_ids(blocked, self.mesh.cell_labels)}; "
             "take shorter steps, free more of the boundary, or remesh"
         )
 
 
-def _moving_ids(moving: Any, count: int) -> NDArray[np.int64]:
+def _moving_ids(moving: Any, mesh: HexMesh) -> NDArray[np.int64]:
     """The moving nodes in the order given."""
-    mask = as_mask(moving, count, "moving")
+    mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes() if isinstance(moving, str) else None)
     if mask.ndim != 1:
         raise OptionError("moving must be whole nodes: ids, or one boolean per point")
-    given = np.asarray([] if moving is None else moving)
+    given = mask if isinstance(moving, str) else np.asarray([] if moving is None else moving)
     ids = np.flatnonzero(mask) if given.dtype == bool else given.astype(np.int64).ravel()
     if len(np.unique(ids)) < len(ids):
         raise OptionError("moving must name every node once")

@@ -21,9 +21,9 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class WorstCell:
-    """One of the cells of smallest scaled Jacobian, and where it is."""
+    """One of the cells of smallest scaled Jacobian, by the label that its file gives it, and where it is."""
 
-    id: int
+    id: int | str
     scaled_jacobian: float
     centre: tuple[float, float, float]
 
@@ -92,6 +92,8 @@ class Quality:
         True where det J > 0 is proved everywhere in the cell.
     points, cells
         The mesh that was measured.
+    labels
+        What its file calls the cells; None if they are counted from 0.
     """
 
     scaled_jacobian: Floats
@@ -103,6 +105,7 @@ class Quality:
     valid: NDArray[np.bool_]
     points: Floats
     cells: Ints
+    labels: NDArray[Any] | None = None
 
     def __repr__(self) -> str:
         inverted, invalid = int((self.scaled_jacobian <= 0).sum()), int((~self.valid).sum())
@@ -125,6 +128,7 @@ class Quality:
         """
         order = self.worst(worst)
         centres = self.points[self.cells[order]].mean(axis=1)
+        names = (order if self.labels is None else self.labels[order]).tolist()
         return Summary(
             count=len(self.cells),
             inverted=int((self.scaled_jacobian <= 0).sum()),
@@ -132,8 +136,8 @@ class Quality:
             total_volume=float(self.volume.sum()),
             **{name: statistics(getattr(self, name)) for name in MEASURES},
             worst=tuple(
-                WorstCell(int(i), float(self.scaled_jacobian[i]), (float(x), float(y), float(z)))
-                for i, (x, y, z) in zip(order, centres, strict=True)
+                WorstCell(name, float(self.scaled_jacobian[i]), (float(x), float(y), float(z)))
+                for name, i, (x, y, z) in zip(names, order, centres, strict=True)
             ),
         )
 
@@ -178,4 +182,5 @@ def quality(mesh: Any) -> Quality:
     hexes = as_hex_mesh(mesh)
     points, cells = contiguous(hexes.points, hexes.cells)
     rows = cell_measures(points, cells)
-    return Quality(**dict(zip(MEASURES, rows, strict=True)), valid=rows[1] > 0, points=points, cells=cells)
+    measures = dict(zip(MEASURES, rows, strict=True))
+    return Quality(**measures, valid=rows[1] > 0, points=points, cells=cells, labels=hexes.cell_labels)

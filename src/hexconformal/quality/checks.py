@@ -91,12 +91,12 @@ def check(mesh: Any) -> tuple[Finding, ...]:
 
 def _check_numbers(mesh: HexMesh) -> list[Finding]:
     found = []
-    bad, text = unusable_points(mesh.points)
+    bad, text = unusable_points(mesh.points, mesh.node_labels)
     if len(bad):
         found.append(_error("not finite", bad, text))
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
         bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
-        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
+        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad, mesh.cell_labels)}"
         if mesh.cells.min() == 1 and mesh.cells.max() == len(mesh.points):
             text += "; ids start at 1 here, subtract 1"
         found.append(_error("bad index", bad, text))
@@ -105,22 +105,23 @@ def _check_numbers(mesh: HexMesh) -> list[Finding]:
 
 def _check_cells(mesh: HexMesh) -> list[Finding]:
     found = []
+    cell_labels = mesh.cell_labels
     nodes = np.sort(mesh.cells, axis=1)
     bad = np.flatnonzero((nodes[:, 1:] == nodes[:, :-1]).any(axis=1))
     if len(bad):
-        text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad)}"
+        text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad, cell_labels)}"
         found.append(_error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
     repeated = _repeated_cells(nodes)
     if len(repeated):
-        text = f"cells with the same nodes as an earlier one: {first_ids(repeated)}; remove them"
+        text = f"cells with the same nodes as an earlier one: {first_ids(repeated, cell_labels)}; remove them"
         found.append(_error("duplicate cells", repeated, text))
     volumes, sizes = centre_determinants(mesh.points, mesh.cells)
     flat = np.flatnonzero(np.abs(volumes) <= _FLAT_VOLUME * sizes)
     if len(flat):
-        found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat)}"))
+        found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat, cell_labels)}"))
     wrapped = _wrapped(mesh, np.flatnonzero(volumes < 0))
     if len(wrapped):
-        text = f"inverted cells that reach from one end of the mesh to the other: {first_ids(wrapped)}"
+        text = f"inverted cells that reach from one end of the mesh to the other: {first_ids(wrapped, cell_labels)}"
         advice = "if the mesh is periodic, give them nodes of their own at one end"
         found.append(_warning("wrapped cells", wrapped, f"{text}; {advice}"))
     return found
@@ -157,11 +158,14 @@ def _repeated_cells(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _check_points(mesh: HexMesh) -> list[Finding]:
     found = []
+    node_labels = mesh.node_labels
     used = np.zeros(len(mesh.points), dtype=bool)
     used[mesh.cells] = True
     unused = np.flatnonzero(~used)
     if len(unused):
-        found.append(_warning("unreferenced points", unused, f"points in no hexahedron (kept): {first_ids(unused)}"))
+        found.append(
+            _warning("unreferenced points", unused, f"points in no hexahedron (kept): {first_ids(unused, node_labels)}")
+        )
     places = mesh.points - mesh.points.mean(axis=0)
     size = float(np.abs(places).max())
     # Points at one place lie side by side once sorted along a direction in which no two others of a grid do.
@@ -173,19 +177,22 @@ def _check_points(mesh: HexMesh) -> list[Finding]:
     pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT_DISTANCE * size]
     if pairs.shape[1]:
         ids = np.unique(pairs)
-        text = f"points that coincide with another: {first_ids(ids)}; if they are one, merge them"
+        text = f"points that coincide with another: {first_ids(ids, node_labels)}; if they are one, merge them"
         found.append(_warning("coincident points", ids, text))
     return found
 
 
 def _check_faces(mesh: HexMesh) -> list[Finding]:
     found = []
+    cell_labels, node_labels = mesh.cell_labels, mesh.node_labels
     faces = face_table(mesh.cells)
     crowded = np.flatnonzero(faces.uses > 2)
     if len(crowded):
-        names = ", ".join(str(tuple(nodes)) for nodes in faces.quads[crowded[:3]].tolist())
+        quads = faces.quads[crowded[:3]] if node_labels is None else node_labels[faces.quads[crowded[:3]]]
+        names = ", ".join(str(tuple(nodes)) for nodes in quads.tolist())
         cells = np.unique(faces.cells[crowded])
-        text = f"faces shared by more than two cells: {len(crowded)} (nodes {names}), of cells {first_ids(cells)}"
+        text = f"faces shared by more than two cells: {len(crowded)} (nodes {names})"
+        text += f", of cells {first_ids(cells, cell_labels)}"
         found.append(_error("crowded faces", cells, text))
     if (faces.uses > 1).all():
         return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
@@ -196,25 +203,25 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
     elif len(opposed):
         ids = np.unique(opposed)
-        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids)}"
+        text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids, cell_labels)}"
         found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
     elif order.mirrored:
         text = "the cells are mirrored (negative volume); orient() turns them round"
         found.append(_error("mirrored", np.arange(len(mesh.cells)), text))
-    count, labels = components(mesh.cells)
+    count, pieces = components(mesh.cells)
     if count > 1:
-        first = np.unique(labels, return_index=True)[1]
-        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first)}"
+        first = np.unique(pieces, return_index=True)[1]
+        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first, cell_labels)}"
         found.append(_warning("pieces", first, text))
     doubled = impossible_corners(faces, mesh.cells)
     if len(doubled):
-        text = f"nodes with two faces between the same two edges: {first_ids(doubled)}"
+        text = f"nodes with two faces between the same two edges: {first_ids(doubled, node_labels)}"
         advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"
         found.append(_warning("doubled corners", doubled, f"{text}; {advice}"))
     hanging = _hanging(mesh.points, faces.quads[faces.uses == 1])
     if len(hanging):
-        text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging)}; they are not tied to it"
-        found.append(_warning("hanging nodes", hanging, text))
+        text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging, node_labels)}"
+        found.append(_warning("hanging nodes", hanging, f"{text}; they are not tied to it"))
     return found
 
 

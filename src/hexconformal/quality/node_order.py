@@ -97,7 +97,7 @@ def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     mesh = as_hex_mesh(mesh)
     order = detect_order(mesh.points, mesh.cells)
     cells = mesh.cells[:, order.permutation]
-    mirrored = _mirrored(mesh.points, cells)
+    mirrored = _mirrored(mesh, cells)
     report = OrientReport(order.name, np.flatnonzero(mirrored))
     if not report.changed:
         return mesh, report
@@ -159,7 +159,7 @@ def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.f
     )
 
 
-def _mirrored(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _mirrored(mesh: HexMesh, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
     """(m,) cells to turn round, so that neighbours agree and each part has positive volume."""
     count = len(cells)
     faces = face_table(cells)
@@ -174,7 +174,7 @@ def _mirrored(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[
     sheets = connected_components(np.stack([rows, columns]).T, 2 * count)
     torn = np.flatnonzero(sheets[:count] == sheets[count:])
     if len(torn):
-        raise MeshError(f"cells that cannot be oriented like their neighbours: {first_ids(torn)}")
-    volumes, _ = centre_determinants(points, cells)
+        raise MeshError(f"cells that cannot be oriented like their neighbours: {first_ids(torn, mesh.cell_labels)}")
+    volumes, _ = centre_determinants(mesh.points, cells)
     total = np.bincount(sheets[:count], volumes, 2 * count) - np.bincount(sheets[count:], volumes, 2 * count)
     return total[sheets[:count]] < 0

@@ -69,7 +69,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
     if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
         edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
-        return Boundary(boundary_directions(points, quads, options.boundary, fixed, normalized.node_ids, edges))
+        return Boundary(boundary_directions(points, quads, options.boundary, fixed, normalized.node_labels, edges))
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
     features = find_features(points, quads, tags=tags, cells=cells, mode=options.features, tolerance=tolerance)
@@ -127,7 +127,7 @@ def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) ->
 
 
 def _normals_of_curves(points: Field, features: Features, sums: Field, flat: Mask) -> Field:
-    """(n, 3, 3) what sums of planes lack that keeps straight curves in them, and their ends: crack fronts, tags."""
+    """(n, 3, 3) normals that the sums lack to keep straight curves that lie in planes, and their ends: fronts, tags."""
     lines, free = line_normal_sums(points, features.edges), count_free_directions(sums)
     ends = np.zeros(len(points), dtype=bool)
     ends[features.corners] = True

@@ -103,7 +103,7 @@ class Minimization:
             volumes = np.abs(cell_volumes(normalized.points, normalized.cells))
             scales = volumes / volumes.mean() if volumes.any() else None
         target, rule = normalized_target(options.target, normalized), options.quadrature_rule
-        inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_ids)
+        inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_labels)
         eps = None if options.energy == "quaternionic" else 0.0
         return Distortion(normalized.cells, len(normalized.points), scales, inverses, eps, rule)
 

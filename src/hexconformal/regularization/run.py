@@ -218,7 +218,7 @@ class Regularization:
         held = np.asarray(~self._stages.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
         bound, cell = attainable_scaled_jacobian(self._normalized.points, self._normalized.cells, held)
         if bound < _NOTED_BELOW:
-            which = self._normalized.cell_ids[cell]
+            which = self._normalized.cell_labels[cell]
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
         return tuple(notes)
 

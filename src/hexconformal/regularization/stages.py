@@ -191,7 +191,8 @@ class Stages:
         before, closer = self.boundary, replace(barrier, steepness=_RETURN_STEEPNESS)
         self.boundary = replace(before, barrier=closer)
         closer_energy = self._make_corner_energy()
-        for afar in return_to_surface(closer_energy, closer, afar, keeps_worst=False):
+        for closer_points in return_to_surface(closer_energy, closer, afar, keeps_worst=False):
+            afar = closer_points
             yield Iteration("return to the surface", points)
         if not closer.exceeded(afar):
             return closer_energy, afar, folded_cells(closer_energy, afar)
@@ -247,7 +248,7 @@ class Stages:
             normalized.points,
             normalized.cells,
             "corners",
-            normalized.cell_ids,
+            normalized.cell_labels,
         )
         return CornerEnergy(
             normalized.cells,
@@ -264,19 +265,21 @@ class Stages:
         cells = np.flatnonzero(bad)
         held = ~corner_energy.free[corner_energy.cells[cells]]
         why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
-        self.notes.append(f"cells that cannot be unfolded: {first_ids(self._ids(bad))}; {why}")
+        mesh = self._normalized.mesh
+        self.notes.append(f"cells that cannot be unfolded: {first_ids(self._ids(bad), mesh.cell_labels)}; {why}")
         quads = self._normalized.quads
         found = inside_out(points, quads, np.flatnonzero(np.isin(quads, corner_energy.cells[cells]).any(axis=1)))
         if len(found):
             nodes = np.unique(self._normalized.node_ids[quads[found]])
-            self.notes.append(f"the surface is turned inside out at nodes {first_ids(nodes)}: no valid mesh has it")
+            ids = first_ids(nodes, mesh.node_labels)
+            self.notes.append(f"the surface is turned inside out at nodes {ids}: no valid mesh has it")
         if np.isfinite(self._sufficient_hausdorff):
             away = f"up to {self._sufficient_hausdorff:.2g} diagonals away"
             self.notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
         points = pull_back(points, self._normalized.points, corner_energy.cells, self._within_bound)
         others = folded_cells(corner_energy, points) & ~bad
         if others.any():
-            ids = first_ids(self._ids(others))
+            ids = first_ids(self._ids(others), mesh.cell_labels)
             self.notes.append(
                 f"others around them stay inverted, so that no valid cell is lost and the worst is no worse: {ids}"
             )

@@ -98,7 +98,8 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
     mesh
         The mesh; other cells' nodes are held.
     fixed
-        None, the name of a point array (nonzero holds), an (n,) or (n, 3) mask, or node ids.
+        None, the name of a point array (nonzero holds) or of a set or group of the file, an (n,) or (n, 3) mask, or
+        node ids.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def fixed_components(mesh: HexMesh, fixed: Any) -> NDArray[np.bool_]:
         If the name is unknown, or the mask has another length.
     """
     held = mesh.held[:, None] | np.zeros((1, 3), dtype=bool)
-    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.named_nodes() if isinstance(fixed, str) else None)
     return held | (mask if mask.ndim == 2 else mask[:, None])
 
 
@@ -115,7 +116,7 @@ def boundary_directions(
     quads: NDArray[np.int64],
     boundary: str = "slide",
     fixed: NDArray[np.bool_] | None = None,
-    ids: NDArray[np.int64] | None = None,
+    ids: NDArray[Any] | None = None,
     edges: NDArray[np.int64] | None = None,
 ) -> AdmissibleDirections:
     """The admissible directions of a boundary mode, with further components held by a mask.
@@ -181,7 +182,7 @@ def _admissible(sums: Field) -> tuple[NDArray[np.bool_], Field]:
     return values < _FLAT**2 * np.maximum(np.trace(sums, axis1=1, axis2=2), 1.0)[:, None], vectors
 
 
-def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[np.int64] | None = None) -> Field:
+def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[Any] | None = None) -> Field:
     """Sums (n, 3, 3) of n n^T over the corner triangles of the boundary quads around every node."""
     x = points[quads] - points[quads[:, :1]]
     sums = np.zeros((len(points), 3, 3))

@@ -23,7 +23,8 @@ EXAMPLES = """  hexconformal move box.vtu run/ --boundary motion.csv
   hexconformal move box.vtu run/ --boundary motion.csv --fixed wall --operator elastic
   hexconformal move box.vtu run/ --boundary longer.csv --resume
 
-motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place
+motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place;
+nodes by the labels that the file gives them, or from 0
   time,node,dx,dy,dz
   0.1,17,0.0,0.02,0.0
 in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.npz
@@ -35,7 +36,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_input(parser)
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
     parser.add_argument("--boundary", metavar="motion.csv", required=True, help="where the moving nodes go")
-    parser.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay; others slide on walls")
+    parser.add_argument(
+        "--moving", metavar="NAME", help="set or group of the file, or point array, whose nodes all go as the table"
+        " says, which has no column node then",
+    )  # fmt: skip
+    parser.add_argument(
+        "--fixed", metavar="NAME", help="set or group of the file, or point array, whose nodes stay; others slide on"
+        " walls",
+    )  # fmt: skip
     parser.add_argument(
         "--operator", default="conformal", metavar="conformal|harmonic|elastic", help="default %(default)s"
     )
@@ -65,6 +73,7 @@ def run(arguments: Namespace) -> int:
 
         progress.show(f"reading {arguments.input}")
         mesh = read_hexahedra(arguments)
+        boundary = boundary.on_mesh(mesh, arguments.moving)
         motion = MeshMotion(mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator)
         motion_run = MotionRun(motion, boundary)
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)

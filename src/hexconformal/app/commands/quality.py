@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> int:
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
         kind, mesh = read_any_mesh(arguments)
-        odd, text = unusable_points(mesh.points)
+        odd, text = unusable_points(mesh.points, getattr(mesh, "node_labels", None))
         if len(odd):
             raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:
@@ -68,6 +68,6 @@ def run(arguments: Namespace) -> int:
             print(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre)")
         for cell in summary.worst:
             centre = ", ".join(f"{x:.6g}" for x in cell.centre)
-            print(f"{cell.id:>10d} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
+            print(f"{cell.id:>10} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
     note_dropped(arguments.output, dropped)
     return 0

@@ -42,8 +42,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
     shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
     shape.add_argument(
-        "--fixed", metavar="NAME", help="point array whose nonzero nodes stay; three components hold x, y, z"
-    )
+        "--fixed", metavar="NAME", help="set or group of the file whose nodes stay, or a point array where it is not 0"
+        " (three components hold x, y, z)",
+    )  # fmt: skip
     what = parser.add_argument_group("what is minimized")
     what.add_argument(
         "--target", default=Options.target, metavar="auto|cube|input|A:B:C", help="perfect cell: cube, each cell's own"

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...common import WriteError
 from ..convert import to_meshio
-from ..source_file import FileContents
+from ..source_file import FileContents, SourceFile
 from .capabilities import Capabilities, drop_unsupported_data
 
 __all__ = ["Format"]
@@ -36,8 +35,9 @@ class Format:
     capabilities
         What the format can hold; None if that is all that a mesh has.
     put_points
-        Gives the text of a file that was read new coordinates (n, 3), and leaves all else as it is: such a file is
-        written as it came. None for formats whose files are written anew.
+        Gives a file that was read the points, and the new arrays, of a meshio.Mesh, and leaves all else as it is:
+        such a file is written as it came. Returns the bytes of the file, and what could not be kept, in words. None
+        for formats whose files are written anew.
     surfaces_only
         Whether it has no volumes.
     """
@@ -47,22 +47,23 @@ class Format:
     read: Callable[[Path], FileContents]
     write: Callable[[Path, Any], list[str]] | None = None
     capabilities: Capabilities | None = None
-    put_points: Callable[[str, NDArray[np.float64]], str] | None = None
+    put_points: Callable[[SourceFile, Any], tuple[bytes, list[str]]] | None = None
     surfaces_only: bool = False
 
     def save(self, target: Path, mesh: Any) -> list[str]:
-        """Write a mesh: into the text it came from if it can be, otherwise anew; returns what could not be kept."""
+        """Write a mesh: into the file it came from if it can be, otherwise anew; returns what could not be kept."""
         if self.write is None:
             raise WriteError(f"{self.name} files are only read")
         file = getattr(mesh.origin, "file", None)
+        model = [] if file is None else [f"{what} of the {file.format} file" for what in file.model]
         if self.put_points is None or file is None or file.format != self.name:
-            return self.write(target, mesh)
+            return [*model, *self.write(target, mesh)]
         if not np.array_equal(mesh.cells, mesh.origin.selection.cells):
             reason = "because the node order of elements changed"
-            return [f"all of the file but nodes, elements and sets, {reason}", *self.write(target, mesh)]
+            return [f"all of the file but nodes, elements and sets, {reason}", *model, *self.write(target, mesh)]
         out, lost = to_meshio(mesh)
         if self.capabilities is not None:
             lost += drop_unsupported_data(out, self.capabilities)
-        # Bytes that are not UTF-8 come out as they came in.
-        target.write_text(self.put_points(file.text, out.points), encoding="utf-8", errors="surrogateescape")
-        return lost
+        data, more = self.put_points(file, out)
+        target.write_bytes(data)
+        return [*lost, *more]

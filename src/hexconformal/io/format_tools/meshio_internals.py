@@ -10,17 +10,15 @@ from collections.abc import Callable
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
-__all__ = ["REPLACED", "exodus_reader", "gmsh_reader", "med_reader", "med_writer", "nastran_writer", "with_globals"]
+__all__ = ["REPLACED", "gmsh_reader", "med_reader", "med_writer", "with_globals"]
 
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
     ("meshio.gmsh.main", "read"): {"read_buffer": ("f",)},
     ("meshio.gmsh.main", "read_buffer"): {"_readers": None},
     ("meshio.gmsh._gmsh22", "read_buffer"): {"cell_data_from_raw": ("cells", "cell_data_raw")},
-    ("meshio.exodus._exodus", "read"): {"exodus_to_meshio_type": None},
     ("meshio.med._med", "read"): {"_read_families": ("fas_data",)},
     ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags")},
-    ("meshio.nastran._nastran", "write"): {"_float_to_nastran_string": ("value", "length")},
 }
 
 
@@ -48,14 +46,6 @@ def gmsh_reader(cell_data_from_raw: Callable[[Any, dict[str, Any]], dict[str, li
     return with_globals(meshio.gmsh.read, read_buffer=with_globals(names["read_buffer"], _readers=readers))
 
 
-def exodus_reader(element_names: dict[str, str]) -> Any:
-    """meshio.exodus.read, where more names of elements are known."""
-    import meshio
-
-    known = meshio.exodus.read.__globals__["exodus_to_meshio_type"]
-    return with_globals(meshio.exodus.read, exodus_to_meshio_type={**known, **element_names})
-
-
 def med_reader(read_families: Callable[[Any], dict[int, list[str]]]) -> Any:
     """meshio.med.read, where another function reads the families."""
     import meshio
@@ -68,10 +58,3 @@ def med_writer(write_families: Callable[[Any, dict[int, list[str]]], None]) -> A
     import meshio
 
     return with_globals(meshio.med.write, _write_families=write_families)
-
-
-def nastran_writer(format_real: Callable[[float], str]) -> Any:
-    """meshio.nastran.write, where another function spells out coordinates."""
-    import meshio
-
-    return with_globals(meshio.nastran.write, _float_to_nastran_string=format_real)

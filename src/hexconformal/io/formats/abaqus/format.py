@@ -1,0 +1,109 @@
+"""The format of decks: reads them, writes new coordinates into them, or a mesh from elsewhere as one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ....common import ReadError, first_names
+from ...format_tools.capabilities import Capabilities, supported_part
+from ...format_tools.format import Format
+from ...format_tools.meshio_files import checked_contents, file_head, parsing
+from ...meshio_mesh import MeshioOrigin
+from ...source_file import FileContents, SourceFile
+from .deck import Deck
+from .elements import ELEMENT_NAMES
+from .includes import with_included_files
+from .lines import split_lines
+from .mesh import mesh_of
+from .read_deck import read_deck
+from .rewrite import rewritten
+from .write import write_deck
+
+__all__ = ["ABAQUS"]
+
+_CAPABILITIES = Capabilities(cell_types=" ".join(ELEMENT_NAMES), point_sets=True, cell_sets=True)
+_NAMED = 20  # kinds of statements that are listed
+
+
+def _read(path: Path) -> FileContents:
+    with parsing("abaqus") as output:
+        if _is_avs_ucd(file_head(path)):
+            raise ReadError("this is an AVS UCD file: give it the extension .avs")
+        # Bytes that are not UTF-8, and endings of lines, come out as they came in.
+        text, notes = with_included_files(path.read_bytes().decode("utf-8", "surrogateescape"), path)
+        deck = read_deck(split_lines(text))
+        found = mesh_of(deck, len(text))
+    file = SourceFile(
+        path,
+        "abaqus",
+        text=text,
+        node_labels=found.node_labels,
+        cell_labels=found.cell_labels,
+        model=_model(deck),
+    )
+    contents = checked_contents(found.mesh, file, output)
+    return replace(contents, notes=(*notes, *_notes(deck)), held=found.held)
+
+
+def _is_avs_ucd(head: bytes) -> bool:
+    """Whether the first line that is no comment holds five whole numbers."""
+    for line in head.splitlines():
+        if line.strip() and not line.startswith(b"#"):
+            fields = line.split()
+            return len(fields) == 5 and all(field.isdigit() for field in fields)
+    return False
+
+
+def _notes(deck: Deck) -> list[str]:
+    notes = [
+        f"{count} elements of type {first_names([name])} are set aside: they stay in the deck, and their nodes where "
+        "they are"
+        for name, count in deck.set_aside.items()
+    ]
+    notes += [
+        f"{count} elements of type {name} are taken by their corners; they stay in the deck"
+        for name, count in deck.corners_only.items()
+    ]
+    if deck.instances:
+        used = {id(instance.part) for instance in deck.instances}
+        unused = [part.name for part in deck.parts.values() if id(part) not in used and part.nodes]
+        if unused:
+            notes.append(f"parts without an instance stay in the deck as they are: {first_names(unused)}")
+    return notes
+
+
+def _model(deck: Deck) -> tuple[str, ...]:
+    """What other formats do not keep, by name and count."""
+    counts = [*deck.set_aside.items(), *deck.corners_only.items()]
+    listed = [f"{count} elements of type {first_names([name])}" for name, count in counts]
+    listed += [f"{count} *{first_names([title])}" for title, count in deck.keywords.items()]
+    more = [f"{len(listed) - _NAMED} other kinds of statements"] if len(listed) > _NAMED else []
+    return (*listed[:_NAMED], *more)
+
+
+def _write(target: Path, mesh: Any) -> list[str]:
+    out, lost = supported_part(mesh, "abaqus", _CAPABILITIES)
+    file = getattr(mesh.origin, "file", None)
+    node_labels = None if file is None else file.node_labels
+    # Other sources have their cells in another order than a meshio.Mesh.
+    cell_labels = file.cell_labels if file is not None and isinstance(mesh.origin, MeshioOrigin) else None
+    count = sum(len(block.data) for block in out.cells)
+    return lost + write_deck(target, out, _usable(node_labels, len(out.points)), _usable(cell_labels, count))
+
+
+def _usable(labels: Any, count: int) -> Any:
+    """Labels of a file that are all there, whole numbers from 1; otherwise None."""
+    if labels is None or len(labels) != count or labels.dtype.kind not in "iu" or (count and labels.min() < 1):
+        return None
+    return labels if len(set(labels.tolist())) == count else None
+
+
+def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
+    lines = split_lines(file.text)
+    text, lost = rewritten(read_deck(lines), lines, mesh.points)
+    return text.encode("utf-8", "surrogateescape"), lost
+
+
+ABAQUS = Format("abaqus", (".inp",), _read, _write, _CAPABILITIES, put_points=_put_points)

@@ -1,0 +1,15 @@
+"""Exodus II (.e, .exo, .ex2): element blocks, sets of nodes, sides and elements, variables over time, in netCDF.
+
+A file that was read is written as it came, with other coordinates.
+"""
+
+from __future__ import annotations
+
+from ...format_tools.format import Format
+from .copy import put_points
+from .read import read
+from .write import CAPABILITIES, write
+
+__all__ = ["EXODUS"]
+
+EXODUS = Format("exodus", (".e", ".ex2", ".exo"), read, write, CAPABILITIES, put_points)

@@ -1,0 +1,12 @@
+"""Nastran's bulk data (.bdf, .nas, .fem): a deck that was read is written as it came, with other coordinates."""
+
+from __future__ import annotations
+
+from ...format_tools.format import Format
+from .deck import put_points
+from .read import read
+from .write import CAPABILITIES, write
+
+__all__ = ["NASTRAN"]
+
+NASTRAN = Format("nastran", (".bdf", ".fem", ".nas"), read, write, CAPABILITIES, put_points)
