@@ -300,14 +300,16 @@ def test_flat_patches_leave_their_planes_open(cylinder):
 
 
 def test_what_is_out_of_the_bound_between_samples_is_watched():
-    points, cells = generate.box((2, 2, 2))
-    points = points + np.random.default_rng(1).uniform(-0.05, 0.05, points.shape)
+    # A coarse ball, the nodes of which stay as far from the middle as they were.
+    points, cells = generate.ball(3, 1)
+    points = points + np.random.default_rng(0).uniform(-0.1, 0.1, points.shape)
     quads, _ = boundary_quads(cells)
-    moved = points + np.random.default_rng(2).uniform(-0.1, 0.1, points.shape)
-    barrier = barrier_of(points, quads, 1.0)
+    moved = points + np.random.default_rng(9).uniform(-0.3, 0.3, points.shape)
+    moved *= (np.linalg.norm(points, axis=1) / np.linalg.norm(moved, axis=1))[:, None]
+    barrier = DistanceBarrier(SurfaceLocator(points, quads), 1.0)
     # A bound that all samples keep, but not the surface.
     apart = barrier.farthest(moved)
-    barrier = barrier_of(points, quads, 0.5 * (apart + barrier.relative_distance(moved)))
+    barrier = DistanceBarrier(barrier.original, 0.5 * (apart + barrier.relative_distance(moved)))
     assert barrier.relative_distance(moved) < 1.0 < barrier.farthest(moved)
     assert barrier.exceeded(moved)
     assert not barrier.exceeded(points)
