@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .closest_point import ClosestPoints, SurfaceLocator
+from .closest_point_kernels import walk_parts_range
 
 __all__ = ["BilinearSurface", "bilinear_grid", "bilinear_weights", "needed_parts"]
 
@@ -49,8 +50,7 @@ class BilinearSurface:
         """The same faces and parts with other points (n, 3)."""
         other = replace(self, points=points)
         other.__dict__["_cut"] = self._cut
-        if "_neighbours" in self.__dict__:
-            other.__dict__["_neighbours"] = self._neighbours
+        other.__dict__["_neighbours"] = self._neighbours
         return other
 
     @cached_property
@@ -92,15 +92,14 @@ class BilinearSurface:
 
     @cached_property
     def _neighbours(self) -> tuple[Ints, Ints]:
-        # Parts of the same quad and of those that share a node with it: (f + 1,) offsets and ids.
-        offsets, ids = SurfaceLocator(self.points, self.faces).neighbours
-        number = self.parts**2
-        parts = np.repeat(self.first[ids], number[ids])
-        size = np.bincount(np.repeat(np.arange(len(self.faces)), np.diff(offsets)), number[ids]).astype(np.int64)
-        within = np.arange(len(parts)) - np.repeat(np.cumsum(number[ids]) - number[ids], number[ids])
-        of_quads = np.split(parts + within, np.cumsum(size)[:-1])
-        table = [of_quads[quad] for quad in self.parents]
-        return np.concatenate([[0], np.cumsum(size[self.parents])]), np.concatenate(table)
+        # Quads that share a node with each quad, itself among them: (q + 1,) offsets and ids.
+        return SurfaceLocator(self.points, self.faces).neighbours
+
+    @cached_property
+    def _boxes(self) -> Floats:
+        # (q, 2, 3) lower and upper corner of the box around the parts of each quad.
+        low, high = np.moveaxis(self.locator.boxes, 1, 0)
+        return np.stack([np.minimum.reduceat(low, self.first), np.maximum.reduceat(high, self.first)], axis=1)
 
     def closest(self, places: ArrayLike, near: Ints | None = None) -> ClosestPoints:
         """The closest point of the whole surface; see :meth:`SurfaceLocator.closest`."""
@@ -108,8 +107,9 @@ class BilinearSurface:
 
     def closest_by_walk(self, places: ArrayLike, start: Ints) -> ClosestPoints:
         """The closest point found by going to neighbours; see :meth:`SurfaceLocator.closest_by_walk`."""
-        self.locator.__dict__["neighbours"] = self._neighbours
-        return self._of_quads(self.locator.closest_by_walk(places, self.first[start]))
+        parts = np.append(self.first, len(self.parents)), self.parents
+        tables = self.locator.boxes, self._boxes, *parts, *self._neighbours
+        return self._of_quads(self.locator.query(walk_parts_range, places, start, *tables))
 
     def _of_quads(self, there: ClosestPoints) -> ClosestPoints:
         weights = np.einsum("kj,kjc->kc", there.weights, self._cut[3][there.faces])
