@@ -12,17 +12,20 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from machine import described
-from scipy.spatial import ConvexHull
 
 import surface
 from surface.flow import Evolution, Flow, MeanCurvature, Stepping, Willmore
 from surface.mesh.geometry import Cells, Floats, area_vectors, nodal_area_vectors, unit_vectors
+
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from meshes.surfaces import scattered_sphere
 
 FLOWS: dict[str, type[Flow]] = {"willmore": Willmore, "mean-curvature": MeanCurvature}
 HEADER = (
@@ -33,12 +36,7 @@ HEADER = (
 
 def potato(n: int = 2000, seed: int = 3) -> Any:
     """A lumpy ball of points at random: valences from 3 to 11, and slivers."""
-    points = np.random.default_rng(seed).standard_normal((n, 3))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    triangles = ConvexHull(points).simplices
-    x = points[triangles]
-    inward = (np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * x[:, 0]).sum(axis=1) < 0
-    triangles = np.where(inward[:, None], triangles[:, ::-1], triangles)
+    points, triangles = scattered_sphere(n, seed)
     a, b, c = points.T
     lumps = 1 + 0.25 * np.sin(3 * a + 1) * np.cos(3 * b) + 0.2 * np.sin(4 * c + a)
     return points * lumps[:, None] * [1.0, 1.2, 1.6], triangles

@@ -1,4 +1,5 @@
-"""Damaged files: bytes changed at random in files of every format that is read.
+"""Damaged and hostile files: bytes changed at random in files of every format that is read, and changes that know
+their structure (hostile.py): counts, sizes and references that a reader would fail of.
 
     python benchmarks/fuzz.py                      # 400 mutants of each file, as a table; some minutes
     python benchmarks/fuzz.py --only .vtk --seed 7 --keep /some/folder
@@ -27,17 +28,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hostile import hostile
 
 LIMIT = 60.0  # seconds for one file
 MEMORY = 6 << 30  # bytes a process may ask for
 WORDS = [b"-1", b"0", b"1", b"99999999999", b"2147483647", b"4294967295", b"nan", b"1e308", b"1e999", b"x", b""]
 NUMBERS = [0, 1, -1, 2**31 - 1, 2**32 - 1, 2**40, 2**62, -(2**31)]
-REFUSED = ("mfem.mesh",)  # sound files of a format that is known by name only
+REFUSED = ("only.h5m",)  # sound files that meshio writes so that it cannot read them
 BYTES = [0x00, 0xFF, 0x7F, 0x80, *b'09-. \n"<>/']
 
 
-def mutant(data: bytes, rng: np.random.Generator) -> bytes:
-    """The bytes with one to three changes."""
+def mutant(data: bytes, rng: np.random.Generator, name: str = "") -> bytes:
+    """The bytes with one to three changes, or every third time with one that knows the structure of the named file."""
+    if name and rng.random() < 1 / 3:
+        return hostile(name, data, rng)
     for _ in range(rng.integers(1, 4)):
         data = _changed(data, rng)
     return data
@@ -73,6 +77,12 @@ def _changed(data: bytes, rng: np.random.Generator) -> bytes:
     return data[:at] + packed + data[at + width :]
 
 
+def numbered(folder: Path, sample: Path, number: int) -> Path:
+    """A name for a mutant, with all that stands behind the first dot."""
+    stem, _, rest = sample.name.partition(".")
+    return folder / f"{stem}_{number}.{rest}"
+
+
 def _other_word(data: bytes, at: int, rng: np.random.Generator) -> bytes:
     """Another word in the place of the next number from there."""
     digits = b"0123456789"
@@ -87,7 +97,37 @@ def _other_word(data: bytes, at: int, rng: np.random.Generator) -> bytes:
 # ------------------------------------------------------------------------------------------- the sound files
 def samples(folder: Path) -> list[Path]:
     """One small sound file of each format and variant."""
-    return [*_volumes(folder), *_surfaces(folder)]
+    return [*_volumes(folder), *_surfaces(folder), *_only_read(folder)]
+
+
+def _only_read(folder: Path) -> Iterator[Path]:
+    """Files of the formats that are read alone, as meshio writes them, and pieces in files of their own."""
+    import meshio
+
+    import hexconformal as hc
+    from hexconformal.generate import box, jittered
+
+    points, cells = jittered(*box((2, 2, 2)), 0.2)
+    for name in ("only.avs", "only.dat", "only.f3grid", "only.h5m", "only.mdpa", "only.su2", "only.tec"):
+        yield from _written(folder / name, meshio.Mesh(points, [("hexahedron", cells)]))
+    for name in ("only.vol", "only.lb8.ugrid"):
+        yield from _written(folder / name, meshio.Mesh(points, [("hexahedron", cells)]))
+    hc.write(folder / "piece.vtu", hc.HexMesh(points, cells))
+    array = '<PPoints><PDataArray type="Float64" NumberOfComponents="3"/></PPoints><Piece Source="piece.vtu"/>'
+    text = f'<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid>{array}</PUnstructuredGrid></VTKFile>'
+    (folder / "pieces.pvtu").write_text(text)
+    yield folder / "pieces.pvtu"
+
+
+def _written(path: Path, mesh: Any) -> Iterator[Path]:
+    import meshio
+
+    try:
+        meshio.write(path, mesh)
+    except Exception as problem:  # a package is missing, or meshio fails of its own file
+        print(f"no {path.name}: {problem}", file=sys.stderr)
+    else:
+        yield path
 
 
 def _volumes(folder: Path) -> Iterator[Path]:
@@ -305,8 +345,8 @@ def main() -> int:
             paths = []
             for number in range(arguments.count):
                 rng = np.random.default_rng([arguments.seed, number, *sample.name.encode()])
-                paths.append(folder / f"{sample.stem}_{number}{sample.suffix}")  # beside what the file refers to
-                paths[-1].write_bytes(mutant(data, rng))
+                paths.append(numbered(folder, sample, number))  # beside what the file refers to
+                paths[-1].write_bytes(mutant(data, rng, sample.name))
             found = verdicts([sample, *paths], folder)
             sound = found.pop(sample)
             if sound != ("ReadError" if sample.name in REFUSED else "mesh"):

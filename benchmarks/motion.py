@@ -21,13 +21,14 @@ from pathlib import Path
 import numpy as np
 from machine import described
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from hexconformal import MeshMotion
 from hexconformal.generate import box
 from hexconformal.motion.mesh_motion import OPERATORS
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+sys.path.append(str(Path(__file__).parents[1] / "examples"))
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from meshes.hexahedra import cube_in_cube, turned
 from moving_cylinder import BOX, TO_SKFEM, o_grid
 
 Field = NDArray[np.float64]
@@ -46,22 +47,6 @@ class Case:
     step: float
     end: float
     shown: float  # amount at which the quality is told
-
-
-def cube_in_cube(n: int = 12) -> tuple[Field, NDArray, NDArray, NDArray]:
-    """A unit cube cut out of one of side 3, n cells along it: points, cells, inner and outer nodes."""
-    points, cells = box((n, n, n), (3.0, 3.0, 3.0), (-1.5, -1.5, -1.5))
-    cells = cells[(np.abs(points[cells].mean(axis=1)) > 0.5).any(axis=1)]
-    used, cells = np.unique(cells, return_inverse=True)
-    points = points[used]
-    size = np.abs(points).max(axis=1)
-    return points, cells.reshape(-1, 8), np.flatnonzero(size < 0.5 + 1e-9), np.flatnonzero(size > 1.5 - 1e-9)
-
-
-def turned(points: Field, axis: tuple[float, float, float], degrees: float) -> Field:
-    """Displacement of a rotation about the origin."""
-    unit = np.asarray(axis) / np.linalg.norm(axis)
-    return Rotation.from_rotvec(unit * np.radians(degrees)).apply(points) - points
 
 
 def beam_in_channel() -> tuple[Field, NDArray, NDArray, NDArray]:

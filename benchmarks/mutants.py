@@ -70,7 +70,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.energy.corner_blocks": (
-        ("energy/test_corner_energy.py",),
+        ("energy/test_corner_energy.py", "energy/test_block_matrix.py"),
         [
             ("store(times(-1.0, m0), s, _MIXED, q)", "store(times(1.0, m0), s, _MIXED, q)"),
             ("local[pair, c, r] += s[row + 3 * r + c, q]", "local[pair, r, c] += s[row + 3 * r + c, q]"),
@@ -183,7 +183,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "surface.energy.barrier": (
-        ("surface/energy/test_surface_energy.py",),
+        ("surface/energy/test_barrier.py", "surface/energy/test_distortion_energy.py"),
         [
             ("2 * c * e - 1 / (m * root**3)", "2 * c * e + 1 / (m * root**3)"),
             ("u[0] - np.stack(cross(n, b)) * u[1]", "u[0] + np.stack(cross(n, b)) * u[1]"),
@@ -196,7 +196,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "surface.constraint.saddle_point": (
-        ("surface/energy/test_surface_energy.py", "surface/constraint/test_saddle_point.py"),
+        ("surface/energy/test_distortion_energy.py", "surface/constraint/test_saddle_point.py"),
         [
             ("nodal_areas(points, cells) / eps", "nodal_areas(points, cells) * eps"),
             ("points + v / 2, features", "points, features"),
@@ -208,7 +208,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "surface.flow.step": (
-        ("surface/flow/test_flow_step.py", "surface/flow/test_flow.py"),
+        ("surface/flow/test_step.py", "surface/flow/test_evolve.py", "surface/flow/test_flows.py"),
         [
             ("np.where(fixed[:, None], 0.0, -gradient)", "-gradient"),
             ("loads = loads * free[:, None]", "loads = loads * 1.0"),

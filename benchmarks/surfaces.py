@@ -4,7 +4,7 @@
     python benchmarks/surfaces.py --sizes 5000 20000    # quick look, printed only
 
 The shear is the same at every size, so nodes have to travel 6 edge lengths on the smallest torus and 40 on the
-largest; the noise is half an edge. Every size runs in a process of its own, after a small mesh that loads the
+largest; the noise is a quarter of an edge. Every size runs in a process of its own, after a small mesh that loads the
 compiled kernels. Wall and CPU seconds are those of ``surface.remesh`` with its defaults, checks and reports included,
 the making of the mesh not; peak memory is that of the process.
 """
@@ -21,8 +21,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from machine import described, run
+
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+from meshes.surfaces import sheared_torus
 
 SIZES = (20_000, 80_000, 320_000, 1_000_000)
 HEADER = (
@@ -31,25 +33,13 @@ HEADER = (
 )
 
 
-def torus(n: int, m: int, seed: int = 0) -> tuple[Any, Any]:
-    """Points and triangles of a torus of n x m nodes, sheared, every node off its place by up to half an edge."""
-    rng = np.random.default_rng(seed)
-    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
-    v = v + 0.5 * np.sin(u) + 0.5 * np.pi / m * rng.uniform(-1, 1, v.shape)
-    u = u + 0.5 * np.pi / n * rng.uniform(-1, 1, u.shape)
-    points = np.stack([(2 + np.cos(v)) * np.cos(u), (2 + np.cos(v)) * np.sin(u), np.sin(v)], axis=2).reshape(-1, 3)
-    i = np.arange(n * m).reshape(n, m)
-    j, k, r = np.roll(i, -1, 0), np.roll(i, (-1, -1), (0, 1)), np.roll(i, -1, 1)
-    return points, np.concatenate([np.stack(t, axis=2).reshape(-1, 3) for t in ((i, j, k), (i, k, r))])
-
-
 def measured(size: int, iterations: int) -> dict[str, Any]:
     """Figures of one run in this process."""
     import surface
 
-    surface.remesh(torus(16, 8), max_iterations=3)
+    surface.remesh(sheared_torus(16, 8), max_iterations=3)
     m = round(math.sqrt(size / 4))
-    mesh = torus(2 * m, m)
+    mesh = sheared_torus(2 * m, m)
     wall, cpu = time.perf_counter(), time.process_time()
     report = surface.remesh(mesh, max_iterations=iterations).report
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu

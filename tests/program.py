@@ -1,9 +1,11 @@
 """The program as tests run it: in this process, or in one of its own that is interrupted."""
 
+import csv
 import json
 import subprocess
 import sys
 import time
+from xml.etree import ElementTree
 
 from hexconformal.app.cli import main
 
@@ -39,3 +41,15 @@ def interrupted(folder, words, number, lines):
     assert said.splitlines()[-1] == f"interrupted: the mesh of iteration {report['iterations']} is in {output}"
     assert report["reason"] == "interrupted"
     return report
+
+
+def history(path, *volatile):
+    """Rows of a history, without the columns that differ from run to run."""
+    with open(path, newline="") as file:
+        return [{key: row[key] for key in row if key not in volatile} for row in csv.DictReader(file)]
+
+
+def frames(path):
+    """Times and files of a series."""
+    entries = ElementTree.parse(path).iter("DataSet")
+    return [(float(entry.attrib["timestep"]), path.parent / entry.attrib["file"]) for entry in entries]

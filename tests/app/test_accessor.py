@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.files import cube_beside_pyramid
 from paths import ROOT
 
 import hexconformal as hc
@@ -46,14 +47,8 @@ def test_grids_whose_points_cannot_move_become_structured(kind):
     assert measured["valid"].tolist() == [1] * 8
 
 
-def beside_a_pyramid():
-    points, cells = generate.box((1, 1, 1))
-    nodes = np.concatenate([[8], cells[0], [5], cells[0][4:], [8]])
-    return pv.UnstructuredGrid(nodes, [12, 14], np.concatenate([points, [[0.5, 0.5, 2.0]]]))
-
-
 def test_other_cells_are_measured_as_nothing_and_kept_on_request():
-    mixed = beside_a_pyramid()
+    mixed = cube_beside_pyramid()
     np.testing.assert_array_equal(mixed.hexconformal.quality()["scaled_jacobian"], [1.0, np.nan])
     with pytest.raises(hc.MeshError, match="1 pyramid"):
         mixed.hexconformal.quality(other_cells="refuse")

@@ -1,9 +1,9 @@
 """Ctrl-C and SIGKILL at random moments: files are whole, what is written is valid, and runs go on.
 
-HEXCONFORMAL_MOMENTS=40 tries as many moments for each command and signal.
+HEXCONFORMAL_MOMENTS=100 tries as many moments for each command and signal.
 """
 
-import csv
+import json
 import os
 import signal
 import threading
@@ -12,7 +12,8 @@ import time
 import numpy as np
 import pytest
 import pyvista as pv
-from surface_shapes import icosphere, shaken
+from meshes.surfaces import icosphere, shaken
+from program import history
 
 import hexconformal as hc
 import surface
@@ -22,6 +23,7 @@ from hexconformal.elements.validity import is_valid
 from hexconformal.generate import box, jittered
 
 MOMENTS = int(os.environ.get("HEXCONFORMAL_MOMENTS", "2"))
+CLOCKS = ("seconds", "cpu")
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals of another kind")
 
 
@@ -47,6 +49,10 @@ def commands(inputs, place):
         "remesh": ["remesh", f"{inputs}/ball.ply", f"{place}/out.ply", "--history", f"{place}/run.csv", "--quiet"],
         "flow": ["flow", f"{inputs}/ball.ply", f"{place}/run", "--steps", "5", "--remesh", "--quiet"],
         "move": ["move", f"{inputs}/box.vtu", f"{place}/run", "--boundary", f"{inputs}/lid.csv", "--quiet"],
+        "quality": ["quality", f"{inputs}/part.vtu", "--out", f"{place}/out.xdmf", "--json", f"{place}/out.json"],
+        "orient": ["orient", f"{inputs}/part.vtu", f"{place}/out.inp"],
+        "check": ["check", f"{inputs}/part.vtu"],
+        "demo": ["demo", f"{place}/demo", "--size", "3"],
     }
 
 
@@ -71,11 +77,6 @@ def killed(words, after):
     time.sleep(after)
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
-
-
-def history(path):
-    with open(path, newline="") as file:
-        return [{key: row[key] for key in row if key not in ("seconds", "cpu")} for row in csv.DictReader(file)]
 
 
 def duration(words):
@@ -140,13 +141,32 @@ def test_a_run_goes_on_as_if_nothing_had_been(name, stop, inputs, tmp_path):
         nothing_left_over(place, stop)
         begun = (place / "run" / "checkpoint.npz").exists()
         assert main([*words, "--resume"] if begun else words) == 0
-        assert history(place / "run" / "history.csv") == history(whole / "run" / "history.csv")
+        assert history(place / "run" / "history.csv", *CLOCKS) == history(whole / "run" / "history.csv", *CLOCKS)
         np.testing.assert_array_equal(
             pv.read(place / "run" / "last.vtu").points, pv.read(whole / "run" / "last.vtu").points
         )
         assert len(pv.get_reader(place / "run" / "run.pvd").time_values) == len(
             pv.get_reader(whole / "run" / "run.pvd").time_values
         )
+
+
+@pytest.mark.parametrize("stop", [interrupted, killed])
+@pytest.mark.parametrize("name", ["quality", "orient", "check", "demo"])
+def test_what_is_there_is_whole_and_inputs_stay(name, stop, inputs, tmp_path):
+    pytest.importorskip("h5py")
+    before = {path: path.read_bytes() for path in inputs.iterdir()}
+    (tmp_path / "whole").mkdir()
+    end = duration(commands(inputs, tmp_path / "whole")[name])
+    for number, after in enumerate(moments(name, end)):
+        place = tmp_path / str(number)
+        place.mkdir()
+        stop(commands(inputs, place)[name], after)
+        nothing_left_over(place, stop)
+        for path in (place / "out.xdmf", place / "out.inp"):
+            assert not path.exists() or len(hc.read(path).cells) == 64
+        if (place / "out.json").exists():
+            json.loads((place / "out.json").read_text())
+        assert {path: path.read_bytes() for path in inputs.iterdir()} == before
 
 
 def test_an_interruption_at_the_edge_of_compiled_code_is_one_and_other_errors_stay_themselves():

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.files import cube_beside_pyramid
+from vtk_datasets import array, plain
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_STRING, vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
@@ -52,13 +54,6 @@ def errors():
     window.SetDisplayModeToDefault()
 
 
-def plain(dataset):
-    """A copy that is of VTK's own class."""
-    result = vtkPolyData() if dataset.IsA("vtkPolyData") else vtkUnstructuredGrid()
-    result.DeepCopy(dataset)
-    return result
-
-
 def grid(mesh):
     return plain(to_pyvista(hc.HexMesh(*mesh))[0])
 
@@ -67,10 +62,6 @@ def run(algorithm, source):
     algorithm.SetInputDataObject(source)
     algorithm.Update()
     return algorithm.GetOutputDataObject(0)
-
-
-def array(attributes, name):
-    return vtk_to_numpy(attributes.GetArray(name))
 
 
 def names(attributes):
@@ -158,17 +149,9 @@ def test_every_property_is_among_those_tested(plugin):
     assert {s for s in setters if ".Set" in s} == {f"{row[0]}.{row[1]}" for row in tested} | others
 
 
-def pyramid_beside_cube():
-    points, cells = generate.box((1, 1, 1))
-    mixed = pv.UnstructuredGrid(
-        np.concatenate([[8], cells[0], [5], cells[0][4:], [8]]), [12, 14], np.concatenate([points, [[0.5, 0.5, 2.0]]])
-    )
-    return plain(mixed)
-
-
 def test_other_cells_are_refused_or_kept(plugin, errors):
     algorithm = plugin.RegularizeHexahedra()
-    assert run(algorithm, pyramid_beside_cube()).GetNumberOfCells() == 0
+    assert run(algorithm, plain(cube_beside_pyramid())).GetNumberOfCells() == 0
     assert "Regularize Hexahedra: besides hexahedra there are other three-dimensional cells: 1 pyramid" in errors.pop()
     algorithm.SetOtherCells("keep")
     algorithm.Update()
@@ -201,7 +184,7 @@ def test_quality_has_every_measure(plugin, errors):
 
 
 def test_quality_leaves_out_other_cells(plugin, errors):
-    out = run(plugin.HexahedraQuality(), pyramid_beside_cube())
+    out = run(plugin.HexahedraQuality(), plain(cube_beside_pyramid()))
     assert errors == []
     np.testing.assert_array_equal(array(out.GetCellData(), "scaled_jacobian"), [1.0, np.nan])
     np.testing.assert_array_equal(array(out.GetCellData(), "valid"), [1, 0])

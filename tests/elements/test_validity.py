@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hex_meshes import INVALID_INSIDE
+from meshes.hexahedra import INVALID_INSIDE, separate
 from scipy.optimize import minimize
 
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
@@ -24,7 +24,7 @@ def det(x, xi):
 
 def random_hexes(count, amount, seed=0):
     x = CORNERS + np.random.default_rng(seed).uniform(-amount, amount, (count, 8, 3))
-    return x, x.reshape(-1, 3), np.arange(8 * count).reshape(-1, 8)
+    return x, *separate(x)
 
 
 def test_coefficients_are_those_of_det_j():

@@ -4,19 +4,15 @@ from functools import partial
 
 import numpy as np
 import pytest
+from meshes.hexahedra import jittered_ball
 
 import hexconformal as hc
-from hexconformal import generate
 from hexconformal.geometry.area_vectors import enclosed_volume, nodal_area_vectors, simpson_mean
 from hexconformal.mesh.topology import boundary_quads
 
 
-def ball(amount=0.3, **options):
-    return generate.jittered(*generate.ball(4, 2), amount, seed=1, **options)
-
-
 def test_the_surface_encloses_the_volume_of_the_cells_inside_tangled_or_not():
-    points, cells = ball(0.9, valid=False)
+    points, cells = jittered_ball(0.9, valid=False)
     assert (hc.quality((points, cells)).scaled_jacobian < 0).sum() > 10
     assert enclosed_volume(points, boundary_quads(cells)[0]) == pytest.approx(
         hc.quality((points, cells)).volume.sum(), rel=1e-13
@@ -24,14 +20,14 @@ def test_the_surface_encloses_the_volume_of_the_cells_inside_tangled_or_not():
 
 
 def test_no_digits_are_lost_far_away():
-    points, cells = ball()
+    points, cells = jittered_ball()
     quads = boundary_quads(cells)[0]
     there = points + 2.0**20
     assert enclosed_volume(there, quads) == pytest.approx(enclosed_volume(there - 2.0**20, quads), rel=1e-14)
 
 
 def test_along_a_straight_way_the_simpson_mean_gives_the_change_of_volume_exactly():
-    points, cells = ball()
+    points, cells = jittered_ball()
     quads = boundary_quads(cells)[0]
     area_vectors = partial(nodal_area_vectors, quads=quads)
     way = 0.2 * np.random.default_rng(0).normal(size=points.shape)

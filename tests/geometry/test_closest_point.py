@@ -2,18 +2,14 @@
 
 import numpy as np
 import pytest
+from meshes.hexahedra import skin
 
 from hexconformal.common.errors import MeshError, OptionError
 from hexconformal.generate import ball, box, cylinder
 from hexconformal.geometry.closest_point import CurveLocator, SurfaceLocator
 from hexconformal.geometry.closest_point_kernels import closest_on_segment, closest_on_triangle
-from hexconformal.mesh.topology import boundary_quads
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-
-
-def skin(mesh):
-    return mesh[0], boundary_quads(mesh[1])[0]
 
 
 def rough(seed=0):

@@ -4,6 +4,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.hexahedra import skin
 
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import OptionError
@@ -11,10 +12,6 @@ from hexconformal.generate import ball, box, cylinder
 from hexconformal.geometry.features import find_features
 from hexconformal.geometry.surface_tags import surface_tags
 from hexconformal.mesh.topology import boundary_quads
-
-
-def skin(mesh):
-    return mesh[0], boundary_quads(mesh[1])[0]
 
 
 def edge_set(features):

@@ -4,16 +4,13 @@ import importlib.util
 
 import numpy as np
 import pytest
+from meshes.hexahedra import skin
 
 from hexconformal.generate import ball, box
 from hexconformal.geometry.bilinear_surface import bilinear_grid
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.hausdorff import distance_between, hausdorff, surface_samples
 from hexconformal.mesh.topology import boundary_quads
-
-
-def skin(mesh):
-    return mesh[0], boundary_quads(mesh[1])[0]
 
 
 def test_identical_surfaces_are_no_distance_apart():

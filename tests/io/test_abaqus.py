@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from hex_meshes import block
+from meshes.hexahedra import block
 
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import ReadError

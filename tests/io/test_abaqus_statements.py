@@ -7,8 +7,8 @@ import subprocess
 import meshio
 import numpy as np
 import pytest
-from hex_meshes import block
 from io_decks import BRICK, CUBE, UNIT, read
+from meshes.hexahedra import block
 
 import hexconformal as hc
 from hexconformal.io.formats.abaqus.reals import LARGEST_LENGTH, format_real

@@ -3,8 +3,8 @@
 import meshio
 import numpy as np
 import pytest
-from file_meshes import PARENTS
-from hex_meshes import block
+from meshes.files import PARENTS
+from meshes.hexahedra import block
 
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import ReadError

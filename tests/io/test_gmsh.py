@@ -3,7 +3,8 @@
 import meshio
 import numpy as np
 import pytest
-from hex_meshes import block, mixed_meshio
+from meshes.files import mixed_meshio
+from meshes.hexahedra import block
 
 from hexconformal.io import read_write as io
 

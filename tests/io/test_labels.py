@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 import pyvista as pv
-from hex_meshes import block
 from io_decks import read
+from meshes.hexahedra import block
 
 import hexconformal as hc
 from hexconformal.app.cli import main

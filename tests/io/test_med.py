@@ -3,8 +3,8 @@
 import meshio
 import numpy as np
 import pytest
-from file_meshes import EDGES
-from hex_meshes import block, mixed_meshio
+from meshes.files import EDGES, mixed_meshio
+from meshes.hexahedra import block
 
 from hexconformal import as_hex_mesh
 from hexconformal.io import read_write as io

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hex_meshes import block
+from meshes.hexahedra import block
 
 from hexconformal import HexMesh
 from hexconformal.io import read_write as io

@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from hex_meshes import block
+from meshes.hexahedra import block
 
 import surface
 from hexconformal import HexMesh

@@ -5,7 +5,7 @@ import os
 
 import meshio
 import pytest
-from hex_meshes import block
+from meshes.hexahedra import block
 
 from hexconformal import HexMesh
 from hexconformal.common import files

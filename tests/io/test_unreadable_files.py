@@ -6,8 +6,8 @@ import sys
 import meshio
 import pytest
 import pyvista as pv
-from file_meshes import as_grid, awkward_mesh
-from hex_meshes import block, mixed_meshio
+from meshes.files import as_grid, awkward_mesh, mixed_meshio
+from meshes.hexahedra import block
 
 from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.common import files
@@ -81,7 +81,7 @@ def io_copy(path):
 @pytest.mark.parametrize(
     ("name", "text", "advice"),
     [
-        ("a.mesh", "MFEM mesh v1.0\n\ndimension\n3\n", "MFEM's own format"),
+        ("a.mesh", "MFEM NC mesh v1.0\n\ndimension\n3\n", "MFEM NC mesh v1.0' is not supported: .* conforming"),
         ("a.inp", "# a comment\n8 1 0 0 0\n1 0. 0. 0.\n", r"UCD .* \.avs"),
         ("a.msh", "$NOD\n8\n1 0 0 0\n", "Gmsh 1 .* 4.1"),
     ],
@@ -129,3 +129,27 @@ def test_missing_packages_are_named(extension, module, tmp_path, monkeypatch):
         io.read(path)
     with pytest.raises(WriteError, match=r"hexconformal\[formats\]"):
         io.write(path, HexMesh(*block(1)))
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("a.vtm", r"collections of blocks are not supported: .* \.vtu"),
+        ("a.vtkhdf", "VTK's HDF files are not supported"),
+        ("a.cgns", "CGNS files are not supported"),
+        ("a.pvd", "series of files are not supported"),
+    ],
+)
+def test_formats_that_are_not_supported_say_so(name, reason, tmp_path):
+    (tmp_path / name).write_text("something")
+    with pytest.raises(ReadError, match=reason):
+        io.read(tmp_path / name)
+    with pytest.raises(WriteError, match=reason):
+        io.write(tmp_path / name, HexMesh(*block(1)))
+
+
+def test_xdmf_of_several_grids_is_refused_by_name(tmp_path):
+    grids = "".join(f'<Grid Name="{name}" GridType="Uniform"></Grid>' for name in ("mesh", "cell_tags"))
+    (tmp_path / "a.xdmf").write_text(f'<?xml version="1.0"?><Xdmf Version="3.0"><Domain>{grids}</Domain></Xdmf>')
+    with pytest.raises(ReadError, match=r"holds 2 grids \(mesh, cell_tags\): .* DOLFINx.* not supported"):
+        io.read(tmp_path / "a.xdmf")

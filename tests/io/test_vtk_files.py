@@ -1,11 +1,13 @@
 """VTK's files: everything is kept, and legacy text that ends too early is noticed."""
 
+import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from hex_meshes import block, mixed_grid, mixed_meshio
+from meshes.files import mixed_grid, mixed_meshio
+from meshes.hexahedra import block
 
-from hexconformal import as_hex_mesh
+from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.common.errors import ReadError
 from hexconformal.io import read_write as io
 
@@ -66,3 +68,54 @@ def test_ranges_in_a_legacy_text_file_are_no_arrays(tmp_path):
     grid.save(tmp_path / "a.vtk", binary=False)
     assert "DATA 2 1 1" in (tmp_path / "a.vtk").read_text()
     assert len(io.read(tmp_path / "a.vtk").cells) == 8
+
+
+@pytest.mark.parametrize("as_text", [True, False])
+@pytest.mark.parametrize(("came", "written"), [("3.0", b"4.2"), ("4.2", b"4.2"), ("5.1", b"5.1")])
+def test_legacy_files_are_in_the_layout_that_came(came, written, as_text, tmp_path):
+    path = tmp_path / "a.vtk"
+    grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: block(2)[1]}, block(2)[0])
+    grid.point_data["half"] = np.full(27, 0.5)
+    path.write_bytes(legacy_bytes(grid, 51 if came == "5.1" else 42, as_text).replace(b" 4.2", f" {came}".encode(), 1))
+    assert path.read_bytes().startswith(f"# vtk DataFile Version {came}".encode())
+    mesh = io.read(path)
+    lost = io.write(path, mesh.replaced(points=mesh.points / 3, point_data={"third": np.full(27, 1 / 3)}))
+    assert lost == ["digits of the point array 'third' beyond the 11 of VTK's text"] * as_text
+    assert path.read_bytes().startswith(b"# vtk DataFile Version " + written)
+    assert path.read_bytes().splitlines()[2] == (b"ASCII" if as_text else b"BINARY")
+    np.testing.assert_array_equal(io.read(path).points, block(2)[0] / 3)
+    np.testing.assert_array_equal(io.read(path).point_data["half"], grid.point_data["half"])
+    theirs = meshio.read(path)
+    np.testing.assert_array_equal(theirs.points, block(2)[0] / 3)
+    np.testing.assert_array_equal(theirs.cells_dict["hexahedron"], block(2)[1])
+    if as_text and came != "5.1":  # Gmsh does not read the binary files of this format that it writes itself
+        gmsh = pytest.importorskip("gmsh")
+        gmsh.initialize()
+        try:
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.open(str(path))
+            assert sum(map(len, gmsh.model.mesh.getElements(3)[1])) == 8
+            np.testing.assert_array_equal(gmsh.model.mesh.getNodes()[1].reshape(-1, 3), block(2)[0] / 3)
+        finally:
+            gmsh.finalize()
+
+
+def test_legacy_files_of_other_meshes_are_in_the_old_layout(tmp_path):
+    mesh = HexMesh(*block(2))
+    io.write(tmp_path / "a.vtu", mesh)
+    for source in (mesh, tmp_path / "a.vtu"):
+        assert io.write(tmp_path / "a.vtk", source) == []
+        assert (tmp_path / "a.vtk").read_bytes().startswith(b"# vtk DataFile Version 4.2\nvtk output\nBINARY")
+
+
+def legacy_bytes(grid, version, as_text):
+    from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
+
+    writer = vtkUnstructuredGridWriter()
+    writer.SetFileVersion(version)
+    writer.SetInputData(grid)
+    writer.WriteToOutputStringOn()
+    (writer.SetFileTypeToASCII if as_text else writer.SetFileTypeToBinary)()
+    writer.Write()
+    data = writer.GetOutputStdString()
+    return data if isinstance(data, bytes) else data.encode()

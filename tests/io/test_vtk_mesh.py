@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 import pyvista as pv
+from vtk_datasets import array, plain
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkUnstructuredGrid
@@ -15,13 +16,6 @@ import surface
 import surface.io.vtk_mesh
 from hexconformal import generate
 from hexconformal.io.vtk_mesh import from_vtk
-
-
-def plain(dataset):
-    """A copy that is of VTK's own class."""
-    result = vtkPolyData() if dataset.IsA("vtkPolyData") else vtkUnstructuredGrid()
-    result.DeepCopy(dataset)
-    return result
 
 
 def grid(points, cells, types=None):
@@ -35,10 +29,6 @@ def grid(points, cells, types=None):
     for nodes, code in zip(cells, types or [12] * len(cells), strict=True):
         result.InsertNextCell(code, len(nodes), list(map(int, nodes)))
     return result
-
-
-def array(attributes, name):
-    return vtk_to_numpy(attributes.GetArray(name))
 
 
 def positions(dataset):

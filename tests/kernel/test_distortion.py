@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from differences import observed_order
 
 from hexconformal.kernel.distortion import (
     barrier_density,
@@ -24,6 +25,8 @@ from hexconformal.kernel.distortion import (
     regularised,
 )
 from hexconformal.kernel.quaternion import conjugate, imaginary_product, norm2, product
+
+STEPS = (1e-2, 5e-3)
 
 
 def vectors(rng, count, size=20_000):
@@ -45,12 +48,6 @@ def deviations(f1, f2, n):
 
 def dot(a, b):
     return sum(x * y for x, y in zip(a, b, strict=True))
-
-
-def orders(value, derivative, steps=(1e-2, 5e-3)):
-    """Observed order of the central difference of ``value(t)`` against its derivative at t = 0."""
-    errors = [np.abs((value(t) - value(-t)) / (2 * t) - derivative).max() for t in steps]
-    return np.log2(errors[0] / errors[1])
 
 
 @pytest.fixture
@@ -156,9 +153,9 @@ def test_derivatives_of_a_frame(rng, eps):
     energy, g = gradient(at(0.0))
     np.testing.assert_allclose(energy, density(at(0.0)), rtol=1e-13)
     slope = np.sum(np.array(g) * d, axis=(0, 1))
-    assert orders(lambda t: density(at(t)), slope) == pytest.approx(2.0, abs=0.1)
+    assert observed_order(lambda t: density(at(t)), slope, STEPS) == pytest.approx(2.0, abs=0.1)
     h = np.array(second(at(0.0), tuple(map(tuple, d))))
-    assert orders(lambda t: np.array(gradient(at(t))[1]), h) == pytest.approx(2.0, abs=0.1)
+    assert observed_order(lambda t: np.array(gradient(at(t))[1]), h, STEPS) == pytest.approx(2.0, abs=0.1)
 
 
 def test_second_derivative_of_a_plane(rng):
@@ -171,7 +168,7 @@ def test_second_derivative_of_a_plane(rng):
         return np.array(plane_gradient(a, b, plane_normal(a, b)))
 
     h = np.array(plane_second(tuple(f1), tuple(f2), tuple(d1), tuple(d2)))
-    assert orders(gradient, h) == pytest.approx(2.0, abs=0.1)
+    assert observed_order(gradient, h, STEPS) == pytest.approx(2.0, abs=0.1)
 
 
 def test_frozen_second_is_symmetric_positive_and_above_the_exact_one(rng):

@@ -9,10 +9,10 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from hex_meshes import INVALID_INSIDE
+from meshes.hexahedra import INVALID_INSIDE
+from meshes.surfaces import icosphere, quad_cube, shaken
 from numba.core.dispatcher import Dispatcher
 from paths import ROOT
-from surface_shapes import icosphere, quad_cube, shaken
 
 import hexconformal as hc
 import surface

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from meshes.hexahedra import separate
 
 from hexconformal import generate, regularize
 from hexconformal.mesh.spatial_order import spatial_order
@@ -13,12 +14,6 @@ def copies(mesh, count):
     """The mesh so many times at the same place."""
     points, cells = mesh
     return np.tile(points, (count, 1)), np.concatenate([cells + k * len(points) for k in range(count)])
-
-
-def apart(mesh):
-    """Every cell with nodes of its own."""
-    points, cells = mesh
-    return points[cells].reshape(-1, 3), np.arange(cells.size).reshape(-1, 8)
 
 
 def collapsed(mesh):
@@ -43,7 +38,7 @@ def with_loose_points(mesh):
 
 
 MESHES = {
-    "apart": apart(BOX),
+    "apart": separate(BOX[0][BOX[1]]),
     "collapsed": collapsed(BOX),
     "at a point": (np.zeros_like(BOX[0]), BOX[1]),
     "copies": copies(BOX, 2),

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hex_meshes import block, mixed_grid, mixed_meshio
+from meshes.files import mixed_grid, mixed_meshio
+from meshes.hexahedra import block
 
 from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.common.errors import MeshError

@@ -1,16 +1,11 @@
 """What is promised of meshes that do not untangle: no valid cell is lost on the way, and nothing is divided by zero."""
 
-import sys
-
 import numpy as np
 import pytest
-from paths import ROOT
+from independent_validity import corner_scaled_jacobian, surely_invalid, surely_valid
 
 import hexconformal as hc
 from hexconformal import generate
-
-sys.path.append(str(ROOT / "benchmarks"))
-from independent_validity import corner_scaled_jacobian, surely_invalid, surely_valid
 
 
 def knotted(seed):

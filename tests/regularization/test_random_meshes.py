@@ -1,16 +1,12 @@
 """Random meshes with random options: what is promised holds (benchmarks/soak.py has many more of them)."""
 
 import dataclasses
-import sys
 
 import numpy as np
 import pytest
+import soak
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from paths import ROOT
-
-sys.path.append(str(ROOT / "benchmarks"))
-import soak
 
 SOME = settings(max_examples=15, deadline=None, derandomize=True, database=None)
 FEW = settings(SOME, max_examples=4)  # what cannot be untangled is tried in many ways

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from meshes.hexahedra import jittered_ball
 
 import hexconformal as hc
 from hexconformal import generate
@@ -13,10 +14,6 @@ from hexconformal.mesh.topology import boundary_quads
 from hexconformal.regularization.volume_restoration import restore_volume
 
 
-def ball(amount=0.3, **options):
-    return generate.jittered(*generate.ball(4, 2), amount, seed=1, **options)
-
-
 def cylinder():
     points, cells = generate.jittered(*generate.cylinder(4, 3, 6), 0.3, seed=2)
     height = points[:, 2]
@@ -25,7 +22,7 @@ def cylinder():
     return points, cells
 
 
-@pytest.mark.parametrize("make", [ball, cylinder])
+@pytest.mark.parametrize("make", [jittered_ball, cylinder])
 def test_a_run_conserves_the_volume_if_asked_to(make):
     points, cells = make()
     plain = hc.regularize((points, cells)).report
@@ -55,7 +52,7 @@ def test_flat_faces_stay_flat_while_the_volume_is_made_up_for():
 
 
 def test_a_tangled_mesh_gets_the_volume_that_its_surface_encloses():
-    points, cells = ball(0.9, valid=False)
+    points, cells = jittered_ball(0.9, valid=False)
     report = hc.regularize((points, cells), conserve_volume=True).report
     assert report.before.inverted > 10
     assert report.after.inverted == report.after.invalid == 0
@@ -65,7 +62,7 @@ def test_a_tangled_mesh_gets_the_volume_that_its_surface_encloses():
 
 @pytest.mark.parametrize(("size", "shift"), [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)])
 def test_volume_is_conserved_in_every_unit_and_far_away(size, shift):
-    points, cells = ball()
+    points, cells = jittered_ball()
     report = hc.regularize((size * points + shift, cells), conserve_volume=True).report
     assert report.largest_displacement > 0.01 * size
     assert abs(report.volume_change) < 1e-12
@@ -73,7 +70,7 @@ def test_volume_is_conserved_in_every_unit_and_far_away(size, shift):
 
 @pytest.mark.parametrize("options", [{"boundary": "fixed"}, {"hausdorff": 0.0}])
 def test_where_the_volume_cannot_change_nothing_is_done(options):
-    mesh = ball()
+    mesh = jittered_ball()
     plain = hc.regularize(mesh, **options)
     same = hc.regularize(mesh, conserve_volume=True, **options)
     assert np.array_equal(plain.points, same.points)
@@ -81,7 +78,7 @@ def test_where_the_volume_cannot_change_nothing_is_done(options):
 
 
 def test_a_run_that_is_left_early_conserves_the_volume_too():
-    run = hc.Regularization(ball(), hc.Options(conserve_volume=True))
+    run = hc.Regularization(jittered_ball(), hc.Options(conserve_volume=True))
     for record in run:
         if record.iteration == 4:
             break

@@ -5,7 +5,8 @@ import os
 import numpy as np
 import pytest
 import pyvista as pv
-from hex_meshes import block, mixed_grid
+from meshes.files import mixed_grid
+from meshes.hexahedra import block
 
 from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.common.errors import OptionError, WriteError

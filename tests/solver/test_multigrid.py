@@ -2,26 +2,19 @@
 
 import numpy as np
 import pytest
+from meshes.hexahedra import off_boundary
 from scipy import sparse
 
 from hexconformal import generate
 from hexconformal.energy.distortion_energy import Distortion
 from hexconformal.energy.target import inverse_targets
-from hexconformal.mesh.topology import boundary_quads
 from hexconformal.solver.minimizers import conjugate_gradients, inner
 from hexconformal.solver.multigrid import Multigrid
 
 
-def inside(points, cells):
-    """Which nodes are not on the boundary."""
-    free = np.ones(len(points), dtype=bool)
-    free[boundary_quads(cells)[0]] = False
-    return free
-
-
 def laplace(n):
     points, cells = generate.box((n, n, n))
-    return Distortion(cells, len(points)).laplacian(), inside(points, cells)
+    return Distortion(cells, len(points)).laplacian(), off_boundary(points, cells)
 
 
 def layered(shape, aspect):
@@ -30,7 +23,7 @@ def layered(shape, aspect):
     inverses = inverse_targets("input", points, cells, "corners")
     volumes = np.linalg.det(inverses[:, 0]) ** -1
     distortion = Distortion(cells, len(points), inverses=inverses, quadrature="corners")
-    return distortion.laplacian(volumes ** (-2.0 / 3.0)), inside(points, cells)
+    return distortion.laplacian(volumes ** (-2.0 / 3.0)), off_boundary(points, cells)
 
 
 def iterations(matrix, free, cycle):
@@ -59,7 +52,7 @@ def test_the_cycle_is_symmetric_positive_definite_and_leaves_constrained_rows_al
 def test_a_cycle_reduces_every_error():
     """The eigenvalues of cycle and matrix lie in (0, 1]: one less the smallest is the factor of convergence."""
     points, cells = generate.box((9, 9, 9))
-    free = inside(points, cells)
+    free = off_boundary(points, cells)
     distortion = Distortion(cells, len(points))
     nodes = np.flatnonzero(free)
     for contrast in (0.0, 6.0):  # powers of ten between the stiffnesses of neighbouring cells

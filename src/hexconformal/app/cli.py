@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from typing import Any
 
 from ..common import MeshError, OptionError, WriteError, interruptible
-from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS
+from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
 from ..version import __version__
 from .commands import COMMANDS, Command
+from .terminal import Parser, flush_standard_streams, open_standard_streams, print_line
 
 __all__ = ["main", "parser"]
 
@@ -53,15 +52,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     can be worked on
     0
     """
+    open_standard_streams()
+    code = _run(arguments)
+    problem = flush_standard_streams()
+    if problem is None or code != 0:
+        return code
+    # The reader of our output is gone, or has no room.
+    return 1 if isinstance(problem, BrokenPipeError) else _print_error(f"error: {problem}", 1)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     try:
         parsed = parser().parse_args(arguments)
     except SystemExit as ending:
         return int(ending.code or 0)
     try:
-        with interruptible():
+        with interruptible(), outside_references_allowed(getattr(parsed, "outside_references", False)):
             return int(parsed.run(parsed))
     except KeyboardInterrupt:
-        return _print_error("interrupted: nothing was written", 130)
+        return _print_error("interrupted: what was not complete was not written", 130)
     except OptionError as problem:
         return _print_error(f"error: {problem}", 2)
     except (MeshError, WriteError) as problem:
@@ -69,20 +78,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _print_error("error: not enough memory for this mesh", 1)
     except OSError as problem:
-        # The reader of our output is gone, or has no room; without this Python would complain again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1 if isinstance(problem, BrokenPipeError) else _print_error(f"error: {problem}", 1)
 
 
 def _print_error(message: str, code: int) -> int:
     """Print a message on one line of stderr; returns the exit code."""
-    print(" ".join(message.split()), file=sys.stderr)
+    print_line(" ".join(message.split()), error=True)
     return code
 
 
 def parser() -> ArgumentParser:
     """The parser of the command line, with all commands."""
-    result = ArgumentParser(
+    result = Parser(
         prog="hexconformal",
         description="Make hexahedral meshes, and surfaces, regular by minimizing quaternionic conformal distortion.",
         epilog=f"{_FORMATS}\n{_EXIT_CODES}\n`hexconformal COMMAND --help` shows options and examples.",

@@ -7,6 +7,8 @@ import sys
 from contextlib import ExitStack
 from typing import Any
 
+from .terminal import printable
+
 __all__ = ["Progress"]
 
 
@@ -28,7 +30,7 @@ class Progress:
         self._status: Any = None
         self._stack = ExitStack()
         self._quiet = quiet
-        self._visible = not quiet and sys.stderr.isatty()
+        self._visible = not quiet and sys.stderr is not None and sys.stderr.isatty()
 
     def __enter__(self) -> Progress:
         if self._quiet:
@@ -50,4 +52,4 @@ class Progress:
         if self._status is not None:
             from rich.text import Text
 
-            self._status.update(Text(text, no_wrap=True, overflow="ellipsis"))
+            self._status.update(Text(printable(text), no_wrap=True, overflow="ellipsis"))

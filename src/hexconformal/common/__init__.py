@@ -1,11 +1,14 @@
-"""Common to every room: errors, validation of options, files that are written whole or not at all, interruption.
+"""Common to every room: errors, validation of options, files that are written whole or not at all, interruption,
+processes that may die.
 
 Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
+from .child_process import python_can_be_started, run_python
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, first_names, unusable_points
-from .files import check_writable, reading, save_atomically, temporary_folder_beside, write_text
+from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
+from .output_places import OutputPlace, require_distinct_places, same_file
 from .serialization import Serializable, json_safe
 from .validation import (
     array_of_numbers,
@@ -23,6 +26,7 @@ from .validation import (
 __all__ = [
     "MeshError",
     "OptionError",
+    "OutputPlace",
     "ReadError",
     "Serializable",
     "WriteError",
@@ -30,19 +34,24 @@ __all__ = [
     "as_interruption",
     "as_mask",
     "check_writable",
+    "companion_file",
     "first_ids",
     "first_names",
     "interruptible",
     "is_number",
     "json_safe",
     "options_from",
+    "python_can_be_started",
     "reading",
     "require_choice",
     "require_choices",
     "require_counts",
+    "require_distinct_places",
     "require_flags",
     "require_number",
     "require_numbers",
+    "run_python",
+    "same_file",
     "save_atomically",
     "temporary_folder_beside",
     "uninterrupted",

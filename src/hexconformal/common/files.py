@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from .errors import MeshError, OptionError, ReadError, WriteError
 from .interruption import uninterrupted
 
-__all__ = ["check_writable", "reading", "save_atomically", "temporary_folder_beside", "write_text"]
+__all__ = ["check_writable", "companion_file", "reading", "save_atomically", "temporary_folder_beside", "write_text"]
 
 _COMPANION_EXTENSIONS = (".xdmf", ".xmf")  # numbers go into an .h5 file beside them
 _SURFACE_EXTENSIONS = (".obj", ".off", ".ply", ".stl", ".vtp")
@@ -30,6 +31,8 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
     if extension not in extensions:
         raise ReadError(f"{path}: {_unknown_extension(extension, extensions)}")
     try:
+        if not path.is_file():
+            raise ReadError("it must be a regular file, not a pipe, a socket or a device")
         if path.stat().st_size == 0:
             raise ReadError("the file is empty")
         with path.open("rb"):
@@ -43,7 +46,9 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
         raise ReadError(f"cannot read {path}: {_MISSING_PACKAGE.format(extension, problem)}") from problem
     except OptionError:
         raise
-    except (OSError, MemoryError) as problem:
+    except MemoryError as problem:
+        raise ReadError(f"cannot read {path}: there is not enough memory for it") from problem
+    except OSError as problem:
         raise ReadError(f"cannot read {path}: {problem}") from problem
     except Exception as problem:
         # What a parser has let through is found at the latest when the mesh is put together.
@@ -75,14 +80,33 @@ def check_writable(path: str | os.PathLike[str], extensions: tuple[str, ...] | N
         raise WriteError(f"cannot write {path}: the folder {folder} does not exist")
     if path.is_dir():
         raise WriteError(f"cannot write {path}: it is a folder")
+    if path.exists() and not path.is_file():
+        raise WriteError(f"cannot write {path}: it must be a regular file, not a pipe, a socket or a device")
     if not os.access(folder, os.W_OK | os.X_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise WriteError(f"cannot write {path}: permission denied")
-    companion = _real_path(path).with_suffix(".h5")
-    if path.suffix.lower() in _COMPANION_EXTENSIONS and companion.exists() and not path.exists():
+    companion = companion_file(path)
+    if companion is not None and companion.exists() and not path.exists():
         raise WriteError(f"cannot write {path}: its companion {companion.name} belongs to another file already")
 
 
+# Extensions of meshes that are not supported, and what to do.
+_NOT_SUPPORTED = {
+    ".vtm": "collections of blocks are not supported: save the block that is meant as .vtu",
+    ".vtmb": "collections of blocks are not supported: save the block that is meant as .vtu",
+    ".vtkhdf": "VTK's HDF files are not supported: save the mesh as .vtu, for example with ParaView",
+    ".cgns": "CGNS files are not supported: save the mesh as .vtu or .msh, for example with ParaView or Gmsh",
+    ".pvd": "series of files are not supported: read one of the files that it names",
+}
+
+
+def companion_file(path: Path) -> Path | None:
+    """The file that is written along with one of this name; None if there is none."""
+    return _real_path(path).with_suffix(".h5") if path.suffix.lower() in _COMPANION_EXTENSIONS else None
+
+
 def _unknown_extension(extension: str, known: tuple[str, ...]) -> str:
+    if extension in _NOT_SUPPORTED and extension not in known:
+        return _NOT_SUPPORTED[extension]
     hint = " (of surfaces: for these there are surface.remesh, and the command remesh)"
     is_surface = extension in _SURFACE_EXTENSIONS and ".vtu" in known
     return f"unknown extension {extension or '(none)'}{hint if is_surface else ''}; known are {' '.join(known)}"
@@ -98,8 +122,12 @@ def save_atomically(path: Path, writer: Callable[[Path], list[str] | None]) -> l
             raise WriteError("nothing was written; is the disk full?")
         # The file that names the others comes last.
         files = sorted(folder.iterdir(), key=lambda made: made == target)
-        for made in files:
-            os.replace(made, place.parent / made.name)
+        with uninterrupted():
+            for made in files:
+                if (place.parent / made.name).exists():  # who may read a file stays as it was
+                    with suppress(OSError):
+                        shutil.copymode(place.parent / made.name, made)
+                os.replace(made, place.parent / made.name)
     return lost
 
 
@@ -148,6 +176,8 @@ def _as_write_error(path: Path) -> Iterator[None]:
 
 
 def _reason_in_words(problem: Any) -> str:
+    if isinstance(problem, MemoryError):
+        return "there is not enough memory for it"
     if not isinstance(problem, OSError):
         return f"{type(problem).__name__}: {problem}"
     # NumPy only counts the numbers that it got rid of.

@@ -1,4 +1,4 @@
-"""Ctrl-C and the terminate signal: one way to stop, and a way to finish writing first."""
+"""Ctrl-C, SIGTERM and SIGHUP: one way to stop, and a way to finish writing first."""
 
 from __future__ import annotations
 
@@ -7,17 +7,22 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
 
 __all__ = ["as_interruption", "interruptible", "uninterrupted"]
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+class _Postponed:
+    """Number of the signal that came while nothing may interrupt, 0 if none did; how deep such code is nested."""
+
+    depth, signal = 0, 0
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Inside, SIGTERM raises KeyboardInterrupt as Ctrl-C does."""
-    with _handled(_interrupt), as_interruption():
+    """Inside, SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does; those that are ignored stay so (nohup)."""
+    with _handled(), as_interruption():
         yield
 
 
@@ -37,24 +42,48 @@ def as_interruption() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Inside, Ctrl-C and SIGTERM do nothing: what is being written will be complete."""
-    with _handled(signal.SIG_IGN):
+    """Inside, Ctrl-C, SIGTERM and SIGHUP wait: what is being written will be complete. They take effect at the end."""
+    if not _in_main_thread():
         yield
+        return
+    depth = _Postponed.depth
+    try:
+        with _handled():
+            try:
+                _Postponed.depth = depth + 1
+                yield
+            finally:
+                _Postponed.depth = depth
+    finally:
+        if depth == 0 and _Postponed.signal:
+            number, _Postponed.signal = _Postponed.signal, 0
+            signal.raise_signal(number)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+    if _Postponed.depth:
+        _Postponed.signal = number
+    else:
+        raise KeyboardInterrupt
 
 
 @contextmanager
-def _handled(handler: Any) -> Iterator[None]:
+def _handled() -> Iterator[None]:
     # Python lets the main thread alone decide about signals.
-    if threading.current_thread() is not threading.main_thread():
+    if not _in_main_thread():
         yield
         return
-    before = {number: signal.signal(number, handler) for number in _SIGNALS}
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
+    # A handler that was not set from Python is None, and could not be set again.
+    ours = [number for number, old in before.items() if old not in (_interrupt, signal.SIG_IGN, None)]
     try:
+        for number in ours:
+            signal.signal(number, _interrupt)
         yield
     finally:
-        for number, old in before.items():
-            signal.signal(number, old)
+        for number in ours:
+            signal.signal(number, before[number])
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()

@@ -6,7 +6,8 @@ there; what several of them share is in `format_tools`. Imports `common`,
 """
 
 from .convert import to_pyvista
-from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format
+from .format_tools.file_checks.references import outside_references_allowed
+from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, read_contents
 from .formats.vtk import write_vtk
 from .meshio_mesh import MeshioOrigin
 from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles
@@ -30,8 +31,10 @@ __all__ = [
     "cell_table",
     "from_vtk",
     "library_of",
+    "outside_references_allowed",
     "points_of",
     "read",
+    "read_contents",
     "read_surface",
     "to_pyvista",
     "triangles",

@@ -13,7 +13,7 @@ from ..mesh import HexMesh
 from .node_groups import NodeGroups, cell_array_groups
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
-from .vtk_mesh import QUADS, SOLIDS, cell_blocks, cell_table
+from .vtk_mesh import QUADS, SOLIDS, cell_blocks, cell_table, ghost_cells
 
 __all__ = [
     "PyvistaOrigin",
@@ -110,7 +110,7 @@ def from_pyvista(source: Any, other_cells: str, linearise: bool, file: SourceFil
         raise MeshError(f"{type(source).__name__} holds no hexahedra: pass a volume mesh")
     grid = source.cast_to_unstructured_grid()
     blocks = cell_blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
-    selection = select(blocks, grid.n_points, other_cells, linearise)
+    selection = select(blocks, grid.n_points, other_cells, linearise, ghost_cells(grid))
     cell_data = {name: np.asarray(grid.cell_data[name])[selection.rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, selection, file)

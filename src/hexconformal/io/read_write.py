@@ -10,7 +10,7 @@ from typing import Any
 from ..common import OptionError, check_writable, reading, save_atomically
 from ..mesh import HexMesh
 from .convert import grid_from_meshio
-from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS
+from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS, read_contents
 from .meshio_mesh import from_meshio
 from .pyvista_mesh import from_pyvista, triangles
 
@@ -110,7 +110,7 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearise
     """
     path = Path(path)
     with reading(path, READ_EXTENSIONS) as extension:
-        contents = FORMATS[extension].read(path)
+        contents = read_contents(path, extension)
         take_in = from_meshio if library_of(contents.data) == "meshio" else from_pyvista
         mesh = take_in(contents.data, other_cells, linearise, contents.file)
         held = mesh.held.copy()
@@ -149,7 +149,7 @@ def read_surface(path: str | os.PathLike[str]) -> Any:
     """
     path = Path(path)
     with reading(path, SURFACE_EXTENSIONS) as extension:
-        data = FORMATS[extension].read(path).data
+        data = read_contents(path, extension).data
         return triangles(grid_from_meshio(data)[0] if library_of(data) == "meshio" else data)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,7 @@ class Selection:
     rows
         (m,) their places among all cells.
     held
-        (n,) nodes of other three-dimensional cells.
+        (n,) nodes that must stay: those of other three-dimensional cells, and those that the file says.
     higher_order
         Per linearised type its (k, 20 or 27) nodes.
     notes
@@ -56,17 +56,27 @@ class Selection:
     notes: tuple[str, ...]
 
 
-def select(blocks: list[Block], point_count: int, other_cells: str, linearise: bool) -> Selection:
+def select(
+    blocks: list[Block],
+    point_count: int,
+    other_cells: str,
+    linearise: bool,
+    ghosts: NDArray[np.bool_] | None = None,
+) -> Selection:
     """Find the hexahedra among all cells.
+
+    Ghost cells (m,), those of the neighbouring part of a mesh that is in parts, are carried along, their nodes held.
 
     Raises
     ------
     MeshError
         If there are none, if there are other three-dimensional cells and `other_cells` is "refuse", or if there
-        are hexahedra of higher order and `linearise` is False.
+        are hexahedra of higher order and `linearise` is False. Collapsed hexahedra (with a repeated node) count as
+        other cells.
     """
-    blocks = [block for block in blocks if len(block.rows)]
-    hexes, others, higher_order, linearised, notes = [], [], [], [], []
+    blocks, ghost_nodes, notes = _without_ghosts(blocks, ghosts)
+    blocks = [part for block in blocks for part in _without_collapsed(block) if len(part.rows)]
+    hexes, others, higher_order, linearised = [], [], [], []
     for block in blocks:
         if block.name == "hexahedron":
             hexes.append((block.rows, block.nodes))
@@ -94,8 +104,7 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
             "other_cells='keep' (--other-cells keep) carries them along and holds their nodes"
         )
     held = np.zeros(point_count, dtype=bool)
-    for block in others:
-        nodes = block.nodes.ravel()
+    for nodes in [*ghost_nodes, *(block.nodes.ravel() for block in others)]:
         held[nodes[(nodes >= 0) & (nodes < point_count)]] = True
     if others:
         notes.append(f"other cells are carried along, their nodes held: {_counts_by_type(others)}")
@@ -103,6 +112,37 @@ def select(blocks: list[Block], point_count: int, other_cells: str, linearise: b
     order = np.argsort(rows, kind="stable")
     cells = np.concatenate([nodes for _, nodes in hexes])[order].astype(np.int64)
     return Selection(cells, rows[order], held, tuple(higher_order), tuple(notes))
+
+
+def _without_ghosts(
+    blocks: list[Block], ghosts: NDArray[np.bool_] | None
+) -> tuple[list[Block], list[NDArray[np.int64]], list[str]]:
+    """The blocks without ghost cells, the nodes of these, and a remark."""
+    if ghosts is None or not ghosts.any():
+        return blocks, [], []
+    nodes = []
+    for number, block in enumerate(blocks):
+        ghost = ghosts[block.rows]
+        if ghost.any():
+            of_cells = np.repeat(ghost, len(block.nodes.ravel()) // len(ghost))
+            if block.nodes.size % len(ghost):
+                raise MeshError(f"ghost cells of type {block.name} are not supported: leave them out of the file")
+            nodes.append(block.nodes.ravel()[of_cells])
+            kept = block.nodes.ravel()[~of_cells].reshape(-1, *block.nodes.shape[1:])
+            blocks = [*blocks[:number], replace(block, nodes=kept, rows=block.rows[~ghost]), *blocks[number + 1 :]]
+    return blocks, nodes, [f"ghost cells are carried along, their nodes held: {int(ghosts.sum())}"]
+
+
+def _without_collapsed(block: Block) -> tuple[Block, ...]:
+    """A block, or that of its hexahedra with a repeated node besides."""
+    if block.name not in ("hexahedron", "voxel"):
+        return (block,)
+    ordered = np.sort(block.nodes, axis=1)
+    collapsed = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
+    if not collapsed.any():
+        return (block,)
+    parts = [replace(block, nodes=block.nodes[rows], rows=block.rows[rows]) for rows in (~collapsed, collapsed)]
+    return parts[0], replace(parts[1], name="collapsed hexahedron")
 
 
 def with_straight_edges(points: NDArray[np.float64], selection: Selection) -> NDArray[np.float64]:

@@ -18,7 +18,17 @@ from .node_groups import NodeGroups, cell_array_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
-__all__ = ["QUADS", "SOLIDS", "VtkOrigin", "cell_blocks", "cell_table", "from_vtk", "points_of", "updated_dataset"]
+__all__ = [
+    "QUADS",
+    "SOLIDS",
+    "VtkOrigin",
+    "cell_blocks",
+    "cell_table",
+    "from_vtk",
+    "ghost_cells",
+    "points_of",
+    "updated_dataset",
+]
 
 SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
 _NAMES = {11: "voxel", 12: "hexahedron", 25: "hexahedron20", 29: "hexahedron27"}
@@ -76,7 +86,8 @@ def from_vtk(grid: Any, other_cells: str = "refuse", linearise: bool = False) ->
     ('vtkUnstructuredGrid', (0.0, 7.0))
     """
     offsets, nodes = cell_table(grid.GetCells())
-    selection = select(cell_blocks(_cell_types(grid), offsets, nodes), grid.GetNumberOfPoints(), other_cells, linearise)
+    blocks = cell_blocks(_cell_types(grid), offsets, nodes)
+    selection = select(blocks, grid.GetNumberOfPoints(), other_cells, linearise, ghost_cells(grid))
     return HexMesh(points_of(grid), selection.cells, origin=VtkOrigin(grid, selection))
 
 
@@ -149,6 +160,14 @@ def cell_blocks(types: NDArray[Any], offsets: NDArray[np.int64], nodes: NDArray[
             corners = nodes[np.repeat(types == code, np.diff(offsets))]
         found.append(Block(_NAMES.get(code) or _name(code), 3 if code in SOLIDS else 2, corners, rows))
     return found
+
+
+def ghost_cells(grid: Any) -> NDArray[np.bool_] | None:
+    """(m,) True for cells that belong to a neighbouring part, or are blanked; None if nothing tells."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    array = grid.GetCellData().GetArray("vtkGhostType")
+    return None if array is None else vtk_to_numpy(array) != 0
 
 
 def points_of(dataset: Any) -> NDArray[np.float64]:

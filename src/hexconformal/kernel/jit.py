@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -13,13 +14,16 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numba import njit
-from numba.core import event
+from numba.core import config, event
 from numba.core.caching import FunctionCache
 from numba.extending import register_jitable
 
 __all__ = ["algebra", "loop", "strict_loop"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+# A file in the current folder may tell numba another place for machine code that is run without a look.
+config.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR", "")  # type: ignore[attr-defined]
 
 # Sums may be reordered and fused (the order is fixed once compiled); NaN and infinity keep their meaning.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz", "arcp"}}

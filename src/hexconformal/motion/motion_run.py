@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import OptionError
 from ..elements import corner_scaled_jacobian
 from ..io import write
 from ..mesh import HexMesh
@@ -59,12 +59,15 @@ class MotionRun:
         Reason of an early end; "" if there was none.
     """
 
-    version, record, other_runs = 1, MotionRecord, "another mesh, or to other options"
+    version, record, other_runs = 2, MotionRecord, "another mesh, or to other options"
 
     def __init__(self, motion: MeshMotion, boundary: BoundaryMotion) -> None:
         self.step, self.refusal = 0, ""
         self._motion, self._boundary, self._resumed = motion, boundary, False
         self._blocked = np.empty(0, dtype=np.int64)
+        # After the last complete step, and as far as the last one went.
+        self._done = self._reached = motion.points
+        self._velocity: NDArray[np.float64] | None = None
 
     @property
     def time(self) -> float:
@@ -79,7 +82,7 @@ class MotionRun:
 
     def __iter__(self) -> Iterator[RunState]:
         if not self._resumed:
-            yield RunState(0, 0.0, partial(self._frame, self._motion.points, None))
+            yield RunState(0, 0.0, self.frame)
         for index in range(self.step, len(self._boundary.times)):
             time = float(self._boundary.times[index])
             taken = self._motion.step(self._boundary.displacements[index], dt=time - self.time)
@@ -88,27 +91,54 @@ class MotionRun:
                 index + 1, time, report.reached, report.substeps, report.iterations,
                 report.min_scaled_jacobian, report.mean_scaled_jacobian, report.seconds,
             )  # fmt: skip
+            self._reached = taken.points
             if report.refused:
                 self.refusal, self._blocked = report.reason, report.blocked
             else:
-                self.step = index + 1
-            frame = partial(self._frame, taken.points, taken.velocity)
-            yield RunState(index + 1, time, frame, record, refused=report.refused)
+                self.step, self._done, self._velocity = index + 1, taken.points, taken.velocity
+            yield RunState(index + 1, time, self.frame, record, refused=report.refused)
 
     def state(self) -> dict[str, Any]:
         """State of the run, for :meth:`resume`."""
-        return {"done": self.step, **self._motion.state()}
+        state = {"done": self.step, "time": self.time, "displacement": self._displacement(), **self._motion.state()}
+        return state if self._velocity is None else {**state, "velocity": self._velocity}
 
     def resume(self, state: Mapping[str, Any]) -> None:
-        """Go on from there."""
+        """Go on from there.
+
+        Raises
+        ------
+        OptionError
+            If the table ends before that, or is another one at that step.
+        """
+        step, steps = int(state["done"]), len(self._boundary.times)
+        if step > steps:
+            raise OptionError(f"the table must have the {step} steps that are done already, and more; it has {steps}")
         self._motion.resume(state)
-        self.step, self._resumed = int(state["done"]), True
+        self.step, self._resumed = step, True
+        if self.time != state["time"] or not np.array_equal(self._displacement(), state["displacement"]):
+            raise OptionError(f"the table must be that of the run up to step {step}: there it is another one")
+        self._done = self._reached = self._motion.points
+        self._velocity = np.asarray(state["velocity"]) if "velocity" in state else None
+
+    def wants_frame(self, time: float) -> bool:
+        """No time has a frame but by the number of its step."""
+        return False
+
+    def frame(self) -> HexMesh:
+        """The mesh after the last complete step, with the velocity in it."""
+        return self._frame(self._done, self._velocity)
 
     def write(self, path: Path) -> None:
         """Write the mesh as far as it went; the cell array `blocked` marks the cells that stood in the way."""
         marks = np.zeros(len(self._motion.mesh.cells), dtype=np.uint8)
         marks[self._blocked] = 1
-        write(path, self._frame(self._motion.points, None).replaced(cell_data={"blocked": marks}))
+        write(path, self._frame(self._reached, None).replaced(cell_data={"blocked": marks}))
+
+    def _displacement(self) -> NDArray[np.float64]:
+        """That of the last complete step."""
+        table = self._boundary.displacements
+        return table[self.step - 1] if self.step else np.zeros_like(table[0])
 
     def _frame(self, points: NDArray[np.float64], velocity: NDArray[np.float64] | None) -> HexMesh:
         mesh = self._motion.mesh

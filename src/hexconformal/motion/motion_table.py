@@ -76,6 +76,8 @@ def read_boundary(path: str | os.PathLike[str]) -> BoundaryMotion:
         If the file cannot be read, a column is missing, a value is no number, or a time names other nodes than
         the first, or one twice.
     """
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise ReadError(f"cannot read {path}: it must be a regular file")
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             head, *rows = list(csv.reader(file, skipinitialspace=True)) or [[]]

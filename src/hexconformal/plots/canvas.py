@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -14,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import WriteError, save_atomically
+from ..common import WriteError, python_can_be_started, run_python, save_atomically
 
 __all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_faces", "add_translucent"]
 __all__ += ["bounding_box", "draw_histograms", "label_before_after", "plotter_of", "require_rendering", "save"]
@@ -108,10 +106,7 @@ def _colours() -> Floats:
 @cache
 def require_rendering() -> None:
     """Raise a WriteError unless three-dimensional pictures can be drawn here, on a screen or without one."""
-    if not sys.executable:
-        return
-    trial = subprocess.run([sys.executable, "-c", _RENDER_TEST], capture_output=True, check=False)
-    if trial.returncode != 0:
+    if python_can_be_started() and run_python(_RENDER_TEST) != 0:
         raise WriteError(
             "this machine cannot draw in three dimensions: VTK finds no graphics driver; install a software one "
             "(Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri)"

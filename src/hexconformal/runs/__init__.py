@@ -6,7 +6,7 @@ Belongs here: what a run writes while it goes on, whatever it computes. Imports 
 from .checkpoint import load_state, run_fingerprint, save_state
 from .history import HistoryFile
 from .run_folder import RunFolder, RunState
-from .series import Series
+from .series import Series, series_place
 
 __all__ = [
     "HistoryFile",
@@ -16,4 +16,5 @@ __all__ = [
     "load_state",
     "run_fingerprint",
     "save_state",
+    "series_place",
 ]

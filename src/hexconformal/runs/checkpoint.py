@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import zipfile
 from collections.abc import Iterable, Mapping
@@ -69,13 +70,36 @@ def load_state(path: str | os.PathLike[str], version: int, fingerprint: str, oth
     OptionError
         If it belongs to another run.
     """
+    path = Path(path)
     try:
+        if not path.is_file():
+            raise ValueError("it must be a regular file" if path.exists() else "it does not exist")
+        _check_sizes(path)
         with np.load(path, allow_pickle=False) as file:
             found: dict[str, Any] = dict(file)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as reason:
+        if int(found.pop("version", -1)) != version:
+            raise ReadError(f"{path} is no checkpoint of this version ({version})")
+        problem = str(found.pop("problem"))
+    except ReadError:
+        raise
+    except Exception as reason:  # whatever is wrong with a file that may be damaged
         raise ReadError(f"cannot read the checkpoint {path}: {reason}") from reason
-    if int(found.pop("version", -1)) != version:
-        raise ReadError(f"{path} is no checkpoint of this version ({version})")
-    if str(found.pop("problem")) != fingerprint:
+    if problem != fingerprint:
         raise OptionError(f"the checkpoint {path} belongs to {other_runs}")
     return found
+
+
+def _check_sizes(path: Path) -> None:
+    """Raise a ValueError unless all arrays in a file lie there as they are: none is packed, none larger than told."""
+    total = 0
+    with zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            total += member.file_size
+            if member.compress_type != zipfile.ZIP_STORED or total > path.stat().st_size:
+                raise ValueError(f"its array {member.filename} must not be packed, nor larger than the file")
+            with archive.open(member) as file:
+                magic = np.lib.format.read_magic(file)
+                read = np.lib.format.read_array_header_1_0 if magic == (1, 0) else np.lib.format.read_array_header_2_0
+                shape, _, kind = read(file)
+                if kind.hasobject or math.prod(shape) * kind.itemsize > member.file_size:
+                    raise ValueError(f"its array {member.filename} must be of numbers, and as large as its header says")

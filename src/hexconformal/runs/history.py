@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Sequence
 from dataclasses import astuple, fields
 from typing import Any
 
-from ..common import OptionError, WriteError
+from ..common import OptionError, WriteError, first_ids, write_text
 
 __all__ = ["HistoryFile", "rows_until"]
 
@@ -21,7 +22,7 @@ class HistoryFile:
     path
         The file; one that is there is replaced.
     rows
-        What it begins with, for a run that goes on: the header and older rows.
+        What it begins with, for a run that goes on: the header and older rows. They are there at every moment.
 
     Raises
     ------
@@ -39,14 +40,16 @@ class HistoryFile:
 
     def __init__(self, path: str | os.PathLike[str], rows: Sequence[Sequence[str]] = ()) -> None:
         self._path = path
+        self._has_header = bool(rows)
+        if rows:
+            text = io.StringIO()
+            csv.writer(text, lineterminator="\n").writerows(rows)
+            write_text(path, text.getvalue())
         try:
-            self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 (closed by __exit__)
+            self._file = open(path, "a" if rows else "w", newline="", encoding="utf-8")  # noqa: SIM115 (see __exit__)
         except OSError as problem:
             raise WriteError(f"cannot write {path}: {problem}") from problem
         self._rows = csv.writer(self._file, lineterminator="\n")
-        self._has_header = bool(rows)
-        for row in rows:
-            self._add(row)
 
     def __enter__(self) -> HistoryFile:
         return self
@@ -87,14 +90,20 @@ def rows_until(path: str | os.PathLike[str], record: type, step: int) -> list[li
     Raises
     ------
     OptionError
-        If it cannot be read, or is the history of something else.
+        If it cannot be read, is the history of something else, or lacks steps.
     """
+    names = [field.name for field in fields(record)]
     try:
         with open(path, newline="", encoding="utf-8") as file:
             head, *rows = list(csv.reader(file)) or [[]]
-    except (OSError, ValueError) as problem:
+        if head and head != names:
+            raise OptionError(f"{path} is the history of another kind of run")
+        kept = [row for row in rows if len(row) == len(names) and int(row[0]) <= step]
+    except (OSError, ValueError, csv.Error) as problem:
+        if isinstance(problem, OptionError):
+            raise
         raise OptionError(f"cannot go on with the history {path}: {problem}") from problem
-    names = [field.name for field in fields(record)]
-    if head and head != names:
-        raise OptionError(f"{path} is the history of another kind of run")
-    return [names, *(row for row in rows if len(row) == len(names) and int(row[0]) <= step)]
+    missing = sorted(set(range(1, step + 1)) - {int(row[0]) for row in kept})
+    if missing:
+        raise OptionError(f"cannot go on with the history {path}: steps without a row: {first_ids(missing)}")
+    return [names, *kept]

@@ -7,12 +7,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ..common import OptionError, WriteError, as_interruption, uninterrupted
+from ..common import (
+    MeshError,
+    OptionError,
+    OutputPlace,
+    ReadError,
+    WriteError,
+    as_interruption,
+    require_distinct_places,
+    uninterrupted,
+)
 from .checkpoint import load_state, save_state
 from .history import HistoryFile, rows_until
-from .series import Series, frames_folder
+from .series import Series, frames_folder, series_place
 
 __all__ = ["FolderRun", "RunFolder", "RunState"]
+
+_STEP, _TIME = 0, 1  # the first two fields of every record
 
 
 @dataclass(frozen=True)
@@ -27,8 +38,6 @@ class RunState:
         The mesh then, as a series takes it.
     record
         A row of the history; None where there is nothing to say.
-    frame_wanted
-        Whether there must be a frame, whatever the number of the step.
     refused
         Whether the step could not be made: it is reported, and the run ends with what was before it.
     """
@@ -37,7 +46,6 @@ class RunState:
     time: float
     frame: Callable[[], Any]
     record: Any = None
-    frame_wanted: bool = False
     refused: bool = False
 
 
@@ -49,7 +57,7 @@ class FolderRun(Protocol):
 
     @property
     def record(self) -> type:
-        """The dataclass of the rows of the history."""
+        """The dataclass of the rows of the history; its first fields are step and time."""
 
     @property
     def step(self) -> int:
@@ -64,6 +72,12 @@ class FolderRun(Protocol):
         """That of a checkpoint to go on with must be the same."""
 
     def __iter__(self) -> Iterator[RunState]: ...
+
+    def wants_frame(self, time: float) -> bool:
+        """Whether there must be a frame at a time, whatever the number of the step."""
+
+    def frame(self) -> Any:
+        """The mesh after the last step that was made completely, as a series takes it."""
 
     def state(self) -> Mapping[str, Any]:
         """The state of the run, as arrays and numbers by name."""
@@ -115,19 +129,21 @@ class RunFolder:
         """The history drawn, by a command that does so."""
         return self.path / "history.png"
 
-    def prepare(self, resume: bool, overwrite: bool) -> None:
+    def prepare(self, resume: bool, overwrite: bool, inputs: Mapping[Path, str]) -> None:
         """Make the folder, or see that the run in it may be gone on with, or replaced.
 
         Raises
         ------
         OptionError
-            If there is a run already, or a file of a name that it would write, and neither is asked for; or if there is
-            no run to go on with.
+            If there is a run already, or a file of a name that it would write, and neither is asked for; if there is
+            no run to go on with; or if one of `inputs`, the files that are read with what they are, would be replaced.
         WriteError
             If the folder cannot be made.
         """
         if self.path.is_file():
             raise WriteError(f"cannot make the folder {self.path}: it is a file")
+        files = (self.history, self.plot, self.last, self.checkpoint)
+        require_distinct_places([*map(OutputPlace, files), series_place(self.frames)], inputs)
         there = self.checkpoint.exists()
         if resume and not there:
             raise OptionError(f"there is no run in {self.path} to resume: {self.checkpoint.name} is missing")
@@ -169,19 +185,24 @@ class RunFolder:
         Raises
         ------
         OptionError
-            If the checkpoint belongs to another run.
+            If the checkpoint belongs to another run, or the history does not go as far.
         ReadError
             If it cannot be read.
         WriteError
             If something cannot be written.
+        KeyboardInterrupt
+            If interrupted before there is anything to go on from.
         """
-        rows: list[list[str]] = []
-        if resume:
-            run.resume(load_state(self.checkpoint, run.version, run.fingerprint, run.other_runs))
-            rows = rows_until(self.history, run.record, run.step)
-        last: RunState | None = None
-        stopped: BaseException | None = None
-        with HistoryFile(self.history, rows) as history, Series(self.frames, run.time if resume else None) as series:
+        rows = self._resume(run) if resume else []
+        steps = {float(row[_TIME]): int(row[_STEP]) for row in rows[1:]} | {0.0: 0}
+
+        def belongs(time: float) -> bool:
+            # One at which a run was left before, between those of the series, does not.
+            return run.wants_frame(time) or steps.get(time, 1) % every == 0
+
+        begun, stopped = resume, None
+        until = run.time if resume else None
+        with HistoryFile(self.history, rows) as history, Series(self.frames, until, belongs) as series:
             try:
                 with as_interruption():
                     for state in run:
@@ -189,19 +210,37 @@ class RunFolder:
                             if state.record is not None:
                                 history.add(state.record)
                             if not state.refused:
-                                last = state
-                                if state.frame_wanted or state.step % every == 0:
+                                if run.wants_frame(state.time) or state.step % every == 0:
                                     series.add(state.time, state.frame())
                                 # Last: what it counts as done is written.
                                 save_state(self.checkpoint, run.version, run.fingerprint, run.state())
+                                begun = True
                         if state.record is not None:
                             report(str(state.record))
                         if state.refused:
                             break
             except KeyboardInterrupt as problem:
                 stopped = problem
-            with uninterrupted():
-                if last is not None and series.frames and series.frames[-1][0] < last.time:
-                    series.add(last.time, last.frame())
-                run.write(self.last)
+            if not begun:
+                raise stopped or KeyboardInterrupt
+            try:
+                with uninterrupted():
+                    # A run that goes on later has no frame where it was left.
+                    if stopped is None and (not series.frames or series.frames[-1][0] < run.time):
+                        series.add(run.time, run.frame())
+                    run.write(self.last)
+            except KeyboardInterrupt as problem:
+                stopped = stopped or problem
         return stopped
+
+    def _resume(self, run: FolderRun) -> list[list[str]]:
+        """Set a run to where its checkpoint stands; returns the rows of the history until there."""
+        state = load_state(self.checkpoint, run.version, run.fingerprint, run.other_runs)
+        try:
+            run.resume(state)
+        except (MeshError, OptionError):
+            raise
+        except (KeyError, IndexError, TypeError, ValueError) as problem:
+            reason = f"{type(problem).__name__}: {problem}"
+            raise ReadError(f"the checkpoint {self.checkpoint} is damaged ({reason})") from problem
+        return rows_until(self.history, run.record, run.step)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from functools import partial
 from html import escape
 from math import isfinite
@@ -12,10 +13,10 @@ from types import TracebackType
 from typing import Any
 from xml.etree import ElementTree
 
-from ..common import OptionError, WriteError, check_writable, save_atomically
+from ..common import OptionError, OutputPlace, WriteError, check_writable, same_file, save_atomically
 from ..mesh import HexMesh
 
-__all__ = ["Series", "frames_folder"]
+__all__ = ["Series", "frames_folder", "series_place"]
 
 
 class Series:
@@ -30,6 +31,8 @@ class Series:
         The .pvd file.
     until
         Go on with the series that is there, keeping its frames up to this time.
+    keep
+        Tells of a time whether the frame then is kept; None: all are.
 
     Raises
     ------
@@ -47,10 +50,14 @@ class Series:
     ['run_frames/run_0000.vtu', 'run_frames/run_0001.vtu']
     """
 
-    def __init__(self, path: str | os.PathLike[str], until: float | None = None) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], until: float | None = None, keep: Callable[[float], bool] | None = None
+    ) -> None:
         self.path = Path(path)
         check_writable(self.path, extensions=(".pvd",))
         self.frames: list[tuple[float, str]] = [] if until is None else self._read_list(until)
+        if keep is not None:
+            self.frames = [frame for frame in self.frames if keep(frame[0])]
 
     def __enter__(self) -> Series:
         return self
@@ -74,7 +81,8 @@ class Series:
         Raises
         ------
         OptionError
-            If the time does not grow.
+            If the time does not grow, or if a frame would replace, or the series remove, the file that the mesh was
+            read from.
         WriteError
             If the file cannot be written.
         """
@@ -90,7 +98,12 @@ class Series:
         except OSError as problem:
             raise WriteError(f"cannot make the folder {folder}: {problem}") from problem
         extension = "vtp" if type(grid).__name__ == "PolyData" else "vtu"
-        frame = folder / f"{self.path.stem}_{len(self.frames):04d}.{extension}"
+        frame = folder / f"{self.path.stem}_{self._next_number():04d}.{extension}"
+        source = getattr(getattr(mesh, "origin", None), "file", None)
+        if source is not None:
+            place = OutputPlace(frame) if self.frames else series_place(self.path)
+            if place.harms(source.path):
+                raise OptionError(f"{place.path} would replace {source.path}, which the mesh was read from")
         save_atomically(frame, partial(write_vtk, grid=grid))
         self.frames.append((time, f"{folder.name}/{frame.name}"))
         save_atomically(self.path, self._write_list)
@@ -99,9 +112,8 @@ class Series:
 
     def _remove_old_frames(self, first: Path) -> None:
         """Remove frames left over from an earlier run of the same name, which no list names any more."""
-        pattern = re.compile(rf"{re.escape(self.path.stem)}_\d{{4,}}\.vt[pu]")
-        for path in first.parent.iterdir():
-            if path != first and pattern.fullmatch(path.name):
+        for path in _frames_there(self.path):
+            if path != first:
                 path.unlink(missing_ok=True)
 
     def _read_list(self, until: float) -> list[tuple[float, str]]:
@@ -110,7 +122,16 @@ class Series:
             frames = [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in found]
         except (OSError, ElementTree.ParseError, KeyError, ValueError) as problem:
             raise WriteError(f"cannot go on with the series {self.path}: {problem}") from problem
-        return [frame for frame in frames if frame[0] <= until]
+        frames = [frame for frame in frames if frame[0] <= until]
+        missing = [name for _, name in frames if not (self.path.parent / name).is_file()]
+        if missing:
+            raise WriteError(f"cannot go on with the series {self.path}: frames that are missing: {', '.join(missing)}")
+        return frames
+
+    def _next_number(self) -> int:
+        """The number of the next frame, so that it replaces none that is kept."""
+        numbers = [re.search(r"_(\d+)\.\w+$", name) for _, name in self.frames]
+        return max((int(number[1]) + 1 for number in numbers if number), default=0)
 
     def _write_list(self, target: Path) -> None:
         rows = [f'    <DataSet timestep="{time!r}" file="{escape(name)}"/>' for time, name in self.frames]
@@ -121,3 +142,26 @@ class Series:
 def frames_folder(path: Path) -> Path:
     """The folder of the frames of a series."""
     return path.parent / f"{path.stem}_frames"
+
+
+def series_place(path: Path) -> OutputPlace:
+    """The place of a series: its list, and every frame that it will write, or find from an earlier run and remove."""
+
+    def is_frame(other: Path) -> bool:
+        folder = os.path.realpath(frames_folder(path))
+        real = Path(os.path.realpath(other))
+        if str(real.parent) == folder and _frame_names(path).fullmatch(real.name):
+            return True
+        # Also what a link in the folder leads to: writing goes through links.
+        return any(same_file(frame, other) for frame in _frames_there(path))
+
+    return OutputPlace(path, is_frame)
+
+
+def _frame_names(path: Path) -> re.Pattern[str]:
+    return re.compile(rf"{re.escape(path.stem)}_\d{{4,}}\.vt[pu]", re.IGNORECASE)
+
+
+def _frames_there(path: Path) -> list[Path]:
+    folder = frames_folder(path)
+    return [frame for frame in folder.iterdir() if _frame_names(path).fullmatch(frame.name)] if folder.is_dir() else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,8 @@ from typing import Any
 from hexconformal.runs import RunState, load_state, run_fingerprint, save_state
 
 from ..io import as_pyvista, write
+from ..mesh import SurfaceMesh
 from .evolve import Evolution
-from .moment import Moment
 from .options import Record
 
 __all__ = ["FlowRun", "load", "save"]
@@ -71,7 +71,8 @@ class FlowRun:
 
     def __init__(self, run: Evolution) -> None:
         self._run = run
-        self._moment: Moment | None = None
+        # A step may have begun since: the surface of the run itself is not that after the last step then.
+        self._surface: Callable[[], SurfaceMesh] = run.surface_mesh
 
     @property
     def step(self) -> int:
@@ -91,9 +92,16 @@ class FlowRun:
 
     def __iter__(self) -> Iterator[RunState]:
         for moment in self._run:
-            self._moment, record = moment, moment.record
-            frame_wanted = record.time in self._run.stepping.outputs
-            yield RunState(record.step, record.time, partial(_frame, moment), record, frame_wanted)
+            record, self._surface = moment.record, partial(getattr, moment, "surface_mesh")
+            yield RunState(record.step, record.time, self.frame, record)
+
+    def wants_frame(self, time: float) -> bool:
+        """Whether a time is one of those to hit exactly."""
+        return time in self._run.stepping.outputs
+
+    def frame(self) -> Any:
+        """The surface after the last step."""
+        return as_pyvista(self._surface())
 
     def state(self) -> dict[str, Any]:
         """The state of the run."""
@@ -102,12 +110,8 @@ class FlowRun:
     def resume(self, state: Mapping[str, Any]) -> None:
         """Go on from a state."""
         self._run.resume(state)
+        self._surface = self._run.surface_mesh
 
     def write(self, path: Path) -> None:
-        """Write the surface at the end, if a moment was seen."""
-        if self._moment is not None:
-            write(path, self._moment.surface_mesh)
-
-
-def _frame(moment: Moment) -> Any:
-    return as_pyvista(moment.surface_mesh)
+        """Write the surface after the last step."""
+        write(path, self._surface())

@@ -10,12 +10,12 @@ import numpy as np
 from hexconformal.common import OptionError, options_from
 
 from ..io import as_surface_mesh
-from ..mesh import Floats, area_vectors, edge_table, enclosed_volume, mean_edge_length
+from ..mesh import Floats, SurfaceMesh, area_vectors, edge_table, enclosed_volume, mean_edge_length
 from ..quality import held_nodes, require_sound, smallest_angles
 from .discrete import DiscreteSurface, Elements
 from .energy import energy, energy_gradient
 from .flows import Flow
-from .moment import Moment
+from .moment import Moment, surface_with_arrays
 from .options import Record, Stepping, reduced_volume
 from .remeshing import Remesher
 from .step import Conserved, implicit_step, restore_conserved
@@ -137,7 +137,10 @@ class Evolution:
         state
             The value of :meth:`state`.
         """
-        self._surface = DiscreteSurface(self.elements, np.asarray(state["points"]))
+        points = np.asarray(state["points"], dtype=np.float64)
+        if points.shape != self._start.shape:
+            raise OptionError("this belongs to another surface")
+        self._surface = DiscreteSurface(self.elements, points)
         self._step, self._time = int(state["step"]), float(state["time"])
         self._tau, self._energy = float(state["tau"]), float(state["energy"])
         self._energy_credit, self._recent_energies = float(state["energy_credit"]), list(state["recent_energies"])
@@ -295,8 +298,15 @@ class Evolution:
             halvings=halvings,
         )
         self.history.append(record)
+        return Moment(record, self._points(), self.mesh, self.elements, self.origin)
+
+    def _points(self) -> Floats:
         # Nodes that did not move are bit-identical to the input.
-        return Moment(record, self.mesh.points + (surface.points - self._start), self.mesh, self.elements, self.origin)
+        return self.mesh.points + (self._surface.points - self._start)
+
+    def surface_mesh(self) -> SurfaceMesh:
+        """The surface as it is now, with the arrays of a moment."""
+        return surface_with_arrays(self._points(), self.mesh, self.elements, self.origin)
 
 
 def evolve(flow: Flow, **options: Any) -> Iterator[Moment]:

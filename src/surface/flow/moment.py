@@ -12,7 +12,7 @@ from ..quality import smallest_angles
 from .discrete import DiscreteSurface, Elements
 from .options import Record
 
-__all__ = ["Moment"]
+__all__ = ["Moment", "surface_with_arrays"]
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,17 @@ class Moment:
     @property
     def surface_mesh(self) -> SurfaceMesh:
         """The same as a :class:`surface.SurfaceMesh`."""
-        cells = self._input.cells
-        normals = unit_vectors(nodal_area_vectors(self.points, cells))
-        y = DiscreteSurface(self._elements, self.points - self._origin).nodal_curvature
-        arrays = {
-            "normal": normals,
-            "mean_curvature": -(y * normals).sum(axis=1) / 2,
-            "curvature": np.linalg.norm(y, axis=1),
-        }
-        angles = smallest_angles(self.points, cells)
-        return self._input.replaced(self.points, arrays, {"min_angle": angles})
+        return surface_with_arrays(self.points, self._input, self._elements, self._origin)
+
+
+def surface_with_arrays(points: Floats, mesh: SurfaceMesh, elements: Elements, origin: Floats) -> SurfaceMesh:
+    """The input of a flow with other points, and the arrays of a moment."""
+    cells = mesh.cells
+    normals = unit_vectors(nodal_area_vectors(points, cells))
+    y = DiscreteSurface(elements, points - origin).nodal_curvature
+    arrays = {
+        "normal": normals,
+        "mean_curvature": -(y * normals).sum(axis=1) / 2,
+        "curvature": np.linalg.norm(y, axis=1),
+    }
+    return mesh.replaced(points, arrays, {"min_angle": smallest_angles(points, cells)})

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hexconformal.common import OptionError, check_writable, reading, save_atomically
-from hexconformal.io import FORMATS, MeshioOrigin, library_of, to_pyvista
+from hexconformal.io import FORMATS, MeshioOrigin, library_of, read_contents, to_pyvista
 
 from ..mesh import SurfaceMesh
 from .convert import (
@@ -87,7 +87,7 @@ def read(path: str | os.PathLike[str]) -> SurfaceMesh:
     """
     path = Path(path)
     with reading(path, EXTENSIONS) as extension:
-        contents = FORMATS[extension].read(path)
+        contents = read_contents(path, extension)
         if library_of(contents.data) == "meshio":
             return from_meshio(contents.data, contents.file, contents.notes)
         return from_pyvista(contents.data, contents.file, contents.notes)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from surface_shapes import grid, icosphere, mixed_sphere, quad_sphere, shaken
+from meshes.surfaces import grid, icosphere, mixed_sphere, quad_sphere, shaken
 
 from surface.constraint.features import CURVE, curve_tangents, find_features, held_projectors
 from surface.constraint.saddle_point import ConstrainedSystem, constraint_normals, displacement

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from surface_shapes import icosphere, mixed_sphere, quad_sphere
+from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 import surface
 from hexconformal.common.errors import MeshError, ReadError, WriteError
@@ -165,9 +165,9 @@ def test_files_written_by_hand(extension, tmp_path):
     if extension == ".ply":
         np.testing.assert_array_equal(mesh.cell_data["tag"], [7, 8])
         np.testing.assert_array_equal(mesh.point_data["red"], [1, 2, 3, 4])
-        assert mesh.notes == ("left out of the .ply file: edge",)
+        assert mesh.origin.file.model == ("1 edge",)
     if extension == ".obj":
-        assert mesh.notes == ("normals, texture coordinates, groups of the .obj file are left out",)
+        assert mesh.origin.file.model == ("1 normals", "1 texture coordinates", "1 groups")
 
 
 @pytest.mark.parametrize("extension", [".ply", ".stl", ".obj", ".vtp"])
@@ -218,7 +218,7 @@ def test_binary_ply_with_every_type(order, tmp_path):
     np.testing.assert_array_equal(mesh.points, SQUARE)
     np.testing.assert_array_equal(mesh.cells.triangles, [[0, 1, 2], [0, 2, 3]])
     np.testing.assert_array_equal(np.stack([mesh.cell_data[f"of_{name}"] for name in types], axis=1), values)
-    assert mesh.notes == ("left out of the .ply file: 'uv'",)
+    assert mesh.origin.file.model == ("2 'uv' of faces",)
 
 
 def test_arrays_in_ply_that_need_another_type(tmp_path):

@@ -1,17 +1,14 @@
 """Pictures of surfaces are there, and they show something."""
 
-import warnings
-
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from surface_shapes import icosphere, mixed_sphere, none, quad_cube, shaken
+from meshes.surfaces import icosphere, mixed_sphere, no_cells, quad_cube, shaken
 
 import surface
 from hexconformal.common.errors import MeshError, OptionError, WriteError
 from hexconformal.plots import canvas
 from surface.mesh.geometry import Cells
-from surface.plots.flow_plots import plot_history
 from surface.plots.surface_plots import before_after, histogram, worst_cells
 
 
@@ -100,16 +97,7 @@ def test_wrong_use_is_told(tmp_path):
         before_after(tmp_path / "f.png", ball, as_mesh(icosphere(2)))
     with pytest.raises(MeshError, match="same cells"):
         before_after(
-            tmp_path / "f.png", ball, surface.SurfaceMesh(ball.points, Cells(ball.cells.triangles[::-1], none(4)))
+            tmp_path / "f.png", ball, surface.SurfaceMesh(ball.points, Cells(ball.cells.triangles[::-1], no_cells(4)))
         )
     with pytest.raises(OptionError, match="count must be 1 or more"):
         worst_cells(tmp_path / "w.png", ball, count=0)
-
-
-@pytest.mark.parametrize("rows", ["", "0,0.0,nan,5.0,0.9,50.0,40.0\n", "0,0.0,0.0,5.0,0.9,50.0,40.0\n"])
-def test_the_history_of_a_flow_that_was_left_before_its_first_step_is_drawn_without_warnings(rows, tmp_path):
-    (tmp_path / "run.csv").write_text(f"step,time,tau,energy,reduced_volume,mean_angle,min_angle\n{rows}")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", UserWarning)
-        plot_history(tmp_path / "run.png", tmp_path / "run.csv")
-    assert (tmp_path / "run.png").stat().st_size > 1000

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from typing import Any
@@ -10,9 +9,10 @@ from typing import Any
 from ...io import read
 from ...mesh import HexMesh
 from ...regularization import CHOICES, Options
+from ..terminal import print_line
 
-__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_outputs", "add_overwrite", "note_dropped"]
-__all__ += ["read_hexahedra"]
+__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_outputs", "add_outside_references", "add_overwrite"]
+__all__ += ["note_dropped", "read_hexahedra"]
 
 STDOUT = "-"
 
@@ -20,11 +20,19 @@ STDOUT = "-"
 def add_input(parser: ArgumentParser) -> None:
     """Add the hexahedral mesh to read."""
     parser.add_argument("input", metavar="IN", help="mesh to read; the extension tells the format")
+    add_outside_references(parser)
     parser.add_argument(
         "--other-cells", default="refuse", metavar="refuse|keep", help="tetrahedra, wedges, ... beside the hexahedra:"
         " refuse the mesh (default), or keep them, their nodes staying where they are",
     )  # fmt: skip
     parser.add_argument("--linearise", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
+
+
+def add_outside_references(parser: ArgumentParser) -> None:
+    """Add the flag that lets files name others in any folder."""
+    parser.add_argument(
+        "--outside-references", action="store_true", help="let IN name files outside its folder (.xdmf, .pvtu)"
+    )
 
 
 def add_output(parser: ArgumentParser) -> None:
@@ -66,4 +74,4 @@ def read_hexahedra(arguments: Namespace) -> HexMesh:
 def note_dropped(path: str, dropped: list[str]) -> None:
     """Print what a format could not store, if anything."""
     if dropped:
-        print(f"note: {path} does not keep {', '.join(dropped)}", file=sys.stderr)
+        print_line(f"note: {path} does not keep {', '.join(dropped)}", error=True)

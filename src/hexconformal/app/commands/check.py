@@ -9,6 +9,7 @@ from surface.quality import require_sound
 
 from ...common import MeshError
 from ...quality import check, quality
+from ..terminal import print_line
 from .arguments import add_input
 from .kinds import SURFACES, read_any_mesh
 
@@ -31,7 +32,8 @@ def run(arguments: Namespace) -> int:
     kind, mesh = read_any_mesh(arguments)
     head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh)
     refused = any(line.startswith("error: ") for line in lines)
-    print("\n".join([f"{arguments.input}: {head}", *lines, *(["can be worked on"] if not refused else [])]))
+    for line in [f"{arguments.input}: {head}", *lines, *(["can be worked on"] if not refused else [])]:
+        print_line(line)
     return int(refused)
 
 

@@ -15,6 +15,7 @@ from ...mesh import HexMesh
 from ...plots import require_rendering
 from ...regularization import Options
 from ..progress import Progress
+from ..terminal import print_text
 from .job import FinishedJob, exit_code_of, run_job
 from .outputs import Outputs
 from .regularize import RegularizeJob
@@ -38,8 +39,8 @@ def run(arguments: Namespace) -> int:
     """Make a sheared cube regular and print what was done."""
     with Progress() as progress:
         finished, lines = _run_demo(arguments.folder, arguments.size, progress)
-    print(finished.result.report)
-    print("\n".join(["", *lines]))
+    print_text(finished.result.report)
+    print_text("\n".join(["", *lines]))
     return exit_code_of(finished, arguments.folder)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,9 @@ from surface.plots import plot_history
 from ...common import OptionError
 from ...runs import RunFolder
 from ..progress import Progress
+from ..terminal import print_line
+from .arguments import add_outside_references
+from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -40,6 +42,7 @@ _FLOWS: dict[str, Callable[[Namespace, list[str]], Flow]] = {
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
+    add_outside_references(parser)
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
     what = parser.add_argument_group("the flow")
     what.add_argument(
@@ -89,7 +92,7 @@ def run(arguments: Namespace) -> int:
         remesh_below=arguments.remesh_below,
     )
     folder = RunFolder(Path(arguments.folder))
-    folder.prepare(arguments.resume, arguments.overwrite)
+    folder.prepare(arguments.resume, arguments.overwrite, named_inputs(arguments.input))
     with Progress(arguments.quiet) as progress:
         progress.show(f"reading {arguments.input}")
         evolution = Evolution(_flow(arguments), stepping)
@@ -97,13 +100,13 @@ def run(arguments: Namespace) -> int:
     plot_history(folder.plot, folder.history)
     if not arguments.quiet:
         for note in evolution.notes:
-            print(f"note: {note}")
+            print_line(f"note: {note}")
         if evolution.history:
-            print(evolution.history[-1])
-        print("interrupted" if stopped else evolution.reason)
-        print(f"wrote {folder.frames}, {folder.history.name}, {folder.plot.name}, {folder.last.name}")
+            print_line(str(evolution.history[-1]))
+        print_line("interrupted" if stopped else evolution.reason)
+        print_line(f"wrote {folder.frames}, {folder.history.name}, {folder.plot.name}, {folder.last.name}")
     if stopped is not None:
-        print(f"interrupted at step {evolution.step}: --resume goes on from there", file=sys.stderr)
+        print_line(f"interrupted at step {evolution.step}: --resume goes on from there", error=True)
         return 130
     return 0
 

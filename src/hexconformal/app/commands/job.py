@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Callable
@@ -15,9 +14,10 @@ from typing import Any, Protocol
 from ...common import WriteError, as_interruption, temporary_folder_beside, uninterrupted, write_text
 from ...runs import HistoryFile, Series
 from ..progress import Progress
+from ..terminal import print_line, print_text
 from .arguments import STDOUT, note_dropped
 from .kinds import MeshKind
-from .outputs import Outputs
+from .outputs import Outputs, named_inputs
 
 __all__ = ["FinishedJob", "Job", "exit_code_of", "run_command", "run_job"]
 
@@ -88,15 +88,16 @@ def run_command(arguments: Namespace, kind: MeshKind, prepare: Callable[[], Job]
         worst_picture=arguments.worst_picture,
         every=arguments.every,
     )
-    outputs.check(arguments.input, arguments.overwrite)
+    given = {name: getattr(arguments, name, None) for name in ("surface", "target")}
+    outputs.check(named_inputs(arguments.input, **given), arguments.overwrite)
     with Progress(arguments.quiet) as progress:
         progress.show(f"reading {arguments.input}")
         finished = run_job(prepare(), outputs, progress)
     if to_stdout:
-        print(finished.result.report.to_json())
+        print_text(finished.result.report.to_json())
     elif not arguments.quiet:
-        print(finished.result.report)
-        print(f"wrote {', '.join(filter(os.path.exists, outputs.paths()))}")
+        print_text(finished.result.report)
+        print_line(f"wrote {', '.join(filter(os.path.exists, outputs.paths()))}")
     note_dropped(arguments.output, finished.dropped)
     return exit_code_of(finished, arguments.output)
 
@@ -129,14 +130,17 @@ def run_job(job: Job, outputs: Outputs, progress: Progress) -> FinishedJob:
     stopped_by = _iterate(job, run, outputs, progress)
     if not run.history:
         raise stopped_by or KeyboardInterrupt
-    with uninterrupted():
-        progress.show(f"writing {outputs.mesh}")
-        result = run.result()
-        dropped = _write_or_fall_back(outputs.mesh, job, result.mesh)
-        try:
-            _write_report_and_pictures(job, result, outputs, progress)
-        except WriteError as problem:
-            stopped_by = stopped_by or problem
+    try:
+        with uninterrupted():
+            progress.show(f"writing {outputs.mesh}")
+            result = run.result()
+            dropped = _write_or_fall_back(outputs.mesh, job, result.mesh)
+            try:
+                _write_report_and_pictures(job, result, outputs, progress)
+            except WriteError as problem:
+                stopped_by = stopped_by or problem
+    except KeyboardInterrupt as problem:  # it came while all was written
+        stopped_by = stopped_by or problem
     return FinishedJob(result, dropped, stopped_by)
 
 
@@ -146,9 +150,9 @@ def exit_code_of(finished: FinishedJob, output: str) -> int:
         return 0
     reached = f"the mesh of iteration {finished.result.report.iterations} is in {output}"
     if isinstance(finished.stopped_by, KeyboardInterrupt):
-        print(f"interrupted: {reached}", file=sys.stderr)
+        print_line(f"interrupted: {reached}", error=True)
         return 130
-    print(f"error: {finished.stopped_by or 'not enough memory'}; {reached}", file=sys.stderr)
+    print_line(f"error: {finished.stopped_by or 'not enough memory'}; {reached}", error=True)
     return 1
 
 
@@ -172,14 +176,16 @@ def _iterate(job: Job, run: Any, outputs: Outputs, progress: Progress) -> BaseEx
         try:
             with as_interruption():
                 for record in run:
-                    if history is not None:
-                        history.add(record)
-                    if frames is not None and record.iteration % outputs.every == 0:
-                        last_frame = record.iteration
-                        frames.add(last_frame, job.snapshot(run))
+                    with uninterrupted():
+                        if history is not None:
+                            history.add(record)
+                        if frames is not None and record.iteration % outputs.every == 0:
+                            last_frame = record.iteration
+                            frames.add(last_frame, job.snapshot(run))
                     progress.show(str(record))
                 if frames is not None and run.history and last_frame != run.history[-1].iteration:
-                    frames.add(run.history[-1].iteration, job.snapshot(run))
+                    with uninterrupted():
+                        frames.add(run.history[-1].iteration, job.snapshot(run))
         except (KeyboardInterrupt, OSError, MemoryError) as problem:
             # What was reached is worth keeping, also when a disk is full.
             return problem

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -10,7 +9,9 @@ from ...common import OptionError
 from ...motion import MeshMotion, MotionRun, read_boundary
 from ...runs import RunFolder
 from ..progress import Progress
+from ..terminal import print_line
 from .arguments import add_input, read_hexahedra
+from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -63,7 +64,8 @@ def run(arguments: Namespace) -> int:
         raise OptionError(f"every must be 1 or more, not {arguments.every}")
     boundary = read_boundary(arguments.boundary)
     folder = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
-    folder.prepare(arguments.resume, arguments.overwrite)
+    inputs = named_inputs(arguments.input) | {Path(arguments.boundary): "the table of the boundary"}
+    folder.prepare(arguments.resume, arguments.overwrite, inputs)
     last: list[str] = []
     with Progress(arguments.quiet) as progress:
 
@@ -79,12 +81,12 @@ def run(arguments: Namespace) -> int:
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)
     if not arguments.quiet:
         for line in [*(f"note: {note}" for note in motion.notes), *last]:
-            print(line)
-        print(f"wrote {folder.frames}, {folder.history.name}, {folder.last.name}")
+            print_line(line)
+        print_line(f"wrote {folder.frames}, {folder.history.name}, {folder.last.name}")
     if stopped is not None:
-        print(f"interrupted after step {motion_run.step}: --resume goes on from there", file=sys.stderr)
+        print_line(f"interrupted after step {motion_run.step}: --resume goes on from there", error=True)
         return 130
     if motion_run.refusal:
-        print(f"error: step {motion_run.step + 1} was refused: {motion_run.refusal}", file=sys.stderr)
+        print_line(f"error: step {motion_run.step + 1} was refused: {motion_run.refusal}", error=True)
         return 1
     return 0

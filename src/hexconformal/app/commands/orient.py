@@ -7,8 +7,9 @@ from argparse import ArgumentParser, Namespace
 from ...common import check_writable
 from ...io import WRITE_EXTENSIONS, write
 from ...quality import orient
+from ..terminal import print_line
 from .arguments import add_input, add_output, note_dropped, read_hexahedra
-from .outputs import check_paths
+from .outputs import check_paths, named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -25,14 +26,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Put cells into VTK's order."""
-    check_paths([arguments.output], arguments.input, arguments.overwrite)
+    check_paths([arguments.output], named_inputs(arguments.input), arguments.overwrite)
     check_writable(arguments.output, WRITE_EXTENSIONS)
     mesh, report = orient(read_hexahedra(arguments))
     dropped = write(arguments.output, mesh)
     if report.changed:
-        print(f"node order was {report.order}; {len(report.mirrored)} of {len(mesh.cells)} cells turned round")
+        print_line(f"node order was {report.order}; {len(report.mirrored)} of {len(mesh.cells)} cells turned round")
     else:
-        print("nothing to do: all cells are in VTK's order, none is mirrored")
-    print(f"wrote {arguments.output}")
+        print_line("nothing to do: all cells are in VTK's order, none is mirrored")
+    print_line(f"wrote {arguments.output}")
     note_dropped(arguments.output, dropped)
     return 0

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
 
-from ...common import OptionError, check_writable
+from ...common import OptionError, OutputPlace, check_writable, companion_file, require_distinct_places, same_file
 from ...plots import PICTURE_EXTENSIONS, require_rendering
+from ...runs import series_place
 
-__all__ = ["Outputs", "check_paths", "check_pictures"]
+__all__ = ["Outputs", "check_paths", "check_pictures", "named_inputs"]
 
 
 @dataclass(frozen=True)
@@ -51,36 +54,64 @@ class Outputs:
         candidates = (self.mesh, self.history, self.frames, self.report, self.plot, self.picture, self.worst_picture)
         return [path for path in candidates if path is not None]
 
-    def check(self, source: str | None = None, overwrite: bool = False) -> None:
-        """Raise a WriteError or OptionError unless all of them can be written; `source` is the input."""
+    def check(self, inputs: Mapping[Path, str] | None = None, overwrite: bool = False) -> None:
+        """Raise a WriteError or OptionError unless all of them can be written, and none is one of the inputs."""
         if self.every < 1:
             raise OptionError(f"every must be 1 or more, not {self.every}")
-        check_paths(self.paths(), source, overwrite)
+        check_paths(self.paths(), inputs or {}, overwrite)
         check_writable(self.mesh, self.extensions)
         if self.frames is not None:
             check_writable(self.frames, (".pvd",))
         check_pictures(self.plot, self.picture, self.worst_picture)
 
 
-def check_paths(outputs: Sequence[str | None], source: str | None = None, overwrite: bool = False) -> None:
-    """Raise unless the outputs can be written to and are different from each other and from the input.
+def named_inputs(mesh: str, **others: Any) -> dict[Path, str]:
+    """The files that a command reads, with what they are, for messages.
+
+    Parameters
+    ----------
+    mesh
+        The input.
+    **others
+        By option what it was given: a file, or, where there is none of that name, a choice.
+    """
+    named = {Path(mesh): "the input"}
+    for option, given in others.items():
+        if isinstance(given, str) and Path(given).is_file():
+            named.setdefault(Path(given), f"the file of --{option}")
+    return named
+
+
+def check_paths(outputs: Sequence[str | None], inputs: Mapping[Path, str], overwrite: bool = False) -> None:
+    """Raise unless the outputs can be written to and are different from each other and from the inputs.
 
     Raises
     ------
     OptionError
-        If two of them are one file, or the first is the input and `overwrite` is not set, or another is.
+        If two of them are one file, or the first is the first input and `overwrite` is not set, or another is one.
     WriteError
         If a folder is missing or cannot be written to.
     """
-    paths = [path for path in outputs if path is not None]
-    seen = {} if source is None else {os.path.realpath(source): "the input"}
-    for number, path in enumerate(paths):
-        real = os.path.realpath(path)
-        if real in seen and not (overwrite and number == 0):
-            advice = ": add --overwrite to replace it" if number == 0 else ""
-            raise OptionError(f"{path} is {seen[real]} already{advice}")
-        seen[real] = "an output"
-        check_writable(path)
+    first = outputs[0] if outputs else None
+    places = []
+    for path in outputs:
+        if path is not None and path == first:
+            source = next(iter(inputs), None)
+            advice = "add --overwrite to replace it"
+            places.append(replace(_place_of(Path(path)), replaces=source if overwrite else None, advice=advice))
+            first = None  # the same again is another output
+        elif path is not None:
+            places.append(_place_of(Path(path)))
+    require_distinct_places(places, inputs)
+    for place in places:
+        check_writable(place.path)
+
+
+def _place_of(path: Path) -> OutputPlace:
+    if path.suffix.lower() == ".pvd":
+        return series_place(path)
+    companion = companion_file(path)
+    return OutputPlace(path) if companion is None else OutputPlace(path, partial(same_file, companion))
 
 
 def check_pictures(plot: str | None, *scenes: str | None) -> None:

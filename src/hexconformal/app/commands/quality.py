@@ -6,9 +6,10 @@ from argparse import ArgumentParser, Namespace
 
 from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
 from ..progress import Progress
+from ..terminal import print_line, print_text
 from .arguments import STDOUT, add_input, add_overwrite, note_dropped
 from .kinds import read_any_mesh
-from .outputs import check_paths, check_pictures
+from .outputs import check_paths, check_pictures, named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -39,7 +40,8 @@ def run(arguments: Namespace) -> int:
     if arguments.worst < 0:
         raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
-    check_paths([arguments.output, to_file, arguments.plot, arguments.picture], arguments.input, arguments.overwrite)
+    files = [arguments.output, to_file, arguments.plot, arguments.picture]
+    check_paths(files, named_inputs(arguments.input), arguments.overwrite)
     check_pictures(arguments.plot, arguments.picture)
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
@@ -61,13 +63,13 @@ def run(arguments: Namespace) -> int:
         if to_file is not None:
             write_text(to_file, summary.to_json() + "\n")
     if arguments.json == STDOUT:
-        print(summary.to_json())
+        print_text(summary.to_json())
     else:
-        print(summary)
+        print_text(summary)
         if summary.worst:
-            print(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre)")
+            print_line(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre)")
         for cell in summary.worst:
             centre = ", ".join(f"{x:.6g}" for x in cell.centre)
-            print(f"{cell.id:>10} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
+            print_line(f"{cell.id:>10} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
     note_dropped(arguments.output, dropped)
     return 0

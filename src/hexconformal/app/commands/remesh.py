@@ -17,7 +17,7 @@ from surface.quality import smallest_angles
 from surface.remeshing import EMPHASES, Options, Remeshing
 
 from ...common import OptionError
-from .arguments import add_choice, add_output, add_outputs
+from .arguments import add_choice, add_output, add_outputs, add_outside_references
 from .job import run_command
 from .kinds import SURFACES
 
@@ -37,6 +37,7 @@ formats: {" ".join(EXTENSIONS)}
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("input", metavar="IN", help="surface to read; the extension tells the format")
+    add_outside_references(parser)
     add_output(parser)
     shape = parser.add_argument_group("how the shape is kept")
     shape.add_argument(

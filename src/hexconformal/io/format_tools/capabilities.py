@@ -56,6 +56,8 @@ def supported_part(mesh: Any, name: str, can: Capabilities) -> tuple[Any, list[s
         If there are three-dimensional cells that the format does not have.
     """
     out, lost = to_meshio(mesh)
+    if out.gmsh_periodic is not None and name != "gmsh":
+        lost.append("periodic nodes")
     return out, [*lost, *_drop_unsupported_cells(out, name, can), *drop_unsupported_data(out, can)]
 
 

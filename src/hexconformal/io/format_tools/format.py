@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...common import WriteError
-from ..convert import to_meshio
 from ..source_file import FileContents, SourceFile
-from .capabilities import Capabilities, drop_unsupported_data
+from .capabilities import Capabilities
 
 __all__ = ["Format"]
 
@@ -35,9 +34,9 @@ class Format:
     capabilities
         What the format can hold; None if that is all that a mesh has.
     put_points
-        Gives a file that was read the points, and the new arrays, of a meshio.Mesh, and leaves all else as it is:
-        such a file is written as it came. Returns the bytes of the file, and what could not be kept, in words. None
-        for formats whose files are written anew.
+        Gives a file that was read the points, and the new arrays, of a mesh, and leaves all else as it is: such a file
+        is written as it came. Returns the bytes of the file, and what could not be kept, in words; or None where the
+        file must be written anew. None for formats whose files always are.
     surfaces_only
         Whether it has no volumes.
     """
@@ -47,7 +46,7 @@ class Format:
     read: Callable[[Path], FileContents]
     write: Callable[[Path, Any], list[str]] | None = None
     capabilities: Capabilities | None = None
-    put_points: Callable[[SourceFile, Any], tuple[bytes, list[str]]] | None = None
+    put_points: Callable[[SourceFile, Any], tuple[bytes, list[str]] | None] | None = None
     surfaces_only: bool = False
 
     def save(self, target: Path, mesh: Any) -> list[str]:
@@ -61,9 +60,8 @@ class Format:
         if not np.array_equal(mesh.cells, mesh.origin.selection.cells):
             reason = "because the node order of elements changed"
             return [f"all of the file but nodes, elements and sets, {reason}", *model, *self.write(target, mesh)]
-        out, lost = to_meshio(mesh)
-        if self.capabilities is not None:
-            lost += drop_unsupported_data(out, self.capabilities)
-        data, more = self.put_points(file, out)
-        target.write_bytes(data)
-        return [*lost, *more]
+        result = self.put_points(file, mesh)
+        if result is None:
+            return [*model, *self.write(target, mesh)]
+        target.write_bytes(result[0])
+        return result[1]

@@ -7,17 +7,26 @@ copies that find another one under its name: meshio itself is not changed, so th
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import FunctionType, SimpleNamespace
+from functools import cache
+from importlib import import_module
+from types import FunctionType
 from typing import Any
 
-__all__ = ["REPLACED", "gmsh_reader", "med_reader", "med_writer", "with_globals"]
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "REPLACED",
+    "gmsh_cell_types",
+    "gmsh_node_order",
+    "med_reader",
+    "med_writer",
+    "with_globals",
+]
 
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
-    ("meshio.gmsh.main", "read"): {"read_buffer": ("f",)},
-    ("meshio.gmsh.main", "read_buffer"): {"_readers": None},
-    ("meshio.gmsh._gmsh22", "read_buffer"): {"cell_data_from_raw": ("cells", "cell_data_raw")},
-    ("meshio.med._med", "read"): {"_read_families": ("fas_data",)},
+    ("meshio.med._med", "read"): {"_read_families": ("fas_data",), "Mesh": None},
     ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags")},
 }
 
@@ -36,21 +45,25 @@ def with_globals(function: Any, **replacements: Any) -> Any:
     return copy
 
 
-def gmsh_reader(cell_data_from_raw: Callable[[Any, dict[str, Any]], dict[str, list[Any]]]) -> Any:
-    """meshio.gmsh.read, where another function splits the cell data of version 2 among the blocks of cells."""
+@cache
+def gmsh_cell_types() -> dict[int, tuple[str, int]]:
+    """By Gmsh's number of a type of elements: its meshio name, and the number of nodes."""
+    names = import_module("meshio.gmsh.common")._gmsh_to_meshio_type
+    counts = import_module("meshio._common").num_nodes_per_cell
+    return {code: (name, counts[name]) for code, name in names.items()}
+
+
+def gmsh_node_order(name: str, node_count: int) -> NDArray[np.int64]:
+    """For each node of a type of cells, its place in Gmsh's order."""
+    order = import_module("meshio.gmsh.common")._gmsh_to_meshio_order(name, np.arange(node_count)[None])
+    return np.asarray(order[0], dtype=np.int64)
+
+
+def med_reader(read_families: Callable[[Any], dict[int, list[str]]], make_mesh: Callable[..., Any]) -> Any:
+    """meshio.med.read, where other functions read the families and make the meshio.Mesh."""
     import meshio
 
-    names = meshio.gmsh.read.__globals__
-    version_2 = with_globals(names["_readers"]["2.2"].read_buffer, cell_data_from_raw=cell_data_from_raw)
-    readers = {**names["_readers"], **dict.fromkeys(["2", "2.2"], SimpleNamespace(read_buffer=version_2))}
-    return with_globals(meshio.gmsh.read, read_buffer=with_globals(names["read_buffer"], _readers=readers))
-
-
-def med_reader(read_families: Callable[[Any], dict[int, list[str]]]) -> Any:
-    """meshio.med.read, where another function reads the families."""
-    import meshio
-
-    return with_globals(meshio.med.read, _read_families=read_families)
+    return with_globals(meshio.med.read, _read_families=read_families, Mesh=make_mesh)
 
 
 def med_writer(write_families: Callable[[Any, dict[int, list[str]]], None]) -> Any:

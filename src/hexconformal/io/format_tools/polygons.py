@@ -17,6 +17,7 @@ from ..convert import to_pyvista
 from ..pyvista_mesh import cell_nodes
 from ..source_file import FileContents, SourceFile
 from .format import Format
+from .rewriting import changed_arrays, named
 
 __all__ = ["Polygons", "polygon_format"]
 
@@ -25,14 +26,14 @@ _FACES = (5, 7, 9)  # VTK's triangles, polygons and quadrilaterals
 
 @dataclass
 class Polygons:
-    """Points (n, 3); polygons as ``sizes`` (m,) and ``nodes``, one after the other; arrays on both; remarks."""
+    """Points (n, 3); polygons as ``sizes`` (m,) and ``nodes``, one after the other; arrays; what the file keeps."""
 
     points: NDArray[np.float64]
     sizes: NDArray[np.int64]
     nodes: NDArray[np.int64]
     point_data: dict[str, Any] = field(default_factory=dict)
     cell_data: dict[str, Any] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    model: tuple[str, ...] = ()
 
     @property
     def starts(self) -> NDArray[np.int64]:
@@ -80,11 +81,11 @@ class Polygons:
         ]
 
     @classmethod
-    def from_lists(cls, points: list[Any], faces: list[list[int]], notes: tuple[str, ...] = ()) -> Polygons:
+    def from_lists(cls, points: list[Any], faces: list[list[int]], model: tuple[str, ...] = ()) -> Polygons:
         """Polygons of a list of coordinates and a list of the nodes of each face."""
         sizes = np.array([len(face) for face in faces], dtype=np.int64)
         nodes = np.fromiter(itertools.chain.from_iterable(faces), np.int64, int(sizes.sum()))
-        return cls(np.array(points, dtype=np.float64).reshape(-1, 3), sizes, nodes, notes=notes)
+        return cls(np.array(points, dtype=np.float64).reshape(-1, 3), sizes, nodes, model=model)
 
     @classmethod
     def from_grid(cls, grid: Any) -> tuple[Polygons, list[str]]:
@@ -99,17 +100,42 @@ class Polygons:
         return cls(np.asarray(grid.points, np.float64), *cell_nodes(grid, rows), point_data, cell_data), lost
 
 
-def polygon_format(name: str, read: Callable[[Path], Polygons], write: Callable[[Path, Polygons], list[str]]) -> Format:
-    """The format of files of polygons, given what reads and writes them."""
-    return Format(name, (f".{name}",), partial(_read, name, read), partial(_write, write), surfaces_only=True)
+PutPoints = Callable[[bytes, NDArray[np.float64]], tuple[bytes, list[str]] | None]
+
+
+def polygon_format(
+    name: str,
+    read: Callable[[Path], Polygons],
+    write: Callable[[Path, Polygons], list[str]],
+    put_points: PutPoints,
+    holds_arrays: bool = False,
+) -> Format:
+    """The format of files of polygons, given what reads and writes them, and puts points into a file that came.
+
+    A file whose arrays changed is written anew if the format holds arrays; otherwise the arrays are listed as lost.
+    """
+    put = partial(_put_points, put_points, holds_arrays)
+    return Format(
+        name, (f".{name}",), partial(_read, name, read), partial(_write, write), put_points=put, surfaces_only=True
+    )
 
 
 def _read(name: str, read: Callable[[Path], Polygons], path: Path) -> FileContents:
     polygons = read(path)
-    return FileContents(polygons.grid(), SourceFile(path, name), polygons.notes)
+    return FileContents(polygons.grid(), SourceFile(path, name, data=path.read_bytes(), model=polygons.model))
 
 
 def _write(write: Callable[[Path, Polygons], list[str]], target: Path, mesh: Any) -> list[str]:
     data, lost = to_pyvista(mesh)
     polygons, left_out = Polygons.from_grid(data.cast_to_unstructured_grid())
     return [*lost, *left_out, *write(target, polygons)]
+
+
+def _put_points(
+    put_points: PutPoints, holds_arrays: bool, file: SourceFile, mesh: Any
+) -> tuple[bytes, list[str]] | None:
+    changed = changed_arrays(mesh)
+    if holds_arrays and any(changed):
+        return None
+    result = put_points(file.data, mesh.points)
+    return None if result is None else (result[0], [*result[1], *named(changed)])

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from ..format_tools.file_checks.hdf5_checks import check_hdf5
 from ..format_tools.format import Format
+from ..source_file import FileContents
 from .abaqus import ABAQUS
 from .exodus import EXODUS
 from .gmsh import GMSH
 from .med import MED
-from .medit import MEDIT
+from .medit import MEDIT, MFEM
 from .meshio_read_only import MESHIO_READ_ONLY
 from .nastran import NASTRAN
 from .obj import OBJ
@@ -17,7 +21,7 @@ from .stl import STL
 from .vtk import VTK_GRID, VTK_POLYDATA, VTK_READ_ONLY
 from .xdmf import XDMF
 
-__all__ = ["FORMATS", "READ_EXTENSIONS", "SURFACE_EXTENSIONS", "WRITE_EXTENSIONS", "Format"]
+__all__ = ["FORMATS", "READ_EXTENSIONS", "SURFACE_EXTENSIONS", "WRITE_EXTENSIONS", "Format", "read_contents"]
 
 _ALL = (
     ABAQUS,
@@ -25,6 +29,7 @@ _ALL = (
     GMSH,
     MED,
     MEDIT,
+    MFEM,
     NASTRAN,
     OBJ,
     OFF,
@@ -42,3 +47,9 @@ FORMATS: dict[str, Format] = {extension: form for form in _ALL for extension in 
 READ_EXTENSIONS = tuple(sorted(key for key, form in FORMATS.items() if not form.surfaces_only))
 WRITE_EXTENSIONS = tuple(key for key in READ_EXTENSIONS if FORMATS[key].write is not None)
 SURFACE_EXTENSIONS = tuple(sorted(FORMATS))
+
+
+def read_contents(path: Path, extension: str) -> FileContents:
+    """Read a file as its extension tells, once it is known that its libraries survive it."""
+    check_hdf5(path)
+    return FORMATS[extension].read(path)

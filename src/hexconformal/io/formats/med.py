@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..convert import to_meshio
 from ..format_tools.capabilities import Capabilities, supported_part
 from ..format_tools.captured_output import captured_output
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import checked_contents, join_blocks, parsing, permuted_nodes, require_disk_space
 from ..format_tools.meshio_internals import med_reader, med_writer
+from ..format_tools.rewriting import changed_arrays
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["MED"]
@@ -21,6 +24,7 @@ _CAPABILITIES = Capabilities(
     point_arrays="all",
     cell_arrays="all",
 )
+_MODEL = ("names, units and times",)
 # Where the format has the nodes that VTK names in turn: it goes round the bottom, and the top, the other way.
 _NODE_ORDERS = {
     "tetra": [0, 2, 1, 3],
@@ -34,9 +38,25 @@ _NODE_ORDERS = {
 
 def _read(path: Path) -> FileContents:
     with parsing("med") as output:
-        mesh = med_reader(_read_families)(str(path))
+        mesh = med_reader(_read_families, _mesh_of_whole_fields)(str(path))
         mesh.cells = permuted_nodes(mesh.cells, _NODE_ORDERS)
-    return checked_contents(mesh, SourceFile(path, "med"), output)
+    return checked_contents(mesh, SourceFile(path, "med", data=path.read_bytes(), model=_MODEL), output)
+
+
+def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
+    """The file with other coordinates: names, units, times, groups and fields stay; None if arrays changed."""
+    if any(changed_arrays(mesh)):
+        return None
+    import h5py
+
+    copy = io.BytesIO(file.data)
+    with h5py.File(copy, "r+") as data:
+        (whole,) = data["ENS_MAA"].values()
+        step = whole if "NOE" in whole else next(iter(whole.values()))
+        coordinates = step["NOE"]["COO"]
+        points = to_meshio(mesh)[0].points
+        coordinates[...] = points[:, : coordinates.size // len(points)].ravel(order="F").astype(coordinates.dtype)
+    return copy.getvalue(), []
 
 
 def _write(target: Path, mesh: Any) -> list[str]:
@@ -50,6 +70,18 @@ def _write(target: Path, mesh: Any) -> list[str]:
     with captured_output():
         med_writer(_write_families)(target, out)
     return lost
+
+
+def _mesh_of_whole_fields(points: Any, cells: Any, **options: Any) -> Any:
+    """meshio.Mesh, with NaN where a field is on some types of cells only."""
+    import meshio
+
+    for parts in options["cell_data"].values():
+        shape = next(np.shape(part)[1:] for part in parts if part is not None)
+        missing = [number for number, part in enumerate(parts) if part is None]
+        for number in missing:
+            parts[number] = np.full((len(cells[number][1]), *shape), np.nan)
+    return meshio.Mesh(points, cells, **options)
 
 
 def _read_families(group: Any) -> dict[int, list[str]]:
@@ -74,4 +106,4 @@ def _write_families(group: Any, families: dict[int, list[str]]) -> None:
             data[row] = np.frombuffer(name.encode("utf-8", "surrogateescape")[:80].ljust(80, b"\0"), dtype=np.int8)
 
 
-MED = Format("med", (".med",), _read, _write, _CAPABILITIES)
+MED = Format("med", (".med",), _read, _write, _CAPABILITIES, put_points=_put_points)

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ...common import ReadError, WriteError
 from ..convert import to_pyvista
 from ..format_tools.captured_output import captured_output, captured_vtk_messages
+from ..format_tools.file_checks.memory import require_memory
+from ..format_tools.file_checks.vtk_file_checks import check_last_array, check_reader_survives
+from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml
 from ..format_tools.format import Format
-from ..format_tools.vtk_file_checks import check_counts, check_last_array, check_reader_survives
+from ..format_tools.meshio_files import file_head
 from ..pyvista_mesh import check_cell_nodes, to_polydata
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
+
+_OLDEST, _NEWEST = 42, 51  # the layouts of .vtk files, as VTK's writer numbers them
+_TEXT_DIGITS = 11
+_SHARE_READ, _SHARE_WRITTEN = 4, 6  # memory that VTK takes, over what arrays and file have
 
 
 def _read(path: Path) -> FileContents:
@@ -22,8 +33,9 @@ def _read(path: Path) -> FileContents:
     if path.suffix.lower() == ".vtk":
         check_last_array(path)
         check_reader_survives(path)
+        require_memory(_SHARE_READ * path.stat().st_size)
     else:
-        check_counts(path)
+        require_memory(_SHARE_READ * (check_vtk_xml(path) + path.stat().st_size))
     with captured_output(), captured_vtk_messages() as messages:
         try:
             grid = pv.read(path)
@@ -34,40 +46,73 @@ def _read(path: Path) -> FileContents:
     bad = [line for line in messages if "error" in line.lower()]
     if bad:
         raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
+    if isinstance(grid, (pv.ImageData, pv.RectilinearGrid)):
+        most = max(MOST_IMPLICIT_POINTS, 1100 * path.stat().st_size)
+        if grid.n_points > most:
+            what = f"{grid.n_points} points, at most {most}"
+            raise ReadError(f"it announces more than a file of its size can hold: {what}")
     if isinstance(grid, pv.DataSet):
         if grid.n_points == 0 or grid.n_cells == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
         check_cell_nodes(grid)
-    return FileContents(grid, SourceFile(path, "VTK"))
+    return FileContents(grid, SourceFile(path, "VTK", *_legacy_layout(path)))
+
+
+def _legacy_layout(path: Path) -> tuple[str, bool]:
+    """The version of a .vtk file, and whether it is text; other formats of VTK have none that matters."""
+    if path.suffix.lower() != ".vtk":
+        return "", False
+    match = re.match(rb"#[^\n]*Version\s+([\d.]+)[^\n]*\n[^\n]*\n\s*(\w+)", file_head(path))
+    return (match[1].decode(), match[2].upper() == b"ASCII") if match else ("", False)
 
 
 def _write(target: Path, mesh: Any) -> list[str]:
     grid, lost = to_pyvista(mesh)
-    write_vtk(target, grid if target.suffix.lower() == ".vtk" else grid.cast_to_unstructured_grid())
-    return lost
+    if target.suffix.lower() != ".vtk":
+        write_vtk(target, grid.cast_to_unstructured_grid())
+        return lost
+    file = getattr(mesh.origin, "file", None)
+    version, as_text = ("", False) if file is None or file.format != "VTK" else (file.version, file.ascii)
+    # Most programs read no newer layout than that of VTK before 5, so it is left only for those that came in a newer.
+    return lost + write_vtk(target, grid, _NEWEST if version.startswith("5") else _OLDEST, as_text)
 
 
 def _write_polydata(target: Path, mesh: Any) -> list[str]:
     grid, lost = to_pyvista(mesh)
-    write_vtk(target, to_polydata(grid.cast_to_unstructured_grid()))
+    write_vtk(target, grid if grid.IsA("vtkPolyData") else to_polydata(grid.cast_to_unstructured_grid()))
     return lost
 
 
-def write_vtk(target: Path, grid: Any) -> None:
-    """Write a pyvista dataset in the format of the target's extension, byte for byte what grid.save() writes.
+def write_vtk(target: Path, grid: Any, legacy_version: int = _OLDEST, as_text: bool = False) -> list[str]:
+    """Write a pyvista dataset in the format of the target's extension.
 
     By way of memory: on a full disk VTK's own writing crashes, or leaves half a file without a word.
+
+    Parameters
+    ----------
+    target
+        The file.
+    grid
+        The dataset.
+    legacy_version, as_text
+        Of a .vtk file: the layout (42 or 51), and whether it is text.
+
+    Returns
+    -------
+    What could not be kept, in words.
     """
     from vtkmodules.vtkIOLegacy import vtkDataSetWriter
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
     writer: Any
     legacy = target.suffix.lower() == ".vtk"
+    require_memory(_SHARE_WRITTEN * 1024 * grid.GetActualMemorySize())
     with captured_output(), captured_vtk_messages() as messages:
         grid._store_metadata()  # which arrays are of booleans, or complex
         if legacy:
             writer = vtkDataSetWriter()
-            writer.SetFileTypeToBinary()
+            (writer.SetFileTypeToASCII if as_text else writer.SetFileTypeToBinary)()
+            writer.SetFileVersion(legacy_version)
         else:
             writer = (vtkXMLPolyDataWriter if grid.IsA("vtkPolyData") else vtkXMLUnstructuredGridWriter)()
             writer.SetDataModeToBinary()
@@ -79,7 +124,35 @@ def write_vtk(target: Path, grid: Any) -> None:
     bad = [line for line in messages if "error" in line.lower()]
     if bad:
         raise WriteError(bad[0].splitlines()[0])
-    target.write_bytes(text if isinstance(text, bytes) else text.encode())
+    data = text if isinstance(text, bytes) else text.encode()
+    if not (legacy and as_text):
+        target.write_bytes(data)
+        return []
+    target.write_bytes(_with_all_digits(data, np.asarray(grid.points)))
+    short = [
+        f"digits of the {what} array {name!r} beyond the {_TEXT_DIGITS} of VTK's text"
+        for what, arrays in (("point", grid.point_data), ("cell", grid.cell_data))
+        for name in arrays
+        if _has_more_digits(np.asarray(arrays[name]))
+    ]
+    return short
+
+
+def _with_all_digits(data: bytes, points: NDArray[Any]) -> bytes:
+    """The bytes of a legacy text file with all digits of its points: VTK writes some only."""
+    match = re.search(rb"\nPOINTS \d+ \w+\n", data)
+    if match is None:
+        return data
+    end = re.compile(rb"\n(?=[A-Z])").search(data, match.end())
+    rows = "\n".join(" ".join(map(repr, row)) for row in points.tolist()).encode()
+    return data[: match.end()] + rows + (b"\n" if end is None else data[end.start() :])
+
+
+def _has_more_digits(array: NDArray[Any]) -> bool:
+    if array.dtype != np.float64:
+        return False
+    numbers = np.unique(array[np.isfinite(array)])
+    return any(float(f"{number:.{_TEXT_DIGITS}g}") != number for number in numbers.tolist())
 
 
 VTK_GRID = Format("VTK", (".vtk", ".vtu"), _read, _write)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
+from ...common import ReadError
 from ..format_tools.capabilities import Capabilities, supported_part
+from ..format_tools.file_checks.hdf5_checks import check_hdf5_beside
+from ..format_tools.file_checks.references import referenced_file
+from ..format_tools.file_checks.xml_checks import parse_xml
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import checked_contents, parsing, require_disk_space, write_with_meshio
 from ..source_file import FileContents, SourceFile
@@ -22,11 +27,48 @@ _CAPABILITIES = Capabilities(
 
 
 def _read(path: Path) -> FileContents:
+    _check(path)
     with parsing("xdmf") as output:
         import meshio
 
+        grids = re.findall(rb"<Grid\b[^>]*>", path.read_bytes())
+        named = [name[1] for grid in grids if (name := re.search(rb"\bName\s*=\s*[\"']([^\"']*)", grid))]
+        if len(grids) > 1:
+            raise ReadError(
+                f"it holds {len(grids)} grids ({b', '.join(named[:4]).decode('utf-8', 'replace')}): files of several "
+                "grids (tags of DOLFINx, times, collections) are not supported; write one grid with its arrays into it"
+            )
         mesh = meshio.xdmf.read(str(path))
     return checked_contents(mesh, SourceFile(path, "xdmf"), output)
+
+
+def _check(path: Path) -> None:
+    """Raise a ReadError if the file declares entities, or names files outside its folder, or damaged ones."""
+    formats: list[str] = []
+    words: list[str] = []
+
+    def begin(name: str, given: dict[str, str]) -> None:
+        formats.append(given.get("Format", "XML") if name == "DataItem" else "XML")
+        words.clear()
+
+    def end(name: str) -> None:
+        reference = "".join(words).strip()
+        kind = formats.pop()
+        if kind == "HDF":
+            files.setdefault(reference.partition(":")[0])
+        elif kind == "Binary":
+            referenced_file(path, reference)
+        words.clear()
+
+    def text(piece: str) -> bool:
+        if formats[-1] in ("HDF", "Binary"):
+            words.append(piece)
+        return formats[-1] in ("HDF", "Binary")
+
+    files: dict[str, None] = {}
+    parse_xml(path.read_bytes(), begin, end, characters=text)
+    for name in files:
+        check_hdf5_beside(path, name)
 
 
 def _write(target: Path, mesh: Any) -> list[str]:

@@ -10,6 +10,7 @@ from ....common import ReadError, first_names
 from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.format import Format
 from ...format_tools.meshio_files import checked_contents, file_head, parsing
+from ...format_tools.rewriting import through_meshio
 from ...meshio_mesh import MeshioOrigin
 from ...source_file import FileContents, SourceFile
 from .deck import Deck
@@ -106,4 +107,6 @@ def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
     return text.encode("utf-8", "surrogateescape"), lost
 
 
-ABAQUS = Format("abaqus", (".inp",), _read, _write, _CAPABILITIES, put_points=_put_points)
+ABAQUS = Format(
+    "abaqus", (".inp",), _read, _write, _CAPABILITIES, put_points=through_meshio(_put_points, _CAPABILITIES)
+)

@@ -61,7 +61,8 @@ class _Rounding:
 
     def add(self, wanted: Field, written: Field) -> None:
         """Compare points (n, 3)."""
-        away = np.abs(wanted - written).max(axis=1, initial=0.0)
+        with np.errstate(invalid="ignore"):
+            away = np.abs(wanted - written).max(axis=1, initial=0.0)
         self.count += int((away > 0).sum())
         self.largest = max(self.largest, float(away.max(initial=0.0)))
 

@@ -6,10 +6,11 @@ A file that was read is written as it came, with other coordinates.
 from __future__ import annotations
 
 from ...format_tools.format import Format
+from ...format_tools.rewriting import through_meshio
 from .copy import put_points
 from .read import read
 from .write import CAPABILITIES, write
 
 __all__ = ["EXODUS"]
 
-EXODUS = Format("exodus", (".e", ".ex2", ".exo"), read, write, CAPABILITIES, put_points)
+EXODUS = Format("exodus", (".e", ".ex2", ".exo"), read, write, CAPABILITIES, through_meshio(put_points, CAPABILITIES))

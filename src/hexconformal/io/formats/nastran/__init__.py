@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from ...format_tools.format import Format
+from ...format_tools.rewriting import through_meshio
 from .deck import put_points
 from .read import read
 from .write import CAPABILITIES, write
 
 __all__ = ["NASTRAN"]
 
-NASTRAN = Format("nastran", (".bdf", ".fem", ".nas"), read, write, CAPABILITIES, put_points)
+NASTRAN = Format(
+    "nastran", (".bdf", ".fem", ".nas"), read, write, CAPABILITIES, through_meshio(put_points, CAPABILITIES)
+)

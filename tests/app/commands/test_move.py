@@ -1,0 +1,146 @@
+"""The `move` command: what it writes, refusals, and how runs go on."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+from program import frames, history
+
+from hexconformal import HexMesh, ReadError, write
+from hexconformal.app.cli import main
+from hexconformal.generate import box
+from hexconformal.motion.mesh_motion import MeshMotion
+from hexconformal.motion.motion_table import read_boundary
+
+
+@pytest.fixture
+def lifted(tmp_path):
+    """A box of 3 x 3 x 3 whose lid rises by 0.2 and shifts by 0.1 in each of five steps of 0.5, its floor held."""
+    points, cells = box((3, 3, 3), (3.0, 3.0, 3.0))
+    floor = (points[:, 2] == 0).astype(float)
+    write(tmp_path / "box.vtu", HexMesh(points, cells, {"floor": floor}))
+    lid = np.flatnonzero(points[:, 2] == 3)
+    table(tmp_path / "lid.csv", lid, [(0.5 * k, [0.1 * k, 0.0, 0.2 * k]) for k in range(1, 6)])
+    return tmp_path, lid
+
+
+def table(path, nodes, steps, when="time"):
+    rows = [f"{time!r},{node},{dx!r},{dy!r},{dz!r}" for time, (dx, dy, dz) in steps for node in reversed(nodes)]
+    path.write_text("\n".join([f"{when},node,dx,dy,dz", *rows]) + "\n")
+
+
+def moved(folder, run, *words):
+    arguments = [str(folder / "box.vtu"), str(folder / run), "--boundary", str(folder / "lid.csv"), "--fixed", "floor"]
+    return main(["move", *arguments, *words])
+
+
+def test_move_tells_its_last_step(lifted, capsys):
+    folder, _ = lifted
+    assert moved(folder, "run") == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[-2].startswith("step ")
+    assert "reached 100%" in told[-2]
+    assert moved(folder, "quiet", "--quiet") == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_move_leaves_frames_with_velocity_and_history(lifted):
+    folder, lid = lifted
+    assert moved(folder, "run") == 0
+    shown = frames(folder / "run" / "run.pvd")
+    assert [time for time, _ in shown] == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
+    meshes = [pv.read(path) for _, path in shown]
+    for before, after in zip(meshes[:-1], meshes[1:], strict=True):
+        assert after["mesh_velocity"] == pytest.approx((after.points - before.points) / 0.5, abs=1e-12)
+        assert after["scaled_jacobian"].min() > 0.5
+    assert meshes[-1].points[lid] == pytest.approx(meshes[0].points[lid] + [0.5, 0.0, 1.0])
+    floor = meshes[0]["floor"] > 0
+    assert (meshes[-1].points[floor] == meshes[0].points[floor]).all()
+    rows = history(folder / "run" / "history.csv", "seconds")
+    assert [int(row["step"]) for row in rows] == [1, 2, 3, 4, 5]
+    assert float(rows[-1]["min_scaled_jacobian"]) == pytest.approx(meshes[-1]["scaled_jacobian"].min())
+    assert pv.read(folder / "run" / "last.vtu").points == pytest.approx(meshes[-1].points)
+
+
+def test_every_operator_and_another_place_for_frames(lifted):
+    folder, _ = lifted
+    for operator in ("harmonic", "elastic"):
+        pvd = folder / f"{operator}.pvd"
+        words = ["--operator", operator, "--every", "2", "--frames", str(pvd), "--quiet"]
+        assert moved(folder, operator, *words) == 0
+        assert [time for time, _ in frames(pvd)] == [0.0, 1.0, 2.0, 2.5]
+
+
+def test_an_interrupted_run_goes_on_as_if_nothing_had_been(lifted, monkeypatch, capsys):
+    folder, _ = lifted
+    assert moved(folder, "whole", "--quiet") == 0
+    once = MeshMotion.step
+    calls = iter(range(9))
+
+    def interrupted(self, displacement, dt=None):
+        if next(calls) == 2:
+            raise KeyboardInterrupt
+        return once(self, displacement, dt)
+
+    monkeypatch.setattr(MeshMotion, "step", interrupted)
+    assert moved(folder, "parts", "--quiet") == 130
+    assert "interrupted after step 2" in capsys.readouterr().err
+    assert len(history(folder / "parts" / "history.csv", "seconds")) == 2
+    assert moved(folder, "parts", "--resume", "--quiet") == 0
+    assert history(folder / "parts" / "history.csv", "seconds") == history(folder / "whole" / "history.csv", "seconds")
+    for (time, one), (other_time, other) in zip(
+        frames(folder / "parts" / "run.pvd"), frames(folder / "whole" / "run.pvd"), strict=True
+    ):
+        assert time == other_time
+        assert (pv.read(one).points == pv.read(other).points).all()
+
+
+def test_a_refusal_names_the_cells_and_can_be_gone_on_from(lifted, capsys):
+    folder, lid = lifted
+    table(folder / "lid.csv", lid, [(1, [0.0, 0.0, -1.0]), (2, [0.0, 0.0, -4.0])], when="step")
+    assert moved(folder, "run", "--quiet") == 1
+    said = capsys.readouterr().err
+    assert "step 2 was refused" in said
+    assert "invert cells" in said
+    rows = history(folder / "run" / "history.csv", "seconds")
+    assert float(rows[0]["reached"]) == 1.0
+    assert 0.5 < float(rows[1]["reached"]) < 0.7
+    last = pv.read(folder / "run" / "last.vtu")
+    assert last["blocked"].sum() > 0
+    assert last["scaled_jacobian"].min() > 0
+    table(folder / "lid.csv", lid, [(1, [0.0, 0.0, -1.0]), (2, [0.0, 0.0, -1.5])], when="step")
+    assert moved(folder, "run", "--resume", "--quiet") == 0
+    assert [row["reached"] for row in history(folder / "run" / "history.csv", "seconds")] == ["1.0", "1.0"]
+
+
+def test_a_run_is_not_overwritten_or_mixed_unasked(lifted, capsys):
+    folder, _ = lifted
+    assert moved(folder, "run", "--resume") == 2
+    assert "no run" in capsys.readouterr().err
+    assert moved(folder, "run", "--quiet") == 0
+    assert moved(folder, "run", "--quiet") == 2
+    assert "--resume goes on" in capsys.readouterr().err
+    assert moved(folder, "run", "--resume", "--operator", "harmonic") == 2
+    assert "other options" in capsys.readouterr().err
+    assert moved(folder, "run", "--overwrite", "--quiet") == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time,node,dx,dy\n", "no column dz"),
+        ("node,dx,dy,dz\n", "no column step"),
+        ("", "no column"),
+        ("time,node,dx,dy,dz\n", "needs rows"),
+        ("time,node,dx,dy,dz\n0,1,0,0,0\n", "times above 0"),
+        ("time,node,dx,dy,dz\n1,1,0,0,x\n", "not numbers"),
+        ("time,node,dx,dy,dz\n1,1.5,0,0,0\n", "whole node ids"),
+        ("time,node,dx,dy,dz\n1,1,0,0,nan\n", "finite"),
+        ("time,node,dx,dy,dz\n1,1,0,0,0\n1,2,0,0,0\n2,1,0,0,0\n", "same nodes"),
+        ("time,node,dx,dy,dz\n1,1,0,0,0\n2,2,0,0,0\n", "same nodes"),
+        ("time,node,dx,dy,dz\n1,1,0,0,0\n1,1,0,0,0\n", "each once"),
+    ],
+)
+def test_tables_that_make_no_sense_are_refused(tmp_path, text, message):
+    (tmp_path / "motion.csv").write_text(text)
+    with pytest.raises(ReadError, match=message):
+        read_boundary(tmp_path / "motion.csv")
