@@ -155,7 +155,6 @@ def walk_range(  # type: ignore[no-untyped-def]
         _store(k, face, best, found, triangles, positions, distances, faces, weights)
 
 
-
 @loop
 def walk_parts_range(  # type: ignore[no-untyped-def]
     first, last, places, start, triangles, boxes, quad_boxes, parts, parents, offsets, ids,
@@ -183,6 +182,7 @@ def walk_parts_range(  # type: ignore[no-untyped-def]
             if face == here:
                 break
         _store(k, face, best, found, triangles, positions, distances, faces, weights)
+
 
 @loop
 def closest_range(  # type: ignore[no-untyped-def]
