@@ -188,7 +188,7 @@ def test_what_has_no_faces_is_no_surface(source):
     import pyvista as pv
 
     given = {"MultiBlock": pv.MultiBlock([pv.Sphere()]), "PolyData": pv.PolyData(), "number": 3}[source]
-    with pytest.raises(MeshError, match="no faces" if source == "PolyData" else "one pyvista dataset, or a path, not"):
+    with pytest.raises(MeshError, match="none" if source == "PolyData" else "one pyvista dataset, or a path, not"):
         SurfaceLocator.from_pyvista(given)
 
 

@@ -297,3 +297,24 @@ def test_flat_patches_leave_their_planes_open(cylinder):
     surface[quads] = True
     assert (free[surface & end] == 2).all()
     assert (free[surface & ~end] == 3).all()
+
+
+def test_what_is_out_of_the_bound_between_samples_is_watched():
+    # A coarse ball, the nodes of which stay as far from the middle as they were.
+    points, cells = generate.ball(3, 1)
+    points = points + np.random.default_rng(0).uniform(-0.1, 0.1, points.shape)
+    quads, _ = boundary_quads(cells)
+    moved = points + np.random.default_rng(9).uniform(-0.3, 0.3, points.shape)
+    moved *= (np.linalg.norm(points, axis=1) / np.linalg.norm(moved, axis=1))[:, None]
+    barrier = DistanceBarrier(SurfaceLocator(points, quads), 1.0)
+    # A bound that all samples keep, but not the surface.
+    apart = barrier.farthest(moved)
+    barrier = DistanceBarrier(barrier.original, 0.5 * (apart + barrier.relative_distance(moved)))
+    assert barrier.relative_distance(moved) < 1.0 < barrier.farthest(moved)
+    assert barrier.exceeded(moved)
+    assert not barrier.exceeded(points)
+    for _ in range(3):
+        barrier.watch(moved)
+    assert barrier.relative_distance(moved) > 1.0
+    assert barrier.relative_distance(moved) == pytest.approx(barrier.farthest(moved), rel=0.05)
+    assert barrier.relative_distance(points) < 0.05

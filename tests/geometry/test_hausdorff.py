@@ -7,14 +7,19 @@ import pytest
 from meshes.hexahedra import skin
 
 from hexconformal.generate import ball, box
+from hexconformal.geometry.bilinear_surface import bilinear_grid
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.hausdorff import distance_between, hausdorff, surface_samples
 from hexconformal.mesh.topology import boundary_quads
 
 
 def test_identical_surfaces_are_no_distance_apart():
-    points, quads = skin(ball(4, 2))
+    points, quads = skin(box((4, 4, 4)))
     assert hausdorff(points, points, quads) < 1e-15
+    # Warped quads are followed to the tolerance.
+    points, quads = skin(ball(4, 2))
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        assert hausdorff(points, points, quads, tolerance) <= tolerance
 
 
 def test_a_cube_that_shrinks():
@@ -99,3 +104,39 @@ def test_agrees_with_the_tool_that_scores_results(shared, name):
     other = np.asarray(meshio.read(folder / f"{name}_published.vtu").points, float)
     diagonal = np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0))
     assert hausdorff(other, points, quads) / diagonal == pytest.approx(tool.hausdorff(other, points, quads), rel=1e-9)
+
+
+def fine(points, quads, parts):
+    """The bilinear surface in small quads, and samples of it."""
+    weights, around = bilinear_grid(parts)
+    samples = np.einsum("sj,qji->qsi", weights, points[quads])
+    count = len(weights) * np.arange(len(quads))
+    return samples.reshape(-1, 3), (around + count[:, None, None]).reshape(-1, 4)
+
+
+def finely_measured(points, reference, quads, parts=24):
+    """Hausdorff distance between bilinear surfaces at many samples of small quads."""
+    worst = 0.0
+    for this, that in ((points, reference), (reference, points)):
+        worst = max(
+            worst, SurfaceLocator(*fine(that, quads, parts)).closest(fine(this, quads, parts)[0]).distances.max()
+        )
+    return worst
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_coarse_warped_quads_are_measured_as_the_bilinear_surfaces_they_are(seed):
+    points, quads = skin([box((3, 3, 3)), ball(3, 1)][seed % 2])
+    random = np.random.default_rng(seed)
+    points = points + random.uniform(-0.08, 0.08, points.shape)
+    other = points + random.uniform(-0.04, 0.04, points.shape)
+    tolerance = 0.002
+    measured, expected = hausdorff(points, other, quads, tolerance), finely_measured(points, other, quads)
+    assert measured == pytest.approx(expected, abs=2 * tolerance)
+
+
+def test_what_is_not_above_a_distance_need_not_be_found():
+    points, quads = skin(ball(4, 2))
+    apart = hausdorff(1.1 * points, points, quads)
+    assert hausdorff(1.1 * points, points, quads, least=0.5 * apart) == pytest.approx(apart, rel=0.03)
+    assert hausdorff(1.1 * points, points, quads, least=2.0 * apart) == 2.0 * apart

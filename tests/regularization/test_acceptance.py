@@ -43,8 +43,7 @@ def test_emphasis_on_the_worst_raises_it_and_never_ends_below_the_input():
 def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch):
 
     points, cells = with_rough_surface(CURVED["ball"])
-    far = lambda points, before, quads: 0.02 * np.linalg.norm(np.ptp(before, axis=0))  # noqa: E731
-    monkeypatch.setattr("hexconformal.regularization.acceptance.hausdorff", far)
+    monkeypatch.setattr("hexconformal.geometry.DistanceBarrier.farthest", lambda barrier, points: 4.0)
     result = hc.regularize((points, cells))
     assert np.array_equal(result.points, points)
     assert "the surface would move by 0.02" in result.report.reason

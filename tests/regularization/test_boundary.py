@@ -6,6 +6,7 @@ import pytest
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.geometry import SurfaceLocator
 from hexconformal.mesh.topology import boundary_quads
 
 
@@ -66,3 +67,49 @@ def test_a_hex_mesh_comes_back_as_one():
     source = meshio.Mesh(mesh.points, [("hexahedron", mesh.cells)])
     assert isinstance(hc.regularize(source).mesh, meshio.Mesh)
     assert isinstance(hc.regularize(hc.as_hex_mesh(source)).mesh, hc.HexMesh)
+
+
+def fine_distance(points, reference, quads, parts=24):
+    """Hausdorff distance between bilinear surfaces at many samples, by triangles of their own."""
+    s = np.linspace(0.0, 1.0, parts + 1)
+    u, v = (side.ravel() for side in np.meshgrid(s, s))
+    weights = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
+    number = np.arange((parts + 1) ** 2).reshape(parts + 1, -1)
+    a, b, c, d = (x.ravel() for x in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    faces = (faces + (len(weights) * np.arange(len(quads)))[:, None, None]).reshape(-1, 3)
+    one, other = (np.einsum("sj,qji->qsi", weights, x[quads]).reshape(-1, 3) for x in (points, reference))
+    return max(SurfaceLocator(a, faces).closest(b).distances.max() for a, b in ((one, other), (other, one)))
+
+
+def shaken(mesh, amount, seed):
+    points, cells = mesh
+    edge = np.linalg.norm(points[cells[:, 1]] - points[cells[:, 0]], axis=1).mean()
+    return points + amount * edge * np.random.default_rng(seed).uniform(-1, 1, points.shape), cells
+
+
+COARSE = {
+    "box": shaken(generate.box((4, 4, 4)), 0.2, 2),
+    "cylinder": shaken(generate.cylinder(2, 1, 4), 0.15, 0),
+    "twisted": shaken(generate.twisted_cube(6, 90), 0.1, 2),
+    "bar": shaken(generate.bent_bar((12, 3, 3), 150), 0.12, 2),
+}
+
+
+@pytest.mark.parametrize(("name", "options"), [*((name, {}) for name in COARSE), ("bar", {"max_iterations": 16})])
+def test_coarse_warped_quads_keep_the_bound_everywhere(name, options):
+    points, cells = COARSE[name]
+    result = hc.regularize((points, cells), **options)
+    report, quads = result.report, boundary_quads(cells)[0]
+    apart = fine_distance(result.points, points, quads) / report.diagonal
+    assert apart <= 0.005
+    assert report.hausdorff == pytest.approx(apart, abs=0.0005)
+    assert report.hausdorff <= 0.005
+    assert report.after.scaled_jacobian.min > report.before.scaled_jacobian.min + 0.05
+
+
+def test_the_volume_is_kept_within_the_bound_everywhere():
+    points, cells = COARSE["box"]
+    result = hc.regularize((points, cells), conserve_volume=True)
+    assert abs(result.report.volume_change) < 1e-12
+    assert fine_distance(result.points, points, boundary_quads(cells)[0]) / result.report.diagonal <= 0.005

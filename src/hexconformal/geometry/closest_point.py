@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..common import MeshError, OptionError, first_ids
 from ..kernel import parallel_ranges
 from ..mesh import morton_codes
-from .closest_point_kernels import closest_range, segment_range, walk_range
+from .closest_point_kernels import closest_range, face_range, segment_range, walk_range
 
 __all__ = ["ClosestPoints", "CurveLocator", "SurfaceLocator"]
 
@@ -176,7 +176,7 @@ class SurfaceLocator:
         if near is None:
             order, codes = self._sorted
             near = order[np.minimum(np.searchsorted(codes, self._codes(places)), len(order) - 1)]
-        return self._query(closest_range, places, np.ascontiguousarray(near), *self._tree)
+        return self.query(closest_range, places, near, *self._tree)
 
     def closest_by_walk(self, places: ArrayLike, start: Ints) -> ClosestPoints:
         """The closest point that is found from a face by going to neighbours as long as that helps.
@@ -190,10 +190,18 @@ class SurfaceLocator:
         start
             (k,) the face where each begins, usually where its last walk ended.
         """
-        places = np.ascontiguousarray(places, dtype=np.float64)
-        return self._query(walk_range, places, np.ascontiguousarray(start), self.boxes, *self.neighbours)
+        return self.query(walk_range, places, start, self.boxes, *self.neighbours)
 
-    def _query(self, kernel: Any, places: Floats, start: Ints, *tables: Any) -> ClosestPoints:
+    def distances_to(self, places: ArrayLike, faces: Ints) -> Floats:
+        """(k,) distances of places (k, 3) from given faces (k,)."""
+        places = np.ascontiguousarray(places, dtype=np.float64)
+        distances = np.empty(len(places))
+        parallel_ranges(face_range, len(places), places, np.ascontiguousarray(faces), self.triangles, distances)
+        return distances
+
+    def query(self, kernel: Any, places: ArrayLike, start: Ints, *tables: Any) -> ClosestPoints:
+        """The closest points that a compiled loop finds from faces, or what else it starts from, with its tables."""
+        places, start = np.ascontiguousarray(places, dtype=np.float64), np.ascontiguousarray(start)
         count, size = len(places), self.faces.shape[1]
         faces, weights = np.empty(count, dtype=np.int64), np.empty((count, size))
         positions, distances = np.empty((count, 3)), np.empty(count)

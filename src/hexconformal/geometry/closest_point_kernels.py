@@ -11,7 +11,8 @@ import numpy as np
 
 from ..kernel import algebra, combine, cross, dot, loop, subtract
 
-__all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "segment_range", "walk", "walk_range"]
+__all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "face_range", "segment_range"]
+__all__ += ["walk", "walk_parts_range", "walk_range"]
 
 # Steps of a walk: more than any mesh is wide between two positions of a point.
 _MOST_STEPS = 1000
@@ -155,6 +156,35 @@ def walk_range(  # type: ignore[no-untyped-def]
 
 
 @loop
+def walk_parts_range(  # type: ignore[no-untyped-def]
+    first, last, places, start, triangles, boxes, quad_boxes, parts, parents, offsets, ids,
+    positions, distances, faces, weights,
+):  # fmt: skip
+    # A walk over quads, from `start`, that are made of the faces from parts[quad] up to parts[quad + 1].
+    found = np.empty(4)
+    for k in range(first, last):
+        p = (places[k, 0], places[k, 1], places[k, 2])
+        found[0], found[1], found[2], found[3] = 0.0, 1.0, 0.0, 0.0
+        face = parts[start[k]]
+        best = _closer_face(p, triangles, face, np.inf, found)
+        for _ in range(_MOST_STEPS):
+            here = face
+            touching = _TOUCHING * _box_size(boxes[here])
+            for i in range(offsets[parents[here]], offsets[parents[here] + 1]):
+                quad = ids[i]
+                if _box_distance(p, quad_boxes[quad]) < _IMPROVEMENT * best - touching:
+                    for other in range(parts[quad], parts[quad + 1]):
+                        enough = _IMPROVEMENT * best - touching
+                        if other != here and _box_distance(p, boxes[other]) < enough:
+                            d = _closer_face(p, triangles, other, enough, found)
+                            if d < enough:
+                                best, face = d, other
+            if face == here:
+                break
+        _store(k, face, best, found, triangles, positions, distances, faces, weights)
+
+
+@loop
 def closest_range(  # type: ignore[no-untyped-def]
     first, last, places, start, triangles, order, tree, positions, distances, faces, weights
 ):
@@ -185,6 +215,14 @@ def closest_range(  # type: ignore[no-untyped-def]
             nodes[size + 1], bounds[size + 1] = 2 * node + 1 - swap, one if swap else two
             size += 2
         _store(k, face, best, found, triangles, positions, distances, faces, weights)
+
+
+@loop
+def face_range(first, last, places, faces, triangles, distances):  # type: ignore[no-untyped-def]
+    found = np.empty(4)
+    for k in range(first, last):
+        p = (places[k, 0], places[k, 1], places[k, 2])
+        distances[k] = np.sqrt(_closer_face(p, triangles, faces[k], np.inf, found))
 
 
 @loop

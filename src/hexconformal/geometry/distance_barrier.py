@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
-from ..kernel import loop
-from ..mesh import binary_search
+from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
-from .hausdorff import surface_samples
+from .hausdorff import dense_samples, hausdorff, surface_samples
+from .sample_sums import add_samples
 
 __all__ = ["DistanceBarrier"]
 
@@ -36,6 +36,10 @@ _ATTRACTION = 30.0  # factor of t^2, at nodes: without it thin bodies inflate
 _STEEPNESS = 200.0  # k / (t1 - t0)
 _ONSET = 0.8  # t0
 _WALL = 0.98  # t1, never crossed from inside
+_WITHIN = 0.995  # share of the bound that leaves room for rounding
+_TOLERANCE = 0.02  # of measured distances, in bounds
+_NEAR, _WATCHED = 0.5, 0.9  # bounds from which on quads are looked at closely, and places on them watched
+_SPACING, _LEAST_SPACING = 2.0, 0.5  # bounds between samples of quads looked at closely: at first, at last
 _ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
 _CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
@@ -74,7 +78,7 @@ class DistanceBarrier:
         features of the original are not kept.
     """
 
-    original: SurfaceLocator
+    original: SurfaceLocator | BilinearSurface
     bound: float
     features: Features | None = None
     steepness: float = _STEEPNESS
@@ -100,7 +104,7 @@ class DistanceBarrier:
         self._forward_active = np.ones(len(places), dtype=bool)
         self._backward_active = np.ones(len(self._target_samples), dtype=bool)
         self._measured_at = points.copy()
-        self._wall = _WALL
+        self._wall, self._spacing, self._count = _WALL, _SPACING, len(self._sample_faces)
         self._curves, self._curve_edges = self._feature_samples()
 
     def _feature_samples(self) -> tuple[CurveLocator | None, Ints]:
@@ -142,7 +146,7 @@ class DistanceBarrier:
             total += value
             force = slopes[:, None] * samples.residuals
             nodes = samples.nodes if self._nodes is None else self._local[samples.nodes]
-            _add_samples(
+            add_samples(
                 nodes, samples.weights, force, curvatures[:, None, None] * samples.directions(),
                 matrix.indptr, matrix.indices, matrix.data, gradient,
             )  # fmt: skip
@@ -176,6 +180,54 @@ class DistanceBarrier:
         back, _ = self._backward(points, np.arange(len(self._target_samples)), everywhere=True)
         worst = max(ahead.distances.max(initial=0.0), back.distances.max(initial=0.0))
         return float(worst / self.bound)
+
+    def farthest(self, points: Field) -> float:
+        """Hausdorff distance of the bilinear surface from its original, in units of the bound."""
+        x, quads = self.original.points, self.original.faces
+        return hausdorff(points, x, quads, _TOLERANCE * self.bound) / self.bound
+
+    def exceeded(self, points: Field) -> bool:
+        """True where any place of the bilinear surface is farther from its original than the bound, or nearly so."""
+        x, quads, least = self.original.points, self.original.faces, _WITHIN * self.bound
+        return hausdorff(points, x, quads, _TOLERANCE * self.bound, least) > least
+
+    def watch(self, points: Field) -> None:
+        """Take in samples of quads, and of the original, that are nearly out of the bound; and follow warped quads."""
+        original, quads = self.original.points, self.original.faces
+        parts = np.maximum(*(needed_parts(x, quads, _TOLERANCE * self.bound) for x in (original, points)))
+        if isinstance(self.original, BilinearSurface):
+            parts = np.maximum(parts, self.original.parts)
+        if parts.max() > 1:
+            self.original = BilinearSurface(original, quads, parts)
+        # Samples half-way to the corners lay on triangles.
+        faces, weights = self._sample_faces[: self._count], self._sample_weights[: self._count]
+        weights = bilinear_weights(weights @ [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        self._sample_weights = weights
+        self._target_samples = np.einsum("sj,sji->si", weights, original[quads[faces]])
+        there = faces, weights
+        which = np.unique(np.concatenate([faces for faces, _ in self._beyond(_NEAR, points, there)]))
+        dense = dense_samples(original, quads, which, self._spacing * self.bound)
+        # Where that is not enough they are closer together next time.
+        self._spacing = max(0.5 * self._spacing, _LEAST_SPACING)
+        (ahead, ahead_weights), (behind, behind_weights) = self._beyond(_WATCHED, points, dense)
+        places = np.einsum("sj,sji->si", behind_weights, original[quads[behind]])
+        for name, new in (
+            ("_sample_faces", ahead), ("_sample_weights", ahead_weights), ("_at_node", np.zeros(len(ahead), bool)),
+            ("_target_samples", places), ("_forward_faces", ahead), ("_backward_faces", behind),
+            ("_forward_distances", np.full(len(ahead), np.inf)), ("_backward_distances", np.full(len(behind), np.inf)),
+            ("_forward_active", np.ones(len(ahead), bool)), ("_backward_active", np.ones(len(behind), bool)),
+        ):  # fmt: skip
+            setattr(self, name, np.concatenate([getattr(self, name)[: self._count], new]))
+
+    def _beyond(self, share: float, points: Field, samples: tuple[Ints, Field]) -> list[tuple[Ints, Field]]:
+        """The samples, faces and weights, that are farther away than a share of the bound: forward, backward."""
+        faces, weights = samples
+        moved, found = self.original.with_points(points), []
+        for this, that in ((moved, self.original), (self.original, moved)):
+            places = np.einsum("sj,sji->si", weights, this.points[this.faces[faces]])
+            far = that.closest(places, faces).distances > share * self.bound
+            found.append((faces[far], weights[far]))
+        return found
 
     # ------------------------------------------------------------------------------------- measuring
     def _all_points(self, points: Field) -> Field:
@@ -245,7 +297,9 @@ class DistanceBarrier:
             partial(_distance_projectors, residuals, there.distances, self.bound, moved, there.faces),
         ), there.faces  # fmt: skip
 
-    def _closest(self, surface: SurfaceLocator, places: Field, start: Ints, everywhere: bool) -> ClosestPoints:
+    def _closest(
+        self, surface: SurfaceLocator | BilinearSurface, places: Field, start: Ints, everywhere: bool
+    ) -> ClosestPoints:
         """Closest points by walking; those too far away are looked for everywhere, as a walk may end in a dead end."""
         there = surface.closest_by_walk(places, start)
         if everywhere and (far := there.distances > _WALL * self.bound).any():
@@ -273,7 +327,7 @@ def _wall_beyond(worst: float, onset: float) -> float:
 
 
 def _distance_projectors(
-    residuals: Field, distances: Field, bound: float, surface: SurfaceLocator, faces: Ints
+    residuals: Field, distances: Field, bound: float, surface: SurfaceLocator | BilinearSurface, faces: Ints
 ) -> Field:
     """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
     x = surface.points[surface.faces[faces]]
@@ -294,26 +348,3 @@ def _normal_projectors(ends: Field, weights: Field) -> Field:
 
 def _identities(count: int) -> Field:
     return np.broadcast_to(np.eye(3), (count, 3, 3))
-
-
-@loop
-def _add_samples(nodes, weights, force, curvature, indptr, indices, data, gradient):  # type: ignore[no-untyped-def]
-    """Add the forces and curvatures of samples to their nodes; nodes below zero take no part."""
-    for k in range(len(nodes)):
-        for i in range(nodes.shape[1]):
-            a, w = nodes[k, i], weights[k, i]
-            if a < 0 or w == 0.0:
-                continue
-            for r in range(3):
-                gradient[a, r] += w * force[k, r]
-            for j in range(nodes.shape[1]):
-                b, share = nodes[k, j], w * weights[k, j]
-                # The matrix holds its lower triangle, without the rows and columns of held nodes.
-                if b < 0 or b > a or share == 0.0:
-                    continue
-                place = binary_search(indices, indptr[a], indptr[a + 1], b)
-                if place >= indptr[a + 1] or indices[place] != b:
-                    continue
-                for r in range(3):
-                    for c in range(3):
-                        data[place, r, c] += share * curvature[k, r, c]

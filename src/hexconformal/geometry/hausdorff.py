@@ -1,17 +1,26 @@
-"""Hausdorff distance between two positions of a boundary, at samples and in both directions."""
+"""Hausdorff distance between two surfaces of bilinear quads or triangles, in both directions, to a tolerance."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import face_edges, unique_edges
-from .closest_point import SurfaceLocator
+from .bilinear_surface import BilinearSurface, bilinear_grid, needed_parts
+from .closest_point import ClosestPoints, SurfaceLocator
 
-__all__ = ["distance_between", "hausdorff", "surface_samples"]
+__all__ = ["dense_samples", "distance_between", "hausdorff", "surface_samples"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+_TOLERANCE = 1e-4  # of diagonals, where none is given
+_RELATIVE = 0.02  # of the distance itself: this close is as good
+_MOST_SAMPLES = 64  # along a side of a quad
+_MOST_CUTS = 10  # times that a patch is cut in four
 
 
 def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
@@ -45,11 +54,39 @@ def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
     return of, np.concatenate([corner[nodes % size], middle[edges % size], centre, quarters])
 
 
-def hausdorff(points: Floats, reference: Floats, quads: Ints) -> float:
-    """Largest distance between two positions of a surface of quads, taken in both directions.
+def dense_samples(points: Floats, quads: Ints, which: Ints, spacing: float) -> tuple[Ints, Floats]:
+    """Samples of some quads on grids that are as fine as a spacing asks for.
 
-    Each quad is four triangles around its centre. The distance from one surface to the other is taken at the
-    :func:`surface_samples`.
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (q, 4) nodes in cyclic order.
+    which
+        Ids of quads.
+    spacing
+        Distance between samples, in units of length.
+
+    Returns
+    -------
+    (s,) the quad of each sample, (s, 4) weights of its nodes.
+    """
+    x = points[quads[which]]
+    parts = np.ceil(np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1) / spacing)
+    parts = parts.clip(1, _MOST_SAMPLES).astype(np.int64)
+    faces, weights = [which[:0]], [np.empty((0, 4))]
+    for n in np.unique(parts):
+        grid, _ = bilinear_grid(int(n))
+        faces.append(np.repeat(which[parts == n], len(grid)))
+        weights.append(np.tile(grid, (int((parts == n).sum()), 1)))
+    return np.concatenate(faces), np.concatenate(weights)
+
+
+def hausdorff(
+    points: Floats, reference: Floats, quads: Ints, tolerance: float | None = None, least: float = 0.0
+) -> float:
+    """Largest distance between two positions of a surface of bilinear quads, taken in both directions.
 
     Parameters
     ----------
@@ -57,6 +94,8 @@ def hausdorff(points: Floats, reference: Floats, quads: Ints) -> float:
         (n, 3) coordinates of the two.
     quads
         (q, 4) nodes in cyclic order.
+    tolerance, least
+        See :func:`distance_between`.
 
     Returns
     -------
@@ -70,30 +109,140 @@ def hausdorff(points: Floats, reference: Floats, quads: Ints) -> float:
     >>> round(hausdorff(1.1 * points, points, boundary_quads(cells)[0]), 12) == round(0.1 * 3**0.5, 12)
     True
     """
-    of, _ = surface_samples(quads)
     # Its own quad on the other surface is the best first guess, the whole surface is searched.
-    return distance_between(SurfaceLocator(points, quads), SurfaceLocator(reference, quads), (of, of))
+    near = np.arange(len(quads))
+    return distance_between(
+        SurfaceLocator(points, quads), SurfaceLocator(reference, quads), (near, near), tolerance, least
+    )
 
 
 def distance_between(
-    one: SurfaceLocator, other: SurfaceLocator, near: tuple[Ints | None, Ints | None] = (None, None)
+    one: SurfaceLocator,
+    other: SurfaceLocator,
+    near: tuple[Ints | None, Ints | None] = (None, None),
+    tolerance: float | None = None,
+    least: float = 0.0,
 ) -> float:
-    """Largest distance between two surfaces, taken in both directions at their :func:`surface_samples`.
+    """Largest distance between two surfaces of bilinear quads or triangles, taken in both directions.
+
+    Starting with the faces themselves, patches of a surface are cut in four as long as points on them may be farther
+    from the other surface than any looked at so far: a patch is no farther away than its corners are from one face of
+    the other surface, or than its corners and centre are from all of it, and what that bends between their closest
+    points.
 
     Parameters
     ----------
     one, other
         The two.
     near
-        For the samples of each the faces of the other that are probably close, to save time.
+        For the faces of each the faces of the other that are probably close, to save time.
+    tolerance
+        How far below the distance the one returned may be, in units of length, if that is more than a fiftieth of it;
+        default 1e-4 of the diagonal.
+    least
+        Distance that is returned where there is none above it: with it, it goes faster.
 
     Returns
     -------
     The distance in units of length.
     """
-    worst = 0.0
-    for (this, that), guess in zip(((one, other), (other, one)), near, strict=True):
-        of, weights = surface_samples(this.faces)
-        places = np.einsum("sj,sji->si", weights, this.points[this.faces[of]])
-        worst = max(worst, float(that.closest(places, guess).distances.max(initial=0.0)))
-    return worst
+    if tolerance is None:
+        tolerance = _TOLERANCE * float(np.linalg.norm(np.ptp(other.points[np.unique(other.faces)], axis=0)))
+    ways = [
+        _Patches.of(this, _followed(that, tolerance), guess)
+        for (this, that), guess in zip(((one, other), (other, one)), near, strict=True)
+    ]
+    worst = max(least, *(patches.worst for patches in ways))
+    return max(patches.farthest(worst, tolerance) for patches in ways)
+
+
+def _followed(surface: SurfaceLocator, tolerance: float) -> BilinearSurface:
+    """The surface by triangles that are close to it; triangles are quads, two corners of which are one."""
+    quads = surface.faces[:, [0, 1, 2, -1]]
+    parts = np.ones(len(quads), dtype=np.int64)
+    parts = parts if surface.faces.shape[1] == 3 else needed_parts(surface.points, quads, tolerance)
+    followed = BilinearSurface(surface.points, quads, parts)
+    if parts.max() == 1:
+        followed.__dict__["locator"] = surface
+    return followed
+
+
+@dataclass(frozen=True, eq=False)
+class _Patches:
+    """Bilinear patches of a surface, with what another surface is from their corners.
+
+    Attributes
+    ----------
+    surface
+        The other surface, as small quads or triangles.
+    corners
+        (p, 4, 3) positions.
+    distances, faces
+        (p, 4) of the corners from the other surface, and the face of it that is closest.
+    """
+
+    surface: SurfaceLocator
+    corners: Floats
+    distances: Floats
+    faces: Ints
+
+    @classmethod
+    def of(cls, this: SurfaceLocator, that: BilinearSurface, near: Ints | None) -> _Patches:
+        """The faces of a surface."""
+        nodes, first, at = np.unique(this.faces, return_index=True, return_inverse=True)
+        start = None if near is None else that.first[near[first // this.faces.shape[1]]]
+        there = that.locator.closest(this.points[nodes], start)
+        at = at.reshape(this.faces.shape)[:, [0, 1, 2, -1]]
+        return cls(that.locator, this.points[nodes][at], there.distances[at], there.faces[at])
+
+    @property
+    def worst(self) -> float:
+        """Largest distance of a corner."""
+        return float(self.distances.max(initial=0.0))
+
+    def farthest(self, worst: float, tolerance: float) -> float:
+        """Largest distance of any place on the patches, if it is more than `worst` and a tolerance."""
+        patches, normals = self, _normals(self.surface)
+        for _ in range(_MOST_CUTS):
+            centres = patches.corners.mean(axis=1)
+            there = self.surface.closest(centres, patches.faces[:, 0])
+            worst = max(worst, float(there.distances.max(initial=0.0)))
+            enough = worst + max(tolerance, _RELATIVE * worst)
+            radius = np.sqrt(((patches.corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+            cosine = np.einsum("pki,pi->pk", normals[patches.faces], normals[there.faces]).min(axis=1).clip(0.0, 1.0)
+            bend = np.sqrt((1.0 - cosine) / (1.0 + cosine))  # the tangent of half the angle between normals
+            most = np.maximum(patches.distances.max(axis=1), there.distances) + radius * bend
+            left = np.flatnonzero(np.minimum(most, there.distances + radius) > enough)
+            to_one = self.surface.distances_to(patches.corners[left].reshape(-1, 3), np.repeat(there.faces[left], 4))
+            left = left[to_one.reshape(-1, 4).max(axis=1) > enough]
+            if len(left) == 0:
+                break
+            patches = patches._quartered(left, centres, there)
+            worst = max(worst, patches.worst)
+        return worst
+
+    def _quartered(self, which: Ints, centres: Floats, there: ClosestPoints) -> _Patches:
+        """The quarters of some patches, of all of which the centres are known and what is closest to them."""
+        corners, faces = self.corners[which], self.faces[which]
+        middle = 0.5 * (corners + np.roll(corners, -1, axis=1))
+        between = self.surface.closest(middle.reshape(-1, 3), faces.ravel())
+        return _Patches(
+            self.surface,
+            _quarters(corners, middle, centres[which]),
+            _quarters(self.distances[which], between.distances.reshape(-1, 4), there.distances[which]),
+            _quarters(faces, between.faces.reshape(-1, 4), there.faces[which]),
+        )
+
+
+def _quarters(corners: Any, middle: Any, centre: Any) -> Any:
+    """(4 p, 4, ...) values at the corners of quarters, from those at corners and edges (p, 4, ...) and centres."""
+    centre = np.broadcast_to(centre[:, None], corners.shape)
+    quarters = np.stack([corners, middle, centre, np.roll(middle, 1, axis=1)], axis=2)
+    return quarters.reshape(-1, *corners.shape[1:])
+
+
+def _normals(surface: SurfaceLocator) -> Floats:
+    """(f, 3) unit normals."""
+    x = surface.points[surface.faces]
+    normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None])

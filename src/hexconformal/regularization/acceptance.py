@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,10 +17,12 @@ from .volume_restoration import restore_volume
 __all__ = ["auto_target_notes", "boundary_distance", "no_worse_than", "size_ratios", "with_volume_restored"]
 
 Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 _MANY_STRETCHED = 0.05  # share of stretched cells from which on a note says that they count as distorted
 _ROUNDING = 1e-12  # of a scaled Jacobian
 _LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
+_ROUNDS = 4  # of restoring the volume, with the bound watched closer each time
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
 
 
@@ -38,8 +43,11 @@ def boundary_distance(
     if barrier is not None and barrier.reference is not None:
         return distance_between(SurfaceLocator(points, normalized.quads), barrier.reference) / normalized.diagonal
     # Nodes that stay, or slide in the planes of flat patches, leave the surface where it is.
-    exact = points is normalized.points or (barrier is None and boundary != "free")
-    return 0.0 if exact else hausdorff(points, normalized.points, normalized.quads) / normalized.diagonal
+    if points is normalized.points or (barrier is None and boundary != "free"):
+        return 0.0
+    if barrier is not None:
+        return barrier.farthest(points) * barrier.bound / normalized.diagonal
+    return hausdorff(points, normalized.points, normalized.quads) / normalized.diagonal
 
 
 def with_volume_restored(
@@ -51,7 +59,7 @@ def with_volume_restored(
         why, same = "the run was left before the cells were unfolded", points
     else:
         why = "hausdorff and the cells leave no room for more"
-        same = restore_volume(corner_energy, points, normalized.quads, volume)
+        same = _restored(corner_energy, points, normalized.quads, volume)
     # Where cells upside down take away as much as the others enclose, changes are told in cubes of the mean edge.
     scale = abs(volume) or 1.0
     left = (enclosed_volume(same, normalized.quads) - volume) / scale
@@ -63,6 +71,20 @@ def with_volume_restored(
     if abs(left) > _SAME_VOLUME:
         notes.append(f"the volume is not that of the input, but differs by {left:+.1e}: {why}")
     return same, notes
+
+
+def _restored(corner_energy: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
+    """The points changed to enclose a volume within the bound, which is watched closer where they come out of it."""
+    barrier = copy(corner_energy.surface_penalty)
+    if not isinstance(barrier, DistanceBarrier):
+        return restore_volume(corner_energy, points, quads, volume)
+    corner_energy = replace(corner_energy, surface_penalty=barrier)
+    for _ in range(_ROUNDS):
+        same = restore_volume(corner_energy, points, quads, volume)
+        if not barrier.exceeded(same):
+            return same
+        barrier.watch(same)
+    return points
 
 
 def size_ratios(volumes: Field, targets: Field) -> tuple[float, float] | None:

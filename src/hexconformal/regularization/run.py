@@ -185,6 +185,8 @@ class Regularization:
         normalized, barrier, bound = self._normalized, self._stages.boundary.barrier, self.options.hausdorff
         points, reason = self._points, self._stages.reason
         notes: list[str] = []
+        if points is not normalized.points:
+            points = self._brought_back(points)
         if points is not normalized.points and self.options.conserve_volume:
             points, notes = with_volume_restored(points, normalized, self._stages.corner_energy)
             keeps_valid = self._stages.keeps_valid(points)
@@ -202,6 +204,12 @@ class Regularization:
                 f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
             )
         return _Outcome(normalized.to_user(points), reason, moved, tuple(notes))
+
+    def _brought_back(self, points: Field) -> Field:
+        """The points, with the boundary within its bound where the run was left before it was, and that can be."""
+        back = self._stages.brought_back(points)
+        acceptable = back is not points and self._stages.keeps_valid(back)
+        return back if acceptable and self._acceptable(self._record(Iteration("return", back))) else points
 
     def _all_notes(self) -> tuple[str, ...]:
         notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice
@@ -22,6 +23,7 @@ from .improve_folded import improve_folded
 from .iteration import Iteration
 from .minimize import Minimization
 from .options import Options
+from .return_to_surface import return_to_surface
 from .untangle import folded_cells, pull_back, untangle
 from .untangle_interior import untangle_interior
 from .worst_cells import raise_worst, raise_worst_patches
@@ -35,10 +37,8 @@ Mask = NDArray[np.bool_]
 _GOOD_ENOUGH = 0.98  # smallest scaled Jacobian that need not be raised
 _MANY_CELLS = 200_000  # cells up to which those of the whole mesh are raised; beyond, patches around the worst
 _PATIENCE = 1  # rounds of patches without success before other features are tried
-_RETURNS, _RETURN_STEPS = 8, 8  # attempts to bring the boundary back within its bound, and steps of each
 _WIDER_BOUNDS = 0.05, 0.1, 0.2  # diagonals that the boundary may move to unfold the cells that resist
 _RETURN_STEEPNESS = 12.5  # steepness of the barrier on the way back from there
-_BOUND_SHARE = 0.995  # share of the bound that leaves room for rounding
 _DISTORTION_STEPS = 2  # on the whole distortion, before the angles take over
 _TARGET_SIZES_WEIGHT = 25.0  # weight of sizes that were asked for, beside those of the input
 _SIZES_WEIGHT = 4.0  # weight of sizes beside the distortion, where the worst cells are not raised
@@ -70,6 +70,7 @@ class Stages:
         self.corner_energy: CornerEnergy | None = None
         self._normalized, self.boundary, self._options = normalized, boundary, options
         self._sufficient_hausdorff = np.inf
+        self._earlier: list[Field] = []  # points to go back to where the surface cannot be brought back
         self.target_volumes = self._target_volumes()
         self._valid = np.flatnonzero(is_valid(normalized.mesh.points, normalized.mesh.cells))
 
@@ -104,7 +105,7 @@ class Stages:
         if bad.any():
             whole, (corner_energy, points, bad) = corner_energy, self._hold_folded(corner_energy, points, bad)
             yield Iteration("hold what stays inverted", points)
-        self.corner_energy = corner_energy
+        self.corner_energy, self._earlier = corner_energy, [points]
         if bad.any() or self.boundary.barrier is not None or self._options.changes_sizes:
             if self._options.given_for_minimization:
                 self.notes.append(f"without effect on this mesh: {', '.join(self._options.given_for_minimization)}")
@@ -115,6 +116,7 @@ class Stages:
             for iteration in self._minimize(points):
                 points = iteration.points
                 yield iteration
+        self._earlier.append(points)
         quality = corner_scaled_jacobian(points, corner_energy.cells)
         raised = self._options.raises_worst and corner_energy.free.any() and len(quality) > 0
         if raised and quality.min() < _GOOD_ENOUGH:
@@ -189,27 +191,33 @@ class Stages:
         before, closer = self.boundary, replace(barrier, steepness=_RETURN_STEEPNESS)
         self.boundary = replace(before, barrier=closer)
         closer_energy = self._make_corner_energy()
-        for iteration in self._return_to_surface(closer_energy, afar):
-            afar = iteration.points
-            yield replace(iteration, points=points)
-        needed = closer.relative_distance(afar)
-        if needed <= _BOUND_SHARE:
+        for closer_points in return_to_surface(closer_energy, closer, afar, keeps_worst=False):
+            afar = closer_points
+            yield Iteration("return to the surface", points)
+        if not closer.exceeded(afar):
             return closer_energy, afar, folded_cells(closer_energy, afar)
         self.boundary = before
-        self._sufficient_hausdorff = min(self._sufficient_hausdorff, needed * self._options.hausdorff)
+        self._sufficient_hausdorff = min(self._sufficient_hausdorff, closer.farthest(afar) * self._options.hausdorff)
         return corner_energy, points, bad
 
     def _return_to_surface(self, corner_energy: CornerEnergy, points: Field) -> Iterator[Iteration]:
-        """Bring samples back that a patch has let out of the bound, with a steeper barrier each time."""
+        """Bring back what is out of its bound; with another surface to slide on that is told, not changed."""
         barrier = self.boundary.barrier
-        for _ in range(_RETURNS):
-            if barrier is None or self._within_bound(points):
-                return
-            barrier.steepness *= 4.0
-            for points, _ in islice(
-                projected_newton(corner_energy, points, Weights(volume=VOLUME_WEIGHT)), _RETURN_STEPS
-            ):
-                yield Iteration("return to the surface", points)
+        if barrier is not None and barrier.reference is None:
+            back = points
+            for back in return_to_surface(corner_energy, barrier, points, self._options.raises_worst):
+                yield Iteration("return to the surface", back)
+            if back is not points and barrier.exceeded(back):
+                within = (earlier for earlier in reversed(self._earlier) if not barrier.exceeded(earlier))
+                yield Iteration("return to the surface", next(within, back))
+
+    def brought_back(self, points: Field) -> Field:
+        """The points with the boundary within its bound, as nearly as can be, where the run was left before it was."""
+        barrier = copy(self.boundary.barrier)
+        if barrier is None or barrier.reference is not None or self.corner_energy is None or self.converged:
+            return points
+        corner_energy = replace(self.corner_energy, surface_penalty=barrier)
+        return [points, *return_to_surface(corner_energy, barrier, points, self._options.raises_worst)][-1]
 
     def energy(self, points: Field) -> float:
         """The summed distortion at some points, as the options ask for it; NaN where a corner is folded."""
@@ -299,4 +307,4 @@ class Stages:
     def _within_bound(self, points: Field) -> bool:
         """True where the boundary is within its bound."""
         barrier = self.boundary.barrier
-        return barrier is None or barrier.reference is not None or barrier.relative_distance(points) <= _BOUND_SHARE
+        return barrier is None or barrier.reference is not None or not barrier.exceeded(points)

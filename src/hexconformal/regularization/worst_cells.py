@@ -21,7 +21,7 @@ from ..quality import attainable_scaled_jacobian
 from ..solver import projected_newton
 from .iteration import Iteration
 
-__all__ = ["raise_worst", "raise_worst_patches"]
+__all__ = ["raise_worst", "raise_worst_patches", "stiffened"]
 
 Field = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ _LEAST_GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round wi
 _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 
-def _stiffened(corner_energy: CornerEnergy, points: Field) -> Weights:
+def stiffened(corner_energy: CornerEnergy, points: Field) -> Weights:
     """Weights of a barrier that no corner worse than the worst of the points can pass."""
     worst = max(float(corner_energy.measures(points).angle.max()), 1e-3)
     return Weights(_DISTORTION_SHARE, 1.0, _STIFFNESS / worst, volume=VOLUME_WEIGHT)
@@ -46,7 +46,7 @@ def raise_worst(corner_energy: CornerEnergy, points: Field) -> Iterator[Iteratio
     weights = Weights(_DISTORTION_SHARE, 1.0, volume=VOLUME_WEIGHT)
     for points, _ in islice(projected_newton(corner_energy, points, weights, decrease=3e-3), _ANGLE_STEPS):
         yield Iteration("angles", points)
-    for points, _ in islice(projected_newton(corner_energy, points, _stiffened(corner_energy, points)), _STIFF_STEPS):
+    for points, _ in islice(projected_newton(corner_energy, points, stiffened(corner_energy, points)), _STIFF_STEPS):
         yield Iteration("stiffen", points)
     yield from raise_worst_patches(corner_energy, points)
 
@@ -67,7 +67,7 @@ def raise_worst_patches(corner_energy: CornerEnergy, points: Field) -> Iterator[
             return
         local = points[nodes]
         for _ in range(_PATCH_PASSES):
-            steps = list(islice(projected_newton(patch, local, _stiffened(patch, local)), _PATCH_STEPS))
+            steps = list(islice(projected_newton(patch, local, stiffened(patch, local)), _PATCH_STEPS))
             local = steps[-1][0] if steps else local
         trial = points.copy()
         trial[nodes] = local
