@@ -11,6 +11,7 @@ from hexconformal.common.errors import OptionError
 from hexconformal.generate import ball, box, cylinder
 from hexconformal.geometry.features import find_features
 from hexconformal.geometry.surface_tags import surface_tags
+from hexconformal.io.vtk_mesh import from_vtk
 from hexconformal.mesh.topology import boundary_quads
 
 
@@ -315,7 +316,7 @@ def tagged(name="gmsh:physical", missing=()):
     return meshio.Mesh(points, blocks, cell_data=data), quads, tags
 
 
-@pytest.mark.parametrize("name", ["gmsh:physical", "gmsh:geometrical", "medit:ref"])
+@pytest.mark.parametrize("name", ["gmsh:physical", "gmsh:geometrical", "medit:ref", "nastran:ref"])
 def test_surface_tags_of_meshio(name):
     source, quads, tags = tagged(name)
     np.testing.assert_array_equal(surface_tags(as_hex_mesh(source), quads), tags)
@@ -327,6 +328,22 @@ def test_surface_tags_of_pyvista():
     np.testing.assert_array_equal(surface_tags(as_hex_mesh(grid), quads), tags)
     features = find_features(source.points, quads, tags=surface_tags(as_hex_mesh(grid), quads))
     assert counts(features) == (12, 8, 6)
+
+
+@pytest.mark.parametrize("kind", ["quad8", "quad9"])
+@pytest.mark.parametrize("to_pyvista", [False, True])
+def test_surface_tags_of_quadrilaterals_of_second_order(kind, to_pyvista):
+    source, quads, tags = tagged()
+    corners, points = source.cells[0].data, source.points
+    between = [points[corners[:, [k, (k + 1) % 4]]].mean(axis=1) for k in range(4)] + [points[corners].mean(axis=1)]
+    middles = np.stack(between[: int(kind[4:]) - 4], axis=1)
+    new = len(points) + np.arange(middles.size // 3).reshape(len(corners), -1)
+    source.points = np.vstack([points, middles.reshape(-1, 3)])
+    source.cells[0] = meshio.CellBlock(kind, np.column_stack([corners, new]))
+    mesh = as_hex_mesh(pv.from_meshio(source) if to_pyvista else source)
+    np.testing.assert_array_equal(surface_tags(mesh, quads), tags)
+    if to_pyvista:
+        np.testing.assert_array_equal(surface_tags(from_vtk(pv.from_meshio(source)), quads), tags)
 
 
 def test_surface_tags_of_a_file(tmp_path):
