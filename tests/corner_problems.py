@@ -1,11 +1,11 @@
 """Corner energies of whole meshes, with nodes free or held."""
 
 import numpy as np
+from hexconformal.energy.corner_energy import CornerEnergy
 from meshes.hexahedra import off_boundary
 from scipy import sparse
 
 from hexconformal import generate
-from hexconformal.energy.corner_energy import CornerEnergy
 
 CUBES = np.empty((0, 1, 3, 3))
 

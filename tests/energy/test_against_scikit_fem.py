@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from hexconformal.energy.distortion_energy import DistortionEnergy
+
 from hexconformal.generate import box
 from hexconformal.motion.extension import _stiffness
 

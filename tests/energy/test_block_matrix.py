@@ -2,11 +2,11 @@
 
 import numpy as np
 from corner_problems import CUBES, boundary_held, dense, jittered_cubes
+from hexconformal.energy.corner_energy import CornerEnergy, Weights
 from meshes.hexahedra import off_boundary
 
 from hexconformal import generate
 from hexconformal.energy.block_matrix import BlockMatrix, block_places
-from hexconformal.energy.corner_energy import CornerEnergy, Weights
 
 
 def test_the_solver_finds_the_solution_in_the_admissible_space():

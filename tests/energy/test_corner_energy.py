@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from corner_problems import CUBES, all_free, dense, jittered_cubes
+from hexconformal.energy.corner_energy import CornerEnergy, Weights
+from hexconformal.energy.distortion_energy import DistortionEnergy
 
 from hexconformal import generate
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS, CORNERS
-from hexconformal.energy.corner_energy import CornerEnergy, Weights
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from hexconformal.kernel.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
 from hexconformal.mesh.topology import node_rings
 from hexconformal.regularization.untangle import folded_cells

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from differences import observed_order
+from hexconformal.energy.distortion_energy import DistortionEnergy
 from scipy.spatial.transform import Rotation
 
 from hexconformal import generate
 from hexconformal.common.errors import OptionError
 from hexconformal.elements.hexahedron import QUADRATURE_RULES, shape_gradients
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from hexconformal.generate import box
 from hexconformal.kernel import threads
 from hexconformal.kernel.distortion import barrier_density, frame_density

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from corner_problems import CUBES, all_free, dense, jittered_cubes
+from hexconformal.energy.corner_energy import CornerEnergy, Weights
 
 from hexconformal import generate
 from hexconformal.elements.lengths_volumes import cell_volumes
-from hexconformal.energy.corner_energy import CornerEnergy, Weights
 from hexconformal.mesh.topology import node_rings
 
 SIZES = Weights(0.0, volume=1.0)

@@ -9,6 +9,8 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from hexconformal.energy.corner_energy import CornerEnergy, Weights
+from hexconformal.energy.distortion_energy import DistortionEnergy
 from meshes.hexahedra import INVALID_INSIDE
 from meshes.surfaces import icosphere, quad_cube, shaken
 from numba.core.dispatcher import Dispatcher
@@ -18,8 +20,6 @@ import hexconformal as hc
 import surface
 from hexconformal.elements.hexahedron import CORNERS
 from hexconformal.elements.validity import minimum_jacobian
-from hexconformal.energy.corner_energy import CornerEnergy, Weights
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from hexconformal.generate import ball, box, jittered
 from hexconformal.geometry.closest_point import CurveLocator
 from hexconformal.solver.multigrid import Multigrid

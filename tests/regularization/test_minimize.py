@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from hexconformal.solver.minimizers import lbfgs
 from meshes.hexahedra import jittered_box
 
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.regularization import minimize
-from hexconformal.solver.minimizers import lbfgs
 
 ENERGIES = ["barrier", "quaternionic"]
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from hexconformal.energy.distortion_energy import DistortionEnergy
 from meshes.hexahedra import jittered_box, with_rough_surface
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from hexconformal.mesh.topology import boundary_quads
 
 CURVED = {"cylinder": generate.cylinder(4, 3, 6), "ball": generate.ball(3, 2)}

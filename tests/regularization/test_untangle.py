@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from corner_problems import CUBES, all_free, fixed_boundary_energy
+from hexconformal.energy.corner_energy import CornerEnergy
 
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
-from hexconformal.energy.corner_energy import CornerEnergy
 from hexconformal.mesh.topology import boundary_quads
 from hexconformal.regularization.untangle import _unfold_patches, folded_cells, harmonic, pull_back, untangle
 

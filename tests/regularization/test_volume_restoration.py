@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from hexconformal.energy.corner_energy import CornerEnergy
 from meshes.hexahedra import jittered_ball
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.energy.corner_energy import CornerEnergy
 from hexconformal.geometry import enclosed_volume
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.distance_barrier import DistanceBarrier

@@ -1,10 +1,10 @@
 """The worst cells are raised step by step, as far as held nodes allow."""
 
 from corner_problems import CUBES, all_free, fixed_boundary_energy
+from hexconformal.energy.corner_energy import CornerEnergy
 
 from hexconformal import generate
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
-from hexconformal.energy.corner_energy import CornerEnergy
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches
 
 

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hexconformal.solver.minimizers import Iterate, Problem, initial_iterate, lbfgs, line_search
 
 import hexconformal as hc
 from hexconformal.elements.validity import is_valid
@@ -12,7 +13,6 @@ from hexconformal.mesh.normalized_mesh import NormalizedMesh
 from hexconformal.regularization.minimize import Minimization
 from hexconformal.regularization.options import Options
 from hexconformal.solver.admissible import boundary_directions
-from hexconformal.solver.minimizers import Iterate, Problem, initial_iterate, lbfgs, line_search
 
 
 def problem(value, gradient, acceptable=lambda points: True):

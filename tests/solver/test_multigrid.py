@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from hexconformal.energy.distortion_energy import DistortionEnergy
+from hexconformal.solver.minimizers import conjugate_gradients, inner
 from meshes.hexahedra import off_boundary
 from scipy import sparse
 
 from hexconformal import generate
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from hexconformal.energy.target import inverse_targets
-from hexconformal.solver.minimizers import conjugate_gradients, inner
 from hexconformal.solver.multigrid import Multigrid
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 from corner_problems import fixed_boundary_energy, jittered_cubes
-
-from hexconformal import generate
 from hexconformal.energy.corner_energy import CornerEnergy, Weights
 from hexconformal.solver.projected_newton import newton_step, projected_newton
+
+from hexconformal import generate
 
 
 def test_newton_converges_to_the_perfect_mesh():

@@ -1,12 +1,13 @@
-"""Energies: the distortion at quadrature points (6) and at corners (11, 12), the volume term (10), target shapes.
+"""Energies: objectives and the terms they are sums of, and the block matrix their second derivatives are added to.
 
-Belongs here: energies with their derivatives, and the block matrix these are collected in. Imports `common`,
-`kernel`, `elements` and `mesh`.
+Belongs here: the distortion at quadrature points (6) and at corners (11, 12), the volume term (10), target shapes.
+Imports `common`, `kernel`, `elements` and `mesh`.
 """
 
-from .block_matrix import BlockMatrix
-from .corner_energy import VOLUME_WEIGHT, CornerEnergy, Weights
-from .distortion_energy import DistortionEnergy
+from .block_matrix import Assembly, BlockMatrix
+from .corner_term import CornerMeasures, CornerTerm, CornerWeights
+from .distortion_term import DistortionTerm
+from .objective import Objective
 from .target import (
     STRETCHED_ASPECTS,
     aspect_ratios,
@@ -16,14 +17,21 @@ from .target import (
     stretched_boxes,
     target_volumes,
 )
+from .term import Patch, Term
+from .volume_term import VolumeTerm
 
 __all__ = [
     "STRETCHED_ASPECTS",
-    "VOLUME_WEIGHT",
+    "Assembly",
     "BlockMatrix",
-    "CornerEnergy",
-    "DistortionEnergy",
-    "Weights",
+    "CornerMeasures",
+    "CornerTerm",
+    "CornerWeights",
+    "DistortionTerm",
+    "Objective",
+    "Patch",
+    "Term",
+    "VolumeTerm",
     "aspect_ratios",
     "inverse_targets",
     "jacobian_matrices",

@@ -7,7 +7,18 @@ from numpy.typing import NDArray
 
 from ..kernel import algebra, frame_at, matrix_product, plus, scale, store, times, transpose
 
-__all__ = ["BLOCKS", "COLUMN", "END", "INVERSE", "SIGN", "add_blocks", "add_forces", "pull_back", "to_nodes"]
+__all__ = [
+    "BLOCKS",
+    "COLUMN",
+    "END",
+    "INVERSE",
+    "SIGN",
+    "add_blocks",
+    "add_forces",
+    "add_local",
+    "pull_back",
+    "to_nodes",
+]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -112,6 +123,12 @@ def add_forces(s: Field, cells: Ints, c: int, corners: Ints, forces: Field) -> N
 def add_blocks(s: Field, cells: Ints, c: int, corners: Ints, places: Ints, local: Field, data: Field) -> None:
     """Add the second derivatives of a cell to the blocks data at places (m, 36); local (36, 3, 3) is for use here."""
     _gather(s, corners, local)
+    add_local(cells, c, places, local, data)
+
+
+@algebra
+def add_local(cells: Ints, c: int, places: Ints, local: Field, data: Field) -> None:
+    """Add the blocks local (36, 3, 3) of a cell to the blocks data at places (m, 36), where there are any."""
     for a in range(8):
         for b in range(a + 1):
             pair = a * (a + 1) // 2 + b

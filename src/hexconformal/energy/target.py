@@ -43,7 +43,7 @@ def normalized_target(target: Any, normalized: NormalizedMesh) -> Any:
 def inverse_targets(
     target: Any, points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[Any] | None = None
 ) -> Field | None:
-    """Inverse target frames W^-1 for :class:`hexconformal.energy.distortion_energy.DistortionEnergy`.
+    """Inverse target frames W^-1 for :class:`hexconformal.energy.distortion_term.DistortionTerm`.
 
     Parameters
     ----------

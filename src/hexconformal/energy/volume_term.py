@@ -1,71 +1,65 @@
-"""Compiled loop of the volume term: what cells pay for losing or gaining volume.
-
-A cell of volume V that should have the volume W pays V / W + W / V - 2: nothing at W, the same for a times too large
-and a times too small, infinitely much for none. With g = dV / V and r = V / W its first derivative is (r - 1 / r) g;
-of the second, the part max(2 / r, r + 1 / r) g g^T is kept. Equation (10) of docs/mathematics.md.
-"""
+"""The volume term: what cells pay for losing or gaining volume, equation (10)."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
+from numpy.typing import NDArray
 
-from ..elements import FACES
-from ..kernel import loop
+from .block_matrix import Assembly
+from .term import Patch, Term
+from .volume_kernel import volume_sums
 
-__all__ = ["volume_sums"]
+__all__ = ["VolumeTerm"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_NO_BLOCKS = np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
 
 
-@loop
-def volume_sums(points, cells, target, weight, derivatives, forces, data, places):  # type: ignore[no-untyped-def]
-    """Sum of weight (V / W + W / V - 2) over the cells whose target volume W (m,) is positive; infinite for V <= 0.
+@dataclass(frozen=True, eq=False)
+class VolumeTerm(Term):
+    """Sum of V / W + W / V - 2 over the cells that should have a volume W; infinite where one of them has none.
 
-    With derivatives, adds the first to forces (n, 3) and the convex part of the second to the 3 x 3 blocks data at
-    places (m, 36), see :func:`hexconformal.energy.block_matrix.block_places`. There are no blocks for the two ends of
-    a diagonal of the cell, so (g_a . x_a - g_b . x_b)^2 is added for those, which takes the mixed terms away.
+    Attributes
+    ----------
+    cells
+        (m, 8) nodes, VTK order.
+    targets
+        (m,) volumes W, 0 for cells without.
+    weight
+        Factor of the sum.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> points, cells = box((1, 1, 1), (1.0, 1.0, 2.0))
+    >>> VolumeTerm(cells, np.array([1.0])).value(points)
+    0.5
     """
-    x, g = np.empty((8, 3)), np.empty((8, 3))
-    total = 0.0
-    for c in range(len(cells)):
-        if not target[c] > 0.0:
-            continue
-        for n in range(8):
-            for i in range(3):
-                x[n, i] = points[cells[c, n], i] - points[cells[c, 0], i]
-                g[n, i] = 0.0
-        volume = 0.0
-        for f in range(6):
-            n0, n1, n2, n3 = FACES[f, 0], FACES[f, 1], FACES[f, 2], FACES[f, 3]
-            for i in range(3):
-                j, k = (i + 1) % 3, (i + 2) % 3
-                # Sum of the nodes s, diagonals p and q of a face: it contributes s . (p x q) / 24.
-                sj, sk = x[n0, j] + x[n1, j] + x[n2, j] + x[n3, j], x[n0, k] + x[n1, k] + x[n2, k] + x[n3, k]
-                pj, pk, qj, qk = x[n2, j] - x[n0, j], x[n2, k] - x[n0, k], x[n3, j] - x[n1, j], x[n3, k] - x[n1, k]
-                area, turned_p, turned_q = pj * qk - pk * qj, qj * sk - qk * sj, sj * pk - sk * pj
-                volume += (x[n0, i] + x[n1, i] + x[n2, i] + x[n3, i]) * area / 24.0
-                g[n0, i] += (area - turned_p) / 24.0
-                g[n1, i] += (area - turned_q) / 24.0
-                g[n2, i] += (area + turned_p) / 24.0
-                g[n3, i] += (area + turned_q) / 24.0
-        ratio = volume / target[c]
-        if not ratio > 0.0:
-            return np.inf
-        total += weight * (ratio + 1.0 / ratio - 2.0)
-        if not derivatives:
-            continue
-        slope = weight * (ratio - 1.0 / ratio)
-        curvature = weight * max(2.0 / ratio, ratio + 1.0 / ratio)
-        for a in range(8):
-            for i in range(3):
-                g[a, i] /= volume
-                forces[cells[c, a], i] += slope * g[a, i]
-        for a in range(8):
-            for b in range(a + 1):
-                place = places[c, a * (a + 1) // 2 + b]
-                if place < 0:
-                    continue
-                share = 2.0 * curvature if a == b else curvature
-                row, column = (a, b) if cells[c, a] >= cells[c, b] else (b, a)
-                for i in range(3):
-                    for k in range(3):
-                        data[place, i, k] += share * g[row, i] * g[column, k]
-    return total
+
+    cells: Ints
+    targets: Field
+    weight: float = 1.0
+
+    def value(self, points: Field) -> float:
+        """Value at the points (n, 3)."""
+        return self._sums(points, 0, np.empty((0, 3)), *_NO_BLOCKS)
+
+    def value_gradient(self, points: Field) -> tuple[float, Field]:
+        """Value and gradient (n, 3)."""
+        gradient = np.zeros_like(points)
+        return self._sums(points, 1, gradient, *_NO_BLOCKS), gradient
+
+    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
+        """Add gradient and convex blocks."""
+        return self._sums(points, 2, gradient, assembly.matrix.data, assembly.places), self
+
+    def _sums(self, points: Field, order: int, *where: Field | Ints) -> float:
+        return float(volume_sums(points, self.cells, self.targets, self.weight, order, *where))
+
+    def restricted(self, patch: Patch) -> VolumeTerm:
+        """The same of the cells of a patch."""
+        return replace(self, cells=patch.local[self.cells[patch.cells]], targets=self.targets[patch.cells])

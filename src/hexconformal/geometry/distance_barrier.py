@@ -11,17 +11,17 @@ of the bound. Equation (14) of docs/mathematics.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..energy import BlockMatrix
-from .barrier_directions import distance_projectors, identities, normal_projectors
+from ..energy import Assembly, Patch, Term
 from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
-from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
+from .closest_point import SurfaceLocator
+from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors
 from .features import Features
 from .hausdorff import dense_samples, hausdorff, surface_samples
 from .sample_sums import add_samples
@@ -30,7 +30,6 @@ __all__ = ["DistanceBarrier"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 # The terms of equation (14), in distances t = r / bound.
 _ATTRACTION = 30.0  # factor of t^2, at nodes: without it thin bodies inflate
@@ -47,141 +46,163 @@ _CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
 
 
-@dataclass
-class _Samples:
-    """Distances of some samples, and the parameters of their barrier."""
+@dataclass(frozen=True, eq=False)
+class _Steep:
+    """What the barrier makes of some distances."""
 
-    nodes: Ints  # (k, j) nodes that move the sample
-    weights: Field  # (k, j) share of each node in the sample
-    residuals: Field  # (k, 3) from where the sample belongs to where it is
-    distances: Field  # (k,)
+    nodes: Ints
+    weights: Field
+    residuals: Field
+    t: Field  # distances in bounds
     bound: float
     attraction: Field | float  # (k,) factor of t^2
     onset: float  # t0
     directions: Callable[[], Field]  # (k, 3, 3) projection onto the directions in which the distance grows
 
+    def penalty(self, steepness: float, wall: float) -> tuple[float, Field, Field]:
+        """The terms of equation (14): their sum, each one's slope over the distance, and its second derivative."""
+        t = self.t
+        over, gap = np.maximum(t - self.onset, 0.0), wall - t
+        if gap.min(initial=1.0) <= 0.0:
+            return np.inf, t, t
+        k, r = steepness * (wall - self.onset), 1.0 / gap
+        value = k * (over**2 * r).sum() + (self.attraction * t**2).sum()
+        slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * self.attraction
+        curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + self.attraction)
+        return float(value), slopes / self.bound**2, curvatures / self.bound**2
 
-@dataclass
-class DistanceBarrier:
-    """A barrier on the distance between a boundary and its original, equation (14), to add to a corner energy.
+    @property
+    def wall_beyond(self) -> float:
+        """The wall t1: in its place with all samples inside it, else behind the worst, with which it comes in."""
+        worst = float(self.t.max(initial=0.0))
+        return _WALL if worst < _WALL else worst + _ROOM * (worst - self.onset)
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceBarrier(Term):
+    """A barrier on the distance between a boundary and its original, equation (14): a term of an objective.
+
+    Closest points are looked for around those that were closest when it was last renewed, and samples that were far
+    from the bound then, and have not moved enough since, are not looked at.
 
     Attributes
     ----------
     original
-        Where the boundary was: its points, and the quads.
+        Where the boundary was: its points, and the faces.
     bound
         Distance that must not be exceeded.
-    features
-        Curves and corners to keep; None where there are none, or they may be soft.
     steepness
-        k / (t1 - t0) of equation (14); raise it where the bound is not kept.
+        k / (t1 - t0) of equation (14); larger where the bound is not kept.
     reference
         Surface to return to, if it is not the original one; its nodes are the backward samples, and the
         features of the original are not kept.
+    forward, backward, curves
+        Samples of the moved surface, of the original or reference, and of features.
+    measured_at
+        (n, 3) points at which the samples were last looked at.
+    wall
+        t1 of equation (14).
+    spacing
+        Bounds between samples of quads looked at closely.
+    patch
+        Nodes of a patch, the only ones that move; None for the whole mesh.
     """
 
     original: SurfaceLocator | BilinearSurface
     bound: float
-    features: Features | None = None
-    steepness: float = _STEEPNESS
-    reference: SurfaceLocator | None = None
-    _nodes: Ints | None = field(default=None, repr=False)
-    _local: Ints = field(default_factory=lambda: np.empty(0, np.int64), repr=False)
+    steepness: float
+    reference: SurfaceLocator | None
+    forward: Samples
+    backward: Samples
+    curves: Curves
+    measured_at: Field
+    wall: float = _WALL
+    spacing: float = _SPACING
+    patch: Patch | None = None
 
-    def __post_init__(self) -> None:
-        points, quads = self.original.points, self.original.faces
-        self._full = points.copy()
-        self._sample_faces, self._sample_weights = surface_samples(quads)
-        self._at_node = self._sample_weights.max(axis=1) == 1.0
-        places = np.einsum("sj,sji->si", self._sample_weights, points[quads[self._sample_faces]])
-        if self.reference is None:
-            self._target_samples = places
-            self._forward_faces, self._backward_faces = self._sample_faces.copy(), self._sample_faces.copy()
-            self._forward_distances, self._backward_distances = np.zeros(len(places)), np.zeros(len(places))
+    @classmethod
+    def around(
+        cls,
+        original: SurfaceLocator,
+        bound: float,
+        features: Features | None = None,
+        reference: SurfaceLocator | None = None,
+    ) -> DistanceBarrier:
+        """The barrier of a boundary that is still where it was.
+
+        Parameters
+        ----------
+        original, bound, reference
+            See the attributes.
+        features
+            Curves and corners to keep; None where there are none, or they may be soft.
+
+        Examples
+        --------
+        >>> from hexconformal.generate import box
+        >>> from hexconformal.mesh import boundary_quads
+        >>> points, cells = box((2, 2, 2))
+        >>> barrier = DistanceBarrier.around(SurfaceLocator(points, boundary_quads(cells)[0]), 0.1)
+        >>> barrier.value(points), round(barrier.relative_distance(1.02 * points), 4)
+        (0.0, 0.3464)
+        """
+        points, quads = original.points, original.faces
+        faces, weights = surface_samples(quads)
+        at_node = weights.max(axis=1) == 1.0
+        places, zeros = np.einsum("sj,sji->si", weights, points[quads[faces]]), np.zeros(len(faces))
+        if reference is None:
+            forward = Samples.forward(faces, weights, faces, zeros, at_node)
+            backward = Samples.backward(places, faces, zeros)
+            curves = Curves.of(points, features)
         else:
-            nodes = self.reference.points[np.unique(self.reference.faces)]
-            there, here = self.reference.closest(places), self.original.closest(nodes)
-            self._target_samples, self._forward_faces, self._backward_faces = nodes, there.faces, here.faces
-            self._forward_distances, self._backward_distances = there.distances, here.distances
-        self._forward_active = np.ones(len(places), dtype=bool)
-        self._backward_active = np.ones(len(self._target_samples), dtype=bool)
-        self._measured_at = points.copy()
-        self._wall, self._spacing, self._count = _WALL, _SPACING, len(self._sample_faces)
-        self._curves, self._curve_edges = self._feature_samples()
+            nodes = reference.points[np.unique(reference.faces)]
+            there, here = reference.closest(places), original.closest(nodes)
+            forward = Samples.forward(faces, weights, there.faces, there.distances, at_node)
+            backward = Samples.backward(nodes, here.faces, here.distances)
+            curves = Curves.of(points, None)
+        return cls(original, bound, _STEEPNESS, reference, forward, backward, curves, points)
 
-    def _feature_samples(self) -> tuple[CurveLocator | None, Ints]:
-        """The original curves; the samples on them are the nodes and midpoints of their edges."""
-        points, features = self.original.points, self.features
-        if features is None or features.soft or self.reference is not None:
-            self._edge_nodes, self._edge_weights = np.empty((0, 2), np.int64), np.empty((0, 2))
-            self._corners = np.empty(0, np.int64)
-            return None, np.empty(0, np.int64)
-        self._corners = features.corners
-        edges = features.edges
-        # Each node once per curve; corners are held by themselves.
-        keys = edges * (int(features.curves.max(initial=0)) + 1) + features.curves[:, None]
-        first = np.unique(keys, return_index=True)[1]
-        first = first[~np.isin(edges.ravel()[first], features.corners)]
-        ends = edges.ravel()[first]
-        self._edge_nodes = np.vstack([np.column_stack([ends, ends]), edges])
-        self._edge_weights = np.vstack([np.tile([1.0, 0.0], (len(ends), 1)), np.full((len(edges), 2), 0.5)])
-        if len(edges) == 0:
-            return None, np.empty(0, np.int64)
-        return CurveLocator(points, edges, features.curves), np.concatenate([first // 2, np.arange(len(edges))])
-
-    # ------------------------------------------------------------------------------------ interface
+    # ------------------------------------------------------------------------------------------ the term
     def value(self, points: Field) -> float:
         """The barrier at some points (n, 3); infinite beyond the wall."""
-        return float(
-            sum(self._penalty(samples)[0] for samples in self._near_samples(self._all_points(points), remember=False))
+        steep, _ = self._looked(self._all_points(points), everywhere=False)
+        return float(sum(kind.penalty(self.steepness, self.wall)[0] for kind in steep))
+
+    def value_gradient(self, points: Field) -> tuple[float, Field]:
+        """The barrier, and its gradient (n, 3)."""
+        steep, _ = self._looked(self._all_points(points), everywhere=False)
+        gradient = np.zeros_like(points)
+        return self._add(steep, gradient, None), gradient
+
+    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
+        """Add gradient and Gauss-Newton part of the Hessian; returns the barrier as it is seen from here, too."""
+        steep, seen = self._seen(points)
+        return seen._add(steep, gradient, assembly), seen
+
+    def renewed(self, points: Field) -> DistanceBarrier:
+        """The barrier with all samples looked at from these points, and the wall behind them."""
+        return self._seen(points)[1]
+
+    def restricted(self, patch: Patch) -> DistanceBarrier:
+        """The barrier of a patch."""
+        movable = np.asarray(patch.moving[self.original.faces].any(axis=1))
+        return replace(
+            self,
+            forward=self.forward.among(movable),
+            backward=self.backward.among(movable),
+            curves=self.curves.restricted(patch),
+            patch=patch,
         )
 
-    def assemble(self, points: Field, gradient: Field, matrix: BlockMatrix) -> float:
-        """The barrier; adds its gradient and the Gauss-Newton part of its Hessian, and looks from here next time."""
-        total = 0.0
-        kinds = list(self._near_samples(self._all_points(points), remember=True))
-        self._wall = max(
-            _wall_beyond(float(samples.distances.max(initial=0.0)) / samples.bound, samples.onset) for samples in kinds
-        )
-        for samples in kinds:
-            value, slopes, curvatures = self._penalty(samples)
-            total += value
-            force = slopes[:, None] * samples.residuals
-            nodes = samples.nodes if self._nodes is None else self._local[samples.nodes]
-            add_samples(
-                nodes, samples.weights, force, curvatures[:, None, None] * samples.directions(),
-                matrix.indptr, matrix.indices, matrix.data, gradient,
-            )  # fmt: skip
-        return float(total)
-
-    def restricted(self, nodes: Ints, moving: Mask, points: Field) -> DistanceBarrier:
-        """The barrier of a patch whose own nodes are numbered 0..; the others stay at the points (n, 3) given."""
-        quads = self.original.faces
-        movable = np.asarray(moving[quads].any(axis=1))
-        patch = object.__new__(DistanceBarrier)
-        patch.__dict__.update(self.__dict__)
-        patch._forward_active = self._forward_active & movable[self._sample_faces]
-        patch._backward_active = self._backward_active & movable[self._backward_faces]
-        patch._full = points.copy()
-        patch._nodes = nodes
-        patch._local = np.full(len(points), -1)
-        patch._local[nodes] = np.arange(len(nodes))
-        for direction in ("forward", "backward"):
-            for name in (f"_{direction}_faces", f"_{direction}_distances"):
-                setattr(patch, name, getattr(self, name).copy())
-        patch._measured_at = self._measured_at.copy()
-        keep = moving[self._edge_nodes].any(axis=1)
-        patch._edge_nodes, patch._edge_weights = self._edge_nodes[keep], self._edge_weights[keep]
-        patch._curve_edges = self._curve_edges[keep]
-        patch._corners = self._corners[moving[self._corners]]
-        return patch
-
+    # ---------------------------------------------------------------------------------------- the distance
     def relative_distance(self, points: Field) -> float:
         """Largest distance of any sample, in both directions, in units of the bound."""
-        ahead, _ = self._forward(points, np.arange(len(self._sample_faces)), everywhere=True)
-        back, _ = self._backward(points, np.arange(len(self._target_samples)), everywhere=True)
-        worst = max(ahead.distances.max(initial=0.0), back.distances.max(initial=0.0))
-        return float(worst / self.bound)
+        moved, other = self._surfaces(points)
+        worst = 0.0
+        for samples in (self.forward, self.backward):
+            found = samples.measured(np.arange(len(samples)), moved, other, _WALL * self.bound)
+            worst = max(worst, float(found.distances.max(initial=0.0)))
+        return worst / self.bound
 
     def farthest(self, points: Field) -> float:
         """Hausdorff distance of the bilinear surface from its original, in units of the bound."""
@@ -193,39 +214,37 @@ class DistanceBarrier:
         x, quads, least = self.original.points, self.original.faces, _WITHIN * self.bound
         return hausdorff(points, x, quads, _TOLERANCE * self.bound, least) > least
 
-    def watch(self, points: Field) -> None:
-        """Take in samples of quads, and of the original, that are nearly out of the bound; and follow warped quads."""
-        original, quads = self.original.points, self.original.faces
-        parts = np.maximum(*(needed_parts(x, quads, _TOLERANCE * self.bound) for x in (original, points)))
-        if isinstance(self.original, BilinearSurface):
-            parts = np.maximum(parts, self.original.parts)
+    def watching(self, points: Field) -> DistanceBarrier:
+        """The barrier with samples where quads, or the original, are nearly out of the bound; warped ones followed."""
+        x, quads = self.original.points, self.original.faces
+        parts = np.maximum(*(needed_parts(y, quads, _TOLERANCE * self.bound) for y in (x, points)))
+        original = self.original
+        if isinstance(original, BilinearSurface):
+            parts = np.maximum(parts, original.parts)
         if parts.max() > 1:
-            self.original = BilinearSurface(original, quads, parts)
+            original = BilinearSurface(x, quads, parts)
+        closely = replace(self, original=original)
         # Samples half-way to the corners lay on triangles.
-        faces, weights = self._sample_faces[: self._count], self._sample_weights[: self._count]
+        faces, weights = surface_samples(quads)
         weights = bilinear_weights(weights @ [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-        places = np.einsum("sj,sji->si", weights, original[quads[faces]])
-        self._sample_weights = np.concatenate([weights, self._sample_weights[self._count :]])
-        self._target_samples = np.concatenate([places, self._target_samples[self._count :]])
-        there = faces, weights
-        x = points[quads]
-        reach = _REACH * np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1)
-        may_be = self._beyond(_WATCHED * self.bound - reach, points, there)
-        which = np.unique(np.concatenate([faces for faces, _ in may_be]))
-        dense = dense_samples(original, quads, which, self._spacing * self.bound)
-        # Where that is not enough they are closer together next time.
-        self._spacing = max(0.5 * self._spacing, _LEAST_SPACING)
-        (ahead, ahead_weights), (behind, behind_weights) = self._beyond(
-            np.full(len(quads), _WATCHED * self.bound), points, dense
+        places, count = np.einsum("sj,sji->si", weights, x[quads[faces]]), len(faces)
+        forward = replace(self.forward, weights=np.concatenate([weights, self.forward.weights[count:]]))
+        backward = replace(self.backward, places=np.concatenate([places, self.backward.places[count:]]))
+        moved = points[quads]
+        reach = _REACH * np.linalg.norm(moved - np.roll(moved, 1, axis=1), axis=2).max(axis=1)
+        may_be = closely._beyond(_WATCHED * self.bound - reach, points, (faces, weights))
+        which = np.unique(np.concatenate([beyond for beyond, _ in may_be]))
+        dense = dense_samples(x, quads, which, self.spacing * self.bound)
+        least = np.full(len(quads), _WATCHED * self.bound)
+        (ahead, ahead_weights), (behind, behind_weights) = closely._beyond(least, points, dense)
+        places = np.einsum("sj,sji->si", behind_weights, x[quads[behind]])
+        return replace(
+            closely,
+            forward=forward.joined(Samples.forward(ahead, ahead_weights, ahead, np.full(len(ahead), np.inf))),
+            backward=backward.joined(Samples.backward(places, behind, np.full(len(behind), np.inf))),
+            # Where that is not enough they are closer together next time.
+            spacing=max(0.5 * self.spacing, _LEAST_SPACING),
         )
-        places = np.einsum("sj,sji->si", behind_weights, original[quads[behind]])
-        for name, new in (
-            ("_sample_faces", ahead), ("_sample_weights", ahead_weights), ("_at_node", np.zeros(len(ahead), bool)),
-            ("_target_samples", places), ("_forward_faces", ahead), ("_backward_faces", behind),
-            ("_forward_distances", np.full(len(ahead), np.inf)), ("_backward_distances", np.full(len(behind), np.inf)),
-            ("_forward_active", np.ones(len(ahead), bool)), ("_backward_active", np.ones(len(behind), bool)),
-        ):  # fmt: skip
-            setattr(self, name, np.concatenate([getattr(self, name), new]))
 
     def _beyond(self, least: Field, points: Field, samples: tuple[Ints, Field]) -> list[tuple[Ints, Field]]:
         """The samples, faces and weights, that are farther away than a distance (q,): forward, backward."""
@@ -237,98 +256,81 @@ class DistanceBarrier:
             found.append((faces[far], weights[far]))
         return found
 
-    # ------------------------------------------------------------------------------------- measuring
+    # ------------------------------------------------------------------------------------------ measuring
     def _all_points(self, points: Field) -> Field:
-        if self._nodes is None:
+        if self.patch is None:
             return points
-        self._full[self._nodes] = points
-        return self._full
+        everywhere = self.patch.points.copy()
+        everywhere[self.patch.nodes] = points
+        return everywhere
 
-    def _near_samples(self, x: Field, remember: bool) -> Iterator[_Samples]:
-        """The samples that may be beyond the onset, and all nodes: forward, backward, on curves, at corners."""
-        shift = x - self._measured_at
-        steps = np.sqrt(np.einsum("ni,ni->n", shift, shift))[self.original.faces]
-        moved = np.maximum(np.maximum(steps[:, 0], steps[:, 1]), np.maximum(steps[:, -2], steps[:, -1]))
-        onset = _ONSET * self.bound
-        # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
-        forward_most = self._forward_distances + moved[self._sample_faces]
-        backward_most = self._backward_distances + moved[self._backward_faces]
-        near = np.flatnonzero(self._forward_active & (self._at_node | (forward_most >= onset)))
-        behind = np.flatnonzero(self._backward_active & (backward_most >= onset))
-        ahead, faces = self._forward(x, near, everywhere=remember)
-        back, back_faces = self._backward(x, behind, everywhere=remember)
-        if remember:
-            self._forward_distances, self._backward_distances = forward_most, backward_most
-            self._forward_faces[near], self._forward_distances[near] = faces, ahead.distances
-            self._backward_faces[behind], self._backward_distances[behind] = back_faces, back.distances
-            self._measured_at = x.copy()
-        yield ahead
-        yield back
+    def _surfaces(self, x: Field) -> tuple[SurfaceLocator | BilinearSurface, SurfaceLocator | BilinearSurface]:
+        """The moved surface, and the one it should be near to."""
+        return self.original.with_points(x), self.original if self.reference is None else self.reference
+
+    def _seen(self, points: Field) -> tuple[list[_Steep], DistanceBarrier]:
+        """The distances from points (n, 3), and the barrier as it is seen from there."""
+        x = self._all_points(points)
+        steep, (forward, backward, curves) = self._looked(x, everywhere=True)
+        wall = max((kind.wall_beyond for kind in steep), default=_WALL)
+        return steep, replace(self, measured_at=x, wall=wall, forward=forward, backward=backward, curves=curves)
+
+    def _looked(self, x: Field, everywhere: bool) -> tuple[list[_Steep], tuple[Samples, Samples, Curves]]:
+        """Distances of samples that may be beyond the onset, and of all nodes; samples and curves as they are then."""
+        moved = moved_by(x - self.measured_at, self.original.faces)
+        surfaces, onset = self._surfaces(x), _ONSET * self.bound
+        far = _WALL * self.bound if everywhere else None
+        steep, seen = [], []
+        for samples in (self.forward, self.backward):
+            # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
+            most = samples.most(moved)
+            which = np.flatnonzero(samples.active & (samples.at_node | (most >= onset)))
+            found = samples.measured(which, *surfaces, far)
+            steep.append(self._steep(found, np.where(samples.at_node[which], _ATTRACTION, 0.0)))
+            seen.append(samples.seen(which, found, most))
+        curves = self.curves
+        if curves.locator is not None and len(curves.near):
+            places = np.einsum("kj,kji->ki", curves.weights, x[curves.nodes])
+            there = curves.locator.closest_by_walk(places, curves.near)
+            ends = curves.locator.points[curves.locator.edges[there.faces]]
+            residuals = places - there.positions
+            growing = partial(normal_projectors, ends, there.weights)
+            steep.append(self._of_curves(curves.nodes, curves.weights, residuals, there.distances, growing))
+            curves = replace(curves, near=there.faces)
+        if len(curves.corners):
+            residuals = x[curves.corners] - self.original.points[curves.corners]
+            nodes = np.column_stack([curves.corners, curves.corners])
+            weights, distances = np.tile([1.0, 0.0], (len(nodes), 1)), np.linalg.norm(residuals, axis=1)
+            steep.append(self._of_curves(nodes, weights, residuals, distances, partial(identities, len(nodes))))
+        return steep, (seen[0], seen[1], curves)
+
+    def _steep(self, found: Distances, attraction: Field) -> _Steep:
+        return _Steep(
+            found.nodes, found.weights, found.residuals, found.distances / self.bound, self.bound, attraction, _ONSET,
+            partial(found.directions, self.bound),
+        )  # fmt: skip
+
+    def _of_curves(
+        self, nodes: Ints, weights: Field, residuals: Field, distances: Field, directions: Callable[[], Field]
+    ) -> _Steep:
         bound = _CURVE_BOUND * self.bound
-        if self._curves is not None and len(self._curve_edges):
-            places = np.einsum("kj,kji->ki", self._edge_weights, x[self._edge_nodes])
-            there = self._curves.closest_by_walk(places, self._curve_edges)
-            if remember:
-                self._curve_edges = there.faces
-            ends = self._curves.points[self._curves.edges[there.faces]]
-            yield _Samples(
-                self._edge_nodes, self._edge_weights, places - there.positions, there.distances,
-                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(normal_projectors, ends, there.weights),
-            )  # fmt: skip
-        if len(self._corners):
-            residuals = x[self._corners] - self.original.points[self._corners]
-            nodes = np.column_stack([self._corners, self._corners])
-            yield _Samples(
-                nodes, np.tile([1.0, 0.0], (len(nodes), 1)), residuals, np.linalg.norm(residuals, axis=1),
-                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(identities, len(nodes)),
-            )  # fmt: skip
+        return _Steep(nodes, weights, residuals, distances / bound, bound, _CURVE_ATTRACTION, _CURVE_ONSET, directions)
 
-    def _forward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Samples, Ints]:
-        """From samples of the moved surface to the original, or to the reference."""
-        surface = self.original if self.reference is None else self.reference
-        nodes, weights = self.original.faces[self._sample_faces[samples]], self._sample_weights[samples]
-        places = np.einsum("kj,kji->ki", weights, x[nodes])
-        there = self._closest(surface, places, self._forward_faces[samples], everywhere)
-        residuals = places - there.positions
-        return _Samples(
-            nodes, weights, residuals, there.distances, self.bound, _ATTRACTION * self._at_node[samples], _ONSET,
-            partial(distance_projectors, residuals, there.distances, self.bound, surface, there.faces),
-        ), there.faces  # fmt: skip
-
-    def _backward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Samples, Ints]:
-        """From samples of the original surface, or nodes of the reference, to the moved one."""
-        moved = self.original if len(samples) == 0 else self.original.with_points(x)
-        there = self._closest(moved, self._target_samples[samples], self._backward_faces[samples], everywhere)
-        residuals = there.positions - self._target_samples[samples]
-        return _Samples(
-            moved.faces[there.faces], there.weights, residuals, there.distances, self.bound, 0.0, _ONSET,
-            partial(distance_projectors, residuals, there.distances, self.bound, moved, there.faces),
-        ), there.faces  # fmt: skip
-
-    def _closest(
-        self, surface: SurfaceLocator | BilinearSurface, places: Field, start: Ints, everywhere: bool
-    ) -> ClosestPoints:
-        """Closest points by walking; those too far away are looked for everywhere, as a walk may end in a dead end."""
-        there = surface.closest_by_walk(places, start)
-        if everywhere and (far := there.distances > _WALL * self.bound).any():
-            start = there.faces.copy()
-            start[far] = surface.closest(places[far], start[far]).faces
-            there = surface.closest_by_walk(places, start)
-        return there
-
-    def _penalty(self, samples: _Samples) -> tuple[float, Field, Field]:
-        """The terms of equation (14): their sum, each one's slope over the distance, and its second derivative."""
-        t = samples.distances / samples.bound
-        over, gap = np.maximum(t - samples.onset, 0.0), self._wall - t
-        if gap.min(initial=1.0) <= 0.0:
-            return np.inf, t, t
-        k, r = self.steepness * (self._wall - samples.onset), 1.0 / gap
-        value = k * (over**2 * r).sum() + (samples.attraction * t**2).sum()
-        slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * samples.attraction
-        curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + samples.attraction)
-        return float(value), slopes / samples.bound**2, curvatures / samples.bound**2
-
-
-def _wall_beyond(worst: float, onset: float) -> float:
-    """The wall t1: in its place with all samples inside it, else behind the worst, so that it comes in with that."""
-    return _WALL if worst < _WALL else worst + _ROOM * (worst - onset)
+    def _add(self, steep: list[_Steep], gradient: Field, assembly: Assembly | None) -> float:
+        """Add gradients, and curvatures where there is an assembly; returns the sum."""
+        total = 0.0
+        for kind in steep:
+            value, slopes, curvatures = kind.penalty(self.steepness, self.wall)
+            total += value
+            force = slopes[:, None] * kind.residuals
+            nodes = kind.nodes if self.patch is None else self.patch.local[kind.nodes]
+            if assembly is None:
+                inside = nodes >= 0
+                np.add.at(gradient, nodes[inside], (kind.weights[..., None] * force[:, None])[inside])
+            else:
+                matrix = assembly.matrix
+                add_samples(
+                    nodes, kind.weights, force, curvatures[:, None, None] * kind.directions(),
+                    matrix.indptr, matrix.indices, matrix.data, gradient,
+                )  # fmt: skip
+        return float(total)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..elements import cell_volumes, gauss_rule, shape_gradients
-from ..energy import DistortionEnergy, jacobian_matrices
+from ..energy import DistortionTerm, jacobian_matrices
 from ..kernel import loop, parallel_ranges
 from ..mesh import NormalizedMesh, binary_search, corner_incidences, node_pattern
 from ..solver import AdmissibleDirections, LaplacePreconditioner, conjugate_gradients
@@ -42,7 +42,7 @@ class Harmonic:
 
     def __init__(self, normalized: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
         self._admissible, self._tolerance = admissible, tolerance
-        self._laplacian = DistortionEnergy(normalized.cells, len(normalized.points), quadrature="corners").laplacian()
+        self._laplacian = DistortionTerm(normalized.cells, len(normalized.points), quadrature="corners").laplacian()
         self.preconditioner = LaplacePreconditioner(self._laplacian, admissible, normalized.referenced)
 
     def __call__(self, field: Field, points: Field) -> Field:

@@ -21,17 +21,15 @@ from ..common import (
     require_number,
 )
 from ..elements import all_valid, corner_scaled_jacobian, is_valid
-from ..energy import DistortionEnergy, inverse_targets
+from ..energy import DistortionTerm, Objective, inverse_targets
 from ..geometry import kept_edges
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh
 from ..quality import require_sound
 from ..solver import (
     AdmissibleDirections,
-    Iterate,
     Problem,
     fixed_components,
-    initial_iterate,
     lbfgs,
     line_normal_sums,
     planar_normal_sums,
@@ -288,10 +286,10 @@ class MeshMotion:
             raise OptionError("state must be that of the same mesh and moving nodes")
         self._points, self._prescribed = points.copy(), prescribed.copy()
 
-    def _distortion(self, points: Field) -> DistortionEnergy:
+    def _distortion(self, points: Field) -> DistortionTerm:
         normalized = self._normalized
         inverses = inverse_targets("input", points, normalized.cells, "corners")
-        return DistortionEnergy(normalized.cells, len(points), None, inverses, 0.0, "corners")
+        return DistortionTerm(normalized.cells, len(points), None, inverses, 0.0, "corners")
 
     def _solve(self, prescribed: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.int64]:
         """The points with their boundary there, and the iterations that took; or the cells that stand in the way."""
@@ -316,10 +314,10 @@ class MeshMotion:
     def _minimize(self, points: Field, tolerance: float) -> tuple[Field, int]:
         cells = self._normalized.cells
         project, preconditioner = self._admissible.project, self._extension.preconditioner
-        problem = Problem(self._energy, project, preconditioner, lambda points: all_valid(points, cells))
-        at: Iterate = initial_iterate(problem, points)
+        problem = Problem(Objective((self._energy,)), project, lambda points: all_valid(points, cells))
+        at = problem.at(points)
         taken = 0
-        for taken, following in enumerate(lbfgs(problem, at), 1):
+        for taken, following in enumerate(lbfgs(at, preconditioner), 1):
             decrease, at = at.energy - following.energy, following
             if decrease <= tolerance * at.energy or taken == _MAX_ITERATIONS:
                 break

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from copy import copy
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ..energy import STRETCHED_ASPECTS, CornerEnergy, aspect_ratios, stretched_boxes
+from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..geometry import DistanceBarrier, SurfaceLocator, distance_between, enclosed_volume, hausdorff
 from ..mesh import NormalizedMesh
+from .formulation import Formulation
 from .options import Record
 from .volume_restoration import restore_volume
 
@@ -51,15 +49,15 @@ def boundary_distance(
 
 
 def with_volume_restored(
-    points: Field, normalized: NormalizedMesh, corner_energy: CornerEnergy | None
+    points: Field, normalized: NormalizedMesh, formulation: Formulation | None
 ) -> tuple[Field, list[str]]:
     """The points changed to enclose the input's volume, as nearly as can be, and notes on what that took."""
     volume, changed = (enclosed_volume(x, normalized.quads) for x in (normalized.points, points))
-    if corner_energy is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
+    if formulation is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
         why, same = "the run was left before the cells were unfolded", points
     else:
         why = "hausdorff and the cells leave no room for more"
-        same = _restored(corner_energy, points, normalized.quads, volume)
+        same = _restored(formulation, points, normalized.quads, volume)
     # Where cells upside down take away as much as the others enclose, changes are told in cubes of the mean edge.
     scale = abs(volume) or 1.0
     left = (enclosed_volume(same, normalized.quads) - volume) / scale
@@ -73,17 +71,13 @@ def with_volume_restored(
     return same, notes
 
 
-def _restored(corner_energy: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
+def _restored(formulation: Formulation, points: Field, quads: Ints, volume: float) -> Field:
     """The points changed to enclose a volume within the bound, which is watched closer where they come out of it."""
-    barrier = copy(corner_energy.surface_penalty)
-    if not isinstance(barrier, DistanceBarrier):
-        return restore_volume(corner_energy, points, quads, volume)
-    corner_energy = replace(corner_energy, surface_penalty=barrier)
     for _ in range(_ROUNDS):
-        same = restore_volume(corner_energy, points, quads, volume)
-        if not barrier.exceeded(same):
+        same = restore_volume(formulation, points, quads, volume)
+        if formulation.barrier is None or not formulation.barrier.exceeded(same):
             return same
-        barrier.watch(same)
+        formulation = formulation.with_barrier(formulation.barrier.watching(same))
     return points
 
 

@@ -67,7 +67,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
-    if options.boundary != "slide" or options.hausdorff == 0.0 or options.energy == "quaternionic":
+    if options.boundary != "slide" or options.hausdorff == 0.0:
         edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
         return Boundary(boundary_directions(points, quads, options.boundary, fixed, normalized.node_labels, edges))
     tolerance = options.hausdorff * normalized.diagonal
@@ -89,7 +89,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(admissible, None, notes)
     original = SurfaceLocator(points, quads)
-    return Boundary(admissible, DistanceBarrier(original, tolerance, features, reference=reference), notes)
+    return Boundary(admissible, DistanceBarrier.around(original, tolerance, features, reference), notes)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import CORNER_NEIGHBOURS, corner_scaled_jacobian, is_valid
-from ..energy import CornerEnergy
 from ..mesh import connected_regions, node_rings
+from .formulation import Formulation
 
 __all__ = ["improve_folded"]
 
@@ -26,21 +26,21 @@ _FLOOR, _FLOOR_WEIGHT = 0.2, 100.0  # scaled Jacobian that the others keep, wher
 _LOSS_WEIGHT = 0.05  # of what they lose above that
 
 
-def improve_folded(corner_energy: CornerEnergy, points: Field, bad: Mask) -> Field:
+def improve_folded(formulation: Formulation, points: Field, bad: Mask) -> Field:
     """Points at which the worst of some folded cells is better, no other cell is folded, and no valid one invalid.
 
     Only nodes inside the mesh move.
     """
     points = points.copy()
     for width in _WIDTHS:
-        for region in connected_regions(corner_energy.cells, node_rings(corner_energy.cells, len(points), bad, width)):
-            patch, nodes = corner_energy.restricted(region & corner_energy.inner, points)
+        for region in connected_regions(formulation.cells, node_rings(formulation.cells, len(points), bad, width)):
+            patch, nodes = formulation.restricted(region & formulation.inner, points)
             if patch.free.any():
                 points[nodes] = _improved(patch, points[nodes])
     return points
 
 
-def _improved(patch: CornerEnergy, points: Field) -> Field:
+def _improved(patch: Formulation, points: Field) -> Field:
     """The best of the iterates that are admissible."""
     from scipy.optimize import minimize
 

@@ -1,20 +1,31 @@
-"""Minimize the distortion of a valid mesh, or the quaternionic energy of any: L-BFGS, Newton, or majorization."""
+"""Minimize the distortion, by either energy, with what else counts: volumes, and the distance of the boundary."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import all_valid, cell_volumes, edge_lengths, is_valid
-from ..energy import DistortionEnergy, inverse_targets, normalized_target
+from ..elements import cell_volumes, edge_lengths
+from ..energy import CornerWeights, DistortionTerm, Objective, inverse_targets, normalized_target
 from ..mesh import NormalizedMesh
-from ..solver import MINIMIZERS, AdmissibleDirections, Iterate, LaplacePreconditioner, Problem, initial_iterate
+from ..solver import (
+    BlockPreconditioner,
+    ConvexEquation,
+    Iterate,
+    LaplacePreconditioner,
+    MatrixFreeEquation,
+    Preconditioner,
+    lbfgs,
+    newton,
+)
+from .formulation import VOLUME_WEIGHT, Formulation, ValidCells
 from .iteration import Iteration
 from .options import Options
 
-__all__ = ["Minimization"]
+__all__ = ["Minimization", "distortion_term"]
 
 Field = NDArray[np.float64]
 
@@ -22,7 +33,23 @@ _HANDOVER = 60  # iterations of L-BFGS after which Newton takes over
 _NEWTON_GRADIENT = 1e-6  # relative gradient below which Newton is the better choice
 _ROUNDING = 1e-13  # gradient per node that is rounding, edges being 1
 _STALL = 3e-3  # relative decrease of the energy; two iterations below it are a stall
+_DECREASE = 1e-6  # the same with a barrier or volumes beside, where no other end may be reached
+_FEW_STEPS = 2  # of that before the angles take over
 _LEAST_VOLUME = 0.05  # smallest volume, relative to the cube of the edges, that the stiffness takes as it is
+_SIZES_WEIGHT = 4.0  # weight of sizes beside the distortion, where the worst cells are not raised
+_CORNERS = 8.0  # beside other terms corners count 1 each, and so all points of a quadrature together
+
+
+def distortion_term(normalized: NormalizedMesh, options: Options) -> DistortionTerm:
+    """The distortion of a mesh as the options ask for it."""
+    scales = None
+    if options.weight == "volume":
+        volumes = np.abs(cell_volumes(normalized.points, normalized.cells))
+        scales = volumes / volumes.mean() if volumes.any() else None
+    target, rule = normalized_target(options.target, normalized), options.quadrature_rule
+    inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_labels)
+    eps = None if options.energy == "quaternionic" else 0.0
+    return DistortionTerm(normalized.cells, len(normalized.points), scales, inverses, eps, rule)
 
 
 class Minimization:
@@ -30,14 +57,18 @@ class Minimization:
 
     Parameters
     ----------
-    normalized
-        The mesh.
-    admissible
-        Directions nodes may go in.
+    distortion
+        The distortion of the cells.
+    formulation
+        Directions nodes may go in, and what else counts.
     options
-        Energy, target, weights, quadrature, method, tolerance.
+        Energy, method, tolerance, and what comes afterwards.
     points
         (n, 3) where to start from; valid cells stay valid.
+    referenced
+        (n,) nodes that belong to a cell.
+    alone
+        True where nothing counts but the distortion.
 
     Attributes
     ----------
@@ -48,42 +79,87 @@ class Minimization:
     """
 
     def __init__(
-        self, normalized: NormalizedMesh, admissible: AdmissibleDirections, options: Options, points: Field
+        self,
+        distortion: DistortionTerm,
+        formulation: Formulation,
+        options: Options,
+        points: Field,
+        referenced: NDArray[np.bool_],
+        alone: bool,
     ) -> None:
         self.reason, self.converged = "interrupted", False
-        self._normalized, self._admissible, self._options = normalized, admissible, options
-        self._start = points
-        self._valid = is_valid(points, normalized.cells)
-        self._energy = self._distortion()
-
-    def energy(self, points: Field) -> float:
-        """The energy at some points; infinite where a corner is folded and the energy is a barrier."""
-        return float(self._energy.cell_energies(points).sum())
+        self._distortion, self._formulation, self._options = distortion, formulation, options
+        self._start, self._referenced, self._alone = points, referenced, alone
+        self._at_corners = distortion.quadrature == "corners" and distortion.eps is not None
 
     def __iter__(self) -> Iterator[Iteration]:
-        laplacian, used = self._energy.laplacian(self._stiffness()), self._normalized.referenced
-        preconditioner = LaplacePreconditioner(laplacian, self._admissible, used)
-        problem = Problem(self._energy, self._admissible.project, preconditioner, self._acceptable)
-        at = initial_iterate(problem, self._start)
+        options, method = self._options, self._options.method
+        phases = (method,) if method != "auto" else ("lbfgs", "newton") if self._alone else ("majorize",)
+        valid = ValidCells(self._start, self._formulation.cells)
+        at = self._formulation.problem(self._objective(), valid).at(self._start)
         first, slow = at.gradient_norm, 0
         if self._is_stationary(at, first):
             return
-        phases = ("lbfgs", "newton") if self._options.method == "auto" else (self._options.method,)
+        few = method == "auto" and not self._alone and options.raises_worst and not options.changes_sizes
         for phase in phases:
-            for taken, following in enumerate(MINIMIZERS[phase](problem, at), 1):
+            for taken, following in enumerate(islice(self._steps(phase, at), _FEW_STEPS if few else None), 1):
                 if following.step == 0.0:
                     break
-                slow = slow + 1 if at.energy - following.energy < _STALL * at.energy else 0
+                slow = slow + 1 if following.decrease < self._stall * at.energy else 0
                 at = following
-                yield Iteration(phase, at.points, at.energy, at.gradient_norm / first, at.step)
+                valid.grow(at.points)
+                yield self._told(phase, at, first)
                 if self._is_stationary(at, first):
                     return
-                if self._options.raises_worst and slow == 2:
-                    self.reason = "the energy stalls"
+                if slow == 2:
+                    self.reason, self.converged = "the energy stalls", not self._alone
                     return
                 if phase != phases[-1] and (taken == _HANDOVER or at.gradient_norm <= _NEWTON_GRADIENT * first):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
+
+    @property
+    def _stall(self) -> float:
+        """Relative decrease two of which in a row end it; negative for none."""
+        if self._options.raises_worst:
+            return _STALL
+        return -1.0 if self._alone else _DECREASE
+
+    def _told(self, phase: str, at: Iterate, first: float) -> Iteration:
+        """The iteration; other things that are minimized with the distortion are not told."""
+        if self._alone:
+            return Iteration(phase, at.points, at.energy, at.gradient_norm / first, at.step)
+        return Iteration("distortion" if self._options.method == "auto" else phase, at.points, step=at.step)
+
+    def _objective(self) -> Objective:
+        if self._alone:
+            return Objective((self._distortion,))
+        raised = self._options.raises_worst and not self._options.changes_sizes
+        volume = VOLUME_WEIGHT if raised else _SIZES_WEIGHT
+        if self._at_corners:
+            return self._formulation.objective(CornerWeights(), volume)
+        return self._formulation.with_distortion(self._distortion.scaled(_CORNERS), volume)
+
+    def _steps(self, phase: str, at: Iterate) -> Iterator[Iterate]:
+        if phase == "majorize" and not (self._alone and self._distortion.eps is None):
+            return newton(at, self._convex_equation())
+        preconditioner = self._preconditioner(at)
+        if phase == "lbfgs":
+            return lbfgs(at, preconditioner)
+        return newton(at, MatrixFreeEquation(preconditioner, at.gradient_norm, frozen=phase == "majorize"))
+
+    def _convex_equation(self) -> ConvexEquation:
+        of_corners = self._at_corners and not self._alone
+        return self._formulation.equation if of_corners else self._formulation.whole_equation
+
+    def _preconditioner(self, at: Iterate) -> Preconditioner:
+        """Multigrid for the distortion alone; with other terms one sweep over the convex blocks of them all."""
+        if self._alone:
+            laplacian = self._distortion.laplacian(self._stiffness())
+            return LaplacePreconditioner(laplacian, self._formulation.admissible, self._referenced)
+        equation = self._convex_equation()
+        equation.convex(at)
+        return BlockPreconditioner(equation.assembly.matrix, equation.projectors, equation.shift)
 
     def _is_stationary(self, at: Iterate, first: float) -> bool:
         """True where the gradient is small enough."""
@@ -97,24 +173,10 @@ class Minimization:
         self.converged = True
         return True
 
-    def _distortion(self) -> DistortionEnergy:
-        normalized, options, scales = self._normalized, self._options, None
-        if options.weight == "volume":
-            volumes = np.abs(cell_volumes(normalized.points, normalized.cells))
-            scales = volumes / volumes.mean() if volumes.any() else None
-        target, rule = normalized_target(options.target, normalized), options.quadrature_rule
-        inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_labels)
-        eps = None if options.energy == "quaternionic" else 0.0
-        return DistortionEnergy(normalized.cells, len(normalized.points), scales, inverses, eps, rule)
-
     def _stiffness(self) -> Field | None:
         """Stiffness of each cell: the Hessian of E / det^(2/3) goes with det^(-2/3)."""
-        if self._options.energy == "quaternionic":
+        if self._distortion.eps is None:
             return None
-        cells = self._normalized.cells
+        cells = self._distortion.cells
         size = (edge_lengths(self._start, cells) ** 2).mean(axis=1) ** 1.5
         return np.maximum(cell_volumes(self._start, cells), _LEAST_VOLUME * size) ** (-2.0 / 3.0)
-
-    def _acceptable(self, points: Field) -> bool:
-        """True where the valid cells are valid still."""
-        return all_valid(points, self._normalized.cells, None if self._valid.all() else np.flatnonzero(self._valid))

@@ -131,8 +131,8 @@ class Options:
             raise OptionError(
                 f"hausdorff must be a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}"
             )
-        if self.surface is not None and (self.boundary != "slide" or self.energy != "barrier" or not self.hausdorff):
-            raise OptionError("surface must go with boundary='slide', energy='barrier' and hausdorff > 0")
+        if self.surface is not None and (self.boundary != "slide" or not self.hausdorff):
+            raise OptionError("surface must go with boundary='slide' and hausdorff > 0")
         if self.conserve_volume and (self.boundary == "free" or self.surface is not None):
             raise OptionError("conserve_volume must go with boundary='slide', and without another surface to slide on")
         if self.changes_sizes and self.energy != "barrier":
@@ -143,8 +143,6 @@ class Options:
             raise OptionError(
                 "emphasis='worst' must go with energy='barrier': the quaternionic energy is blind to orientation"
             )
-        if self.method == "majorize" and self.energy != "quaternionic":
-            raise OptionError("method='majorize' must go with energy='quaternionic', the only one it minimizes")
 
     @property
     def quadrature_rule(self) -> str:
@@ -162,12 +160,6 @@ class Options:
     def changes_sizes(self) -> bool:
         """True where cells should get other sizes than they have."""
         return not (isinstance(self.sizes, str) and self.sizes in ("input", "free"))
-
-    @property
-    def given_for_minimization(self) -> tuple[str, ...]:
-        """Names of options that were given but have no effect where the sum is lowered by equation (11)."""
-        names = ("weight", "quadrature", "method", "gradient_tolerance")
-        return tuple(name for name in names if getattr(self, name) != getattr(Options, name))
 
     def described(self) -> dict[str, Any]:
         """The options in plain types, arrays by their shape alone, for a report."""

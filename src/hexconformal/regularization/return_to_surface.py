@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
-from ..geometry import DistanceBarrier
-from ..solver import projected_newton
+from ..energy import CornerWeights
+from .formulation import VOLUME_WEIGHT, Formulation, convex_newton
 from .worst_cells import stiffened
 
 __all__ = ["return_to_surface"]
@@ -23,16 +23,14 @@ _STEEPER = 4.0
 
 
 def return_to_surface(
-    corner_energy: CornerEnergy, barrier: DistanceBarrier, points: Field, keeps_worst: bool
-) -> Iterator[Field]:
-    """Watch more samples with a steeper barrier each time, until all of the bilinear surface is within its bound.
+    formulation: Formulation, points: Field, keeps_worst: bool
+) -> Iterator[tuple[Field, Formulation]]:
+    """Watch more samples, or with a steeper barrier, until all of the bilinear surface is within its bound.
 
     Parameters
     ----------
-    corner_energy
-        Corner energy of which the barrier is a part.
-    barrier
-        Gets the samples, and is steeper afterwards.
+    formulation
+        What resists, with a barrier.
     points
         (n, 3) where to begin.
     keeps_worst
@@ -40,21 +38,25 @@ def return_to_surface(
 
     Yields
     ------
-    (n, 3) points after each step; none where the surface is within its bound.
+    (n, 3) points after each step, and the formulation with the barrier as it is there; nothing where the surface is
+    within its bound.
     """
-    watched = 0
+    barrier, watched = formulation.barrier, 0
     for _ in range(_ROUNDS):
+        if barrier is None:
+            return
         if barrier.relative_distance(points) > 1.0:
-            barrier.steepness *= _STEEPER
+            barrier = replace(barrier, steepness=_STEEPER * barrier.steepness)
         elif watched == _WATCHES or not barrier.exceeded(points):
             return
         else:
             # What the samples see comes back by itself; only then others are looked for.
-            barrier.watch(points)
-            watched += 1
+            barrier, watched = barrier.watching(points), watched + 1
+        formulation = formulation.with_barrier(barrier)
         kept = keeps_worst and 0 < watched <= _KEEPING
-        weights = stiffened(corner_energy, points) if kept else Weights(volume=VOLUME_WEIGHT)
-        for points, _ in islice(projected_newton(corner_energy, points, weights), _STEPS):
-            yield points
+        weights = stiffened(formulation, points) if kept else CornerWeights()
+        for iterate in islice(convex_newton(formulation, points, weights, VOLUME_WEIGHT), _STEPS):
+            points = iterate.points
+            yield points, formulation
             if watched and barrier.relative_distance(points) < 1.0:
                 break

@@ -20,6 +20,7 @@ from .boundary import boundary_of
 from .iteration import Iteration
 from .options import Options, Record
 from .report import Report
+from .setting import Setting
 from .stages import Stages
 
 __all__ = ["Regularization", "Result", "regularize"]
@@ -118,7 +119,8 @@ class Regularization:
                 "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
                 "use energy='barrier'"
             )
-        self._stages = Stages(self._normalized, self._boundary, self.options)
+        self._setting = Setting(self._normalized, self.options)
+        self._stages = Stages(self._setting, self._boundary)
         self._points = self._normalized.points
         self._records = self._run()
 
@@ -157,11 +159,11 @@ class Regularization:
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=outcome.reason,
-            converged=self._stages.converged,
+            converged=self._stages.state.converged,
             options=self.options.described(),
             notes=self._all_notes() + outcome.notes,
             hausdorff=outcome.distance,
-            size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._stages.target_volumes),
+            size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._setting.target_volumes),
         )
         better = self.mesh.replaced(
             points=points,
@@ -182,14 +184,14 @@ class Regularization:
 
     def _outcome(self) -> _Outcome:
         """The points the run comes to; the input where no better mesh keeps what is promised."""
-        normalized, barrier, bound = self._normalized, self._stages.boundary.barrier, self.options.hausdorff
-        points, reason = self._points, self._stages.reason
+        normalized, barrier, bound = self._normalized, self._stages.state.boundary.barrier, self.options.hausdorff
+        points, reason = self._points, self._stages.state.reason
         notes: list[str] = []
         if points is not normalized.points:
             points = self._brought_back(points)
         if points is not normalized.points and self.options.conserve_volume:
-            points, notes = with_volume_restored(points, normalized, self._stages.corner_energy)
-            keeps_valid = self._stages.keeps_valid(points)
+            points, notes = with_volume_restored(points, normalized, self._stages.state.formulation)
+            keeps_valid = self._setting.keeps_valid(points)
             if not (keeps_valid and self._acceptable(self._record(Iteration("volume", points)))):
                 points, notes = normalized.points, []
         if points is normalized.points and len(self.history) > 1:
@@ -208,14 +210,14 @@ class Regularization:
     def _brought_back(self, points: Field) -> Field:
         """The points, with the boundary within its bound where the run was left before it was, and that can be."""
         back = self._stages.brought_back(points)
-        acceptable = back is not points and self._stages.keeps_valid(back)
+        acceptable = back is not points and self._setting.keeps_valid(back)
         return back if acceptable and self._acceptable(self._record(Iteration("return", back))) else points
 
     def _all_notes(self) -> tuple[str, ...]:
-        notes = [*self._notes, *self._stages.boundary.notes, *self._stages.notes]
+        notes = [*self._notes, *self._stages.state.boundary.notes, *self._stages.state.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
             notes += auto_target_notes(self._normalized)
-        held = np.asarray(~self._stages.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
+        held = np.asarray(~self._stages.state.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
         bound, cell = attainable_scaled_jacobian(self._normalized.points, self._normalized.cells, held)
         if bound < _NOTED_BELOW:
             which = self._normalized.cell_labels[cell]
@@ -224,7 +226,7 @@ class Regularization:
 
     def _record(self, iteration: Iteration) -> Record:
         scaled_jacobian = corner_scaled_jacobian(iteration.points, self._normalized.cells)
-        energy = self._stages.energy(iteration.points) if np.isnan(iteration.energy) else iteration.energy
+        energy = self._setting.energy(iteration.points) if np.isnan(iteration.energy) else iteration.energy
         return Record(
             iteration=len(self.history),
             phase=iteration.phase,

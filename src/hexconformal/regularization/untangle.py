@@ -18,9 +18,10 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian, is_valid
-from ..energy import CornerEnergy, Weights
+from ..energy import CornerWeights
 from ..mesh import connected_regions, node_rings, unique_edges
-from ..solver import newton_step, next_shift
+from ..solver import Equation, newton_step
+from .formulation import Formulation
 from .iteration import Iteration
 
 __all__ = ["folded_cells", "pull_back", "untangle"]
@@ -38,34 +39,34 @@ _SHARES_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell h
 _LEAST_SIGMA = 0.1  # sigma of equation (9) where the energy has hardly fallen
 
 
-def folded_cells(corner_energy: CornerEnergy, points: Field) -> Mask:
+def folded_cells(formulation: Formulation, points: Field) -> Mask:
     """(m,) cells with a corner whose determinant is not positive."""
-    return np.asarray(corner_energy.measures(points).determinant <= 0.0)
+    return np.asarray(formulation.measures(points).determinant <= 0.0)
 
 
-def untangle(corner_energy: CornerEnergy, points: Field, patience: int = _ROUNDS) -> Iterator[Iteration]:
+def untangle(formulation: Formulation, points: Field, patience: int = _ROUNDS) -> Iterator[Iteration]:
     """Unfold the corners of all cells as far as possible.
 
     Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before.
     """
-    bad, first, stalled = folded_cells(corner_energy, points), points, 0
+    bad, first, stalled = folded_cells(formulation, points), points, 0
     if bad.mean() > _MANY_FOLDED:
-        points = harmonic(corner_energy, points, node_rings(corner_energy.cells, len(points), bad, 0))
+        points = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
         yield Iteration("harmonic start", points)
-        for points, _ in _unfold(corner_energy, points, 1.0, _WHOLE_STEPS):
+        for points in _unfold(formulation, points, 1.0, _WHOLE_STEPS):
             yield Iteration("untangle", points)
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(_ROUNDS):
-        before = _tangledness(corner_energy, points)
+        before = _tangledness(formulation, points)
         if before[0] == 0 or stalled == patience:
             return
         regions = connected_regions(
-            corner_energy.cells,
-            node_rings(corner_energy.cells, len(points), folded_cells(corner_energy, points), width),
+            formulation.cells,
+            node_rings(formulation.cells, len(points), folded_cells(formulation, points), width),
         )
-        points = _unfold_patches(corner_energy, points, first, regions)
+        points = _unfold_patches(formulation, points, first, regions)
         yield Iteration("untangle patches", points)
-        stalled = 0 if _tangledness(corner_energy, points)[0] < before[0] else stalled + 1
+        stalled = 0 if _tangledness(formulation, points)[0] < before[0] else stalled + 1
 
 
 def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
@@ -99,13 +100,13 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
     return best
 
 
-def harmonic(corner_energy: CornerEnergy, points: Field, region: Mask) -> Field:
+def harmonic(formulation: Formulation, points: Field, region: Mask) -> Field:
     """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
-    inner = region & corner_energy.inner
+    inner = region & formulation.inner
     rows = np.flatnonzero(inner)
     if len(rows) == 0:
         return points
-    ends = unique_edges(corner_energy.cells[:, EDGES].reshape(-1, 2)).nodes
+    ends = unique_edges(formulation.cells[:, EDGES].reshape(-1, 2)).nodes
     ones = np.ones(len(ends))
     graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
     laplacian: Any = csgraph.laplacian(sparse.csr_array(graph + graph.T))
@@ -119,23 +120,23 @@ def harmonic(corner_energy: CornerEnergy, points: Field, region: Mask) -> Field:
     return points
 
 
-def _unfold(corner_energy: CornerEnergy, points: Field, first_eps: float, steps: int) -> Iterator[tuple[Field, float]]:
+def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: int) -> Iterator[Field]:
     """Newton steps at a falling eps until no corner is folded, the fold is stuck, or the steps are used up."""
-    eps, shift, last = 0.0, 1e-5, (1.0, 1.0)
+    eps, last = 0.0, (1.0, 1.0)
+    equation: Equation = formulation.equation
     for count in range(steps):
-        smallest = float(corner_energy.measures(points).determinant.min())
+        smallest = float(formulation.measures(points).determinant.min())
         if smallest > 0.0:
             return
         eps = _next_eps(eps, smallest, last, first_eps) if count else max(_least_eps(smallest), -first_eps * smallest)
         if count > 8 and eps < -_STUCK * smallest:
             return
-        step = newton_step(corner_energy, points, Weights(eps=eps), shift, lambda _: True)
-        if step is None:
+        problem = formulation.problem(formulation.objective(CornerWeights(eps=eps)))
+        after, equation = newton_step(problem.start(points), equation)
+        if after.step == 0.0:
             return
-        points, before, after, length = step
-        last = (before, after)
-        shift = next_shift(shift, length)
-        yield points, after
+        points, last = after.points, (after.energy + after.decrease, after.energy)
+        yield points
 
 
 def _least_eps(smallest: float) -> float:
@@ -150,28 +151,28 @@ def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps:
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 
 
-def _unfold_patches(corner_energy: CornerEnergy, points: Field, first: Field, regions: list[Mask]) -> Field:
+def _unfold_patches(formulation: Formulation, points: Field, first: Field, regions: list[Mask]) -> Field:
     """The points with one patch after the other unfolded, without those that leave the surface."""
     trial = points
     for region in regions:
-        trial = _unfold_patch(corner_energy, trial, first, region)
-    limit = max(1.0, corner_energy.relative_distance(points))
-    if corner_energy.relative_distance(trial) <= limit:
+        trial = _unfold_patch(formulation, trial, first, region)
+    limit = max(1.0, formulation.relative_distance(points))
+    if formulation.relative_distance(trial) <= limit:
         return trial
     # A patch watches the surface around itself only; one of them came to where others are.
     for region in regions:
-        trial = _unfold_patch(corner_energy, points, first, region)
-        points = trial if corner_energy.relative_distance(trial) <= limit else points
+        trial = _unfold_patch(formulation, points, first, region)
+        points = trial if formulation.relative_distance(trial) <= limit else points
     return points
 
 
-def _unfold_patch(corner_energy: CornerEnergy, points: Field, first: Field, region: Mask) -> Field:
+def _unfold_patch(formulation: Formulation, points: Field, first: Field, region: Mask) -> Field:
     """The best of several attempts on one patch; the points unchanged where none improves it.
 
     Attempts begin where the patch is now, where it was at first (before anything ran into its limits), and with
     the inner nodes of both at their harmonic positions.
     """
-    patch, nodes = corner_energy.restricted(region, points)
+    patch, nodes = formulation.restricted(region, points)
     if not patch.free.any():
         return points
     start = points[nodes]
@@ -187,7 +188,7 @@ def _unfold_patch(corner_energy: CornerEnergy, points: Field, first: Field, regi
     for local in starts:
         for first_eps in _FIRST_EPS:
             steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
-            attempt = steps[-1][0] if steps else local
+            attempt = steps[-1] if steps else local
             if _tangledness(patch, attempt) < amount and not folded_cells(patch, attempt)[protected].any():
                 best, amount = attempt, _tangledness(patch, attempt)
             if amount[0] == 0:
@@ -199,7 +200,7 @@ def _unfold_patch(corner_energy: CornerEnergy, points: Field, first: Field, regi
     return points
 
 
-def _tangledness(corner_energy: CornerEnergy, points: Field) -> tuple[int, float]:
+def _tangledness(formulation: Formulation, points: Field) -> tuple[int, float]:
     """Number of folded cells, then how far their determinants are below zero."""
-    smallest = corner_energy.measures(points).determinant
+    smallest = formulation.measures(points).determinant
     return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())

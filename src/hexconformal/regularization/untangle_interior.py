@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
-from ..energy import CornerEnergy, DistortionEnergy
+from ..energy import DistortionTerm
 from ..mesh import connected_regions, node_rings
+from .formulation import Formulation
 
 __all__ = ["untangle_interior"]
 
@@ -30,35 +31,33 @@ _LARGER_EPS = 2.0  # where that has not been enough
 _LEAST_EPS = 1e-3
 
 
-def untangle_interior(corner_energy: CornerEnergy, points: Field) -> Field:
+def untangle_interior(formulation: Formulation, points: Field) -> Field:
     """Points at which cells are valid that were invalid though none of their corners is folded, as far as possible.
 
     Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
     invalid, and the boundary stays as near to the surface as it has to be.
     """
-    attempts = (corner_energy.inner, _FIRST_EPS), (corner_energy.free, _FIRST_EPS), (corner_energy.free, _LARGER_EPS)
+    attempts = (formulation.inner, _FIRST_EPS), (formulation.free, _FIRST_EPS), (formulation.free, _LARGER_EPS)
     for (movable, first_eps), width in product(attempts, _WIDTHS):
-        regions = _invalid_inside(corner_energy, points)
+        regions = _invalid_inside(formulation, points)
         if not regions.any():
             break
-        for region in connected_regions(
-            corner_energy.cells, node_rings(corner_energy.cells, len(points), regions, width)
-        ):
-            patch, nodes = corner_energy.restricted(region & movable, points)
+        for region in connected_regions(formulation.cells, node_rings(formulation.cells, len(points), regions, width)):
+            patch, nodes = formulation.restricted(region & movable, points)
             if patch.free.any():
                 trial = points.copy()
                 trial[nodes] = _unfold(patch, points[nodes], first_eps)
-                reached = corner_energy.relative_distance(trial)
-                points = trial if reached <= max(1.0, corner_energy.relative_distance(points)) else points
+                reached = formulation.relative_distance(trial)
+                points = trial if reached <= max(1.0, formulation.relative_distance(points)) else points
     return points
 
 
-def _invalid_inside(corner_energy: CornerEnergy, points: Field) -> Mask:
+def _invalid_inside(formulation: Formulation, points: Field) -> Mask:
     """(m,) cells that are invalid with all their corners positive."""
-    return np.asarray((corner_energy.measures(points).determinant > 0.0) & ~is_valid(points, corner_energy.cells))
+    return np.asarray((formulation.measures(points).determinant > 0.0) & ~is_valid(points, formulation.cells))
 
 
-def _unfold(patch: CornerEnergy, points: Field, first_eps: float) -> Field:
+def _unfold(patch: Formulation, points: Field, first_eps: float) -> Field:
     """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
     from scipy.optimize import minimize
 
@@ -75,12 +74,15 @@ def _unfold(patch: CornerEnergy, points: Field, first_eps: float) -> Field:
     for k in range(_ROUNDS):
         worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
         eps = max(_LEAST_EPS, first_eps * worst) * _SHRINK**k
-        energy = DistortionEnergy(parts, weights.shape[0], eps=eps, quadrature="corners")
+        energy = DistortionTerm(parts, weights.shape[0], eps=eps, quadrature="corners")
 
-        def value_gradient(unknowns: Field, energy: DistortionEnergy = energy) -> tuple[float, Field]:
+        def value_gradient(unknowns: Field, energy: DistortionTerm = energy) -> tuple[float, Field]:
             value, forces = energy.value_gradient(weights @ at(unknowns))
-            nearness, pull = patch.surface_force(moved)
-            return value + nearness, np.einsum("nij,nj->ni", projectors, (weights.T @ forces + pull)[free]).ravel()
+            forces = weights.T @ forces
+            if patch.barrier is not None:
+                nearness, pull = patch.barrier.value_gradient(moved)
+                value, forces = value + nearness, forces + pull
+            return value, np.einsum("nij,nj->ni", projectors, forces[free]).ravel()
 
         found = minimize(value_gradient, start, jac=True, method="L-BFGS-B", options={"maxiter": _STEPS})
         start = found.x

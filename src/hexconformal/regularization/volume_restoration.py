@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import is_valid
-from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
+from ..energy import CornerWeights
 from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
+from ..solver import solve_blocks
+from .formulation import VOLUME_WEIGHT, Formulation
 
 __all__ = ["restore_volume"]
 
@@ -28,15 +30,15 @@ _STIFFNESS = 0.95  # stiffness times the worst density: no cell gets worse than 
 _SOLVE, _SOLVE_ITERATIONS, _SHIFT = 1e-2, 50, 1e-5
 
 
-def restore_volume(corner_energy: CornerEnergy, points: Field, quads: Ints, volume: float) -> Field:
+def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume: float) -> Field:
     """Points that enclose the given volume, changed as the energy resists least; as near as can be otherwise.
 
     Every step is valid, admissible, and within the limits of the surface.
 
     Parameters
     ----------
-    corner_energy
-        Energy that resists; none of its cells may be folded.
+    formulation
+        Energies that resist; none of its cells may be folded.
     points
         (n, 3) where to begin.
     quads
@@ -44,21 +46,22 @@ def restore_volume(corner_energy: CornerEnergy, points: Field, quads: Ints, volu
     volume
         Volume to enclose.
     """
-    valid = is_valid(points, corner_energy.cells)
+    valid = is_valid(points, formulation.cells)
     for _ in range(_STEPS):
         gap = volume - enclosed_volume(points, quads)
         if abs(gap) <= _EXACT * abs(volume):
             return points
-        worst = max(float(corner_energy.measures(points).angle.max(initial=0.0)), 1e-3)
-        weights = Weights(angle=1.0, stiffness=_STIFFNESS / worst, volume=VOLUME_WEIGHT)
-        matrix = corner_energy.value_gradient_hessian(points, weights)[2]
+        worst = max(float(formulation.measures(points).angle.max(initial=0.0)), 1e-3)
+        weights = CornerWeights(angle=1.0, stiffness=_STIFFNESS / worst)
+        assembly = formulation.equation.assembly
+        objective = formulation.objective(weights, VOLUME_WEIGHT).convex(points, assembly)[2]
         normals = nodal_area_vectors(points, quads)
-        direction, _ = matrix.solve(normals, corner_energy.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
+        direction = solve_blocks(assembly.matrix, normals, formulation.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
         if not np.einsum("ij,ij->", direction, normals) > 0.0:
             return points
         for halving in range(_HALVINGS):
             trial = _move_by_volume(points, direction, quads, gap * 0.5**halving)
-            if np.isfinite(corner_energy.value(trial, weights)) and is_valid(trial, corner_energy.cells)[valid].all():
+            if np.isfinite(objective.value(trial)) and is_valid(trial, formulation.cells)[valid].all():
                 points = trial
                 break
         else:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian
-from ..energy import VOLUME_WEIGHT, CornerEnergy, Weights
+from ..energy import CornerWeights
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobian
-from ..solver import projected_newton
+from .formulation import VOLUME_WEIGHT, Formulation, convex_newton
 from .iteration import Iteration
 
 __all__ = ["raise_worst", "raise_worst_patches", "stiffened"]
@@ -35,45 +35,50 @@ _LEAST_GAIN = 1e-3  # of the worst scaled Jacobian, or a tenth of it; a round wi
 _GOOD = 0.98  # worst scaled Jacobian at which nothing is left to do
 
 
-def stiffened(corner_energy: CornerEnergy, points: Field) -> Weights:
+def stiffened(formulation: Formulation, points: Field) -> CornerWeights:
     """Weights of a barrier that no corner worse than the worst of the points can pass."""
-    worst = max(float(corner_energy.measures(points).angle.max()), 1e-3)
-    return Weights(_DISTORTION_SHARE, 1.0, _STIFFNESS / worst, volume=VOLUME_WEIGHT)
+    worst = max(float(formulation.measures(points).angle.max()), 1e-3)
+    return CornerWeights(_DISTORTION_SHARE, 1.0, _STIFFNESS / worst)
 
 
-def raise_worst(corner_energy: CornerEnergy, points: Field) -> Iterator[Iteration]:
+def raise_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     """Raise the worst cells of a whole valid mesh, then its worst patches, until the worst cell stalls."""
-    weights = Weights(_DISTORTION_SHARE, 1.0, volume=VOLUME_WEIGHT)
-    for points, _ in islice(projected_newton(corner_energy, points, weights, decrease=3e-3), _ANGLE_STEPS):
+    weights = CornerWeights(_DISTORTION_SHARE, 1.0)
+    angles = convex_newton(formulation, points, weights, VOLUME_WEIGHT, decrease=3e-3)
+    for iterate in islice(angles, _ANGLE_STEPS):
+        points = iterate.points
         yield Iteration("angles", points)
-    for points, _ in islice(projected_newton(corner_energy, points, stiffened(corner_energy, points)), _STIFF_STEPS):
+    stiff = convex_newton(formulation, points, stiffened(formulation, points), VOLUME_WEIGHT)
+    for iterate in islice(stiff, _STIFF_STEPS):
+        points = iterate.points
         yield Iteration("stiffen", points)
-    yield from raise_worst_patches(corner_energy, points)
+    yield from raise_worst_patches(formulation, points)
 
 
-def raise_worst_patches(corner_energy: CornerEnergy, points: Field) -> Iterator[Iteration]:
+def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     """Raise the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
     attainable = min(
-        _GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, corner_energy.cells, ~corner_energy.free)[0]
+        _GOOD, (1.0 - _LEAST_GAIN) * attainable_scaled_jacobian(points, formulation.cells, ~formulation.free)[0]
     )
-    quality = corner_scaled_jacobian(points, corner_energy.cells)
+    quality = corner_scaled_jacobian(points, formulation.cells)
     for _ in range(_PATCH_ROUNDS):
         worst = float(quality.min())
         if worst >= attainable:
             return
-        region = node_rings(corner_energy.cells, len(points), quality < worst + _MARGIN, _RINGS)
-        patch, nodes = corner_energy.restricted(region, points)
+        region = node_rings(formulation.cells, len(points), quality < worst + _MARGIN, _RINGS)
+        patch, nodes = formulation.restricted(region, points)
         if not patch.free.any():
             return
         local = points[nodes]
         for _ in range(_PATCH_PASSES):
-            steps = list(islice(projected_newton(patch, local, stiffened(patch, local)), _PATCH_STEPS))
-            local = steps[-1][0] if steps else local
+            steps = convex_newton(patch, local, stiffened(patch, local), VOLUME_WEIGHT)
+            for iterate in islice(steps, _PATCH_STEPS):
+                local = iterate.points
         trial = points.copy()
         trial[nodes] = local
-        quality = corner_scaled_jacobian(trial, corner_energy.cells)
+        quality = corner_scaled_jacobian(trial, formulation.cells)
         # A patch watches the surface around itself only.
-        if quality.min() < worst or not np.isfinite(corner_energy.value(trial, Weights())):
+        if quality.min() < worst or not np.isfinite(formulation.objective(CornerWeights()).value(trial)):
             return
         points = trial
         yield Iteration("worst cells", points)

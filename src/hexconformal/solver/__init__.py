@@ -1,6 +1,6 @@
-"""Minimizers: L-BFGS, Newton, majorization, with multigrid and the directions in which nodes may move.
+"""Minimizers: L-BFGS and Newton, conjugate gradients, multigrid, and the directions in which nodes may move.
 
-Belongs here: methods that know energies by value and derivatives alone. Imports `common`, `kernel`, `elements`,
+Belongs here: methods that know objectives by value and derivatives alone. Imports `common`, `kernel`, `elements`,
 `mesh` and `energy`.
 """
 
@@ -12,27 +12,38 @@ from .admissible import (
     line_normal_sums,
     planar_normal_sums,
 )
+from .block_solver import BlockPreconditioner, solve_blocks
+from .conjugate_gradients import conjugate_gradients
 from .laplace_preconditioner import LaplacePreconditioner
-from .minimizers import MINIMIZERS, Iterate, Problem, conjugate_gradients, initial_iterate, lbfgs
-from .projected_newton import newton_step, next_shift, projected_newton
-from .step_rounding import MESH_ROUNDING
+from .lbfgs import lbfgs
+from .newton import ConvexEquation, Equation, MatrixFreeEquation, newton, newton_step
+from .problem import Iterate, Preconditioner, Problem, line_search
+from .space import SERIAL, Space
+from .step_rounding import MESH_ROUNDING, PATCH_ROUNDING
 
 __all__ = [
     "MESH_ROUNDING",
-    "MINIMIZERS",
+    "PATCH_ROUNDING",
+    "SERIAL",
     "AdmissibleDirections",
+    "BlockPreconditioner",
+    "ConvexEquation",
+    "Equation",
     "Iterate",
     "LaplacePreconditioner",
+    "MatrixFreeEquation",
+    "Preconditioner",
     "Problem",
+    "Space",
     "boundary_directions",
     "conjugate_gradients",
     "count_free_directions",
     "fixed_components",
-    "initial_iterate",
     "lbfgs",
     "line_normal_sums",
+    "line_search",
+    "newton",
     "newton_step",
-    "next_shift",
     "planar_normal_sums",
-    "projected_newton",
+    "solve_blocks",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, as_mask, first_ids
+from ..energy import Patch
 from ..mesh import HexMesh
 
 __all__ = [
@@ -75,6 +76,27 @@ class AdmissibleDirections:
         projectors = np.tile(np.eye(3), (count, 1, 1))
         projectors[self.nodes] = self.projectors
         return projectors
+
+    def free(self, count: int) -> NDArray[np.bool_]:
+        """(count,) nodes that can move at all."""
+        free = np.ones(count, dtype=bool)
+        free[self.nodes] = self.projectors.any(axis=(1, 2))
+        return free
+
+    def with_held(self, nodes: NDArray[Any]) -> AdmissibleDirections:
+        """The same with further nodes (ids) held."""
+        held = np.unique(nodes)
+        ids = np.union1d(self.nodes, held)
+        projectors = np.zeros((len(ids), 3, 3))
+        projectors[np.searchsorted(ids, self.nodes)] = self.projectors
+        projectors[np.searchsorted(ids, held)] = 0.0
+        return AdmissibleDirections(ids, projectors)
+
+    def restricted(self, patch: Patch) -> AdmissibleDirections:
+        """The same for the nodes of a patch, those that stay held."""
+        inside = patch.local[self.nodes] >= 0
+        own = AdmissibleDirections(patch.local[self.nodes[inside]], self.projectors[inside])
+        return own.with_held(np.flatnonzero(~patch.moving[patch.nodes]))
 
     def held_components(self, count: int) -> NDArray[np.bool_]:
         """(count, 3) components to leave out where a field is treated component by component.

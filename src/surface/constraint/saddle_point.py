@@ -19,6 +19,7 @@ from scipy.sparse.linalg import splu
 
 from hexconformal.energy import BlockMatrix
 from hexconformal.geometry import simpson_mean
+from hexconformal.solver import solve_blocks
 
 from ..energy import SurfaceEnergy
 from ..mesh import Cells, Floats, nodal_area_vectors, nodal_areas
@@ -149,7 +150,7 @@ class ConstrainedSystem:
         projectors = self._projectors if moving is None else self._projectors * moving[:, None, None]
         matrix = BlockMatrix(*self._pattern)
         matrix.data[:] = self._data
-        return matrix.solve(rhs, projectors, tolerance, _CG_ITERATIONS, 1e-9)[0]
+        return solve_blocks(matrix, rhs, projectors, tolerance, _CG_ITERATIONS, 1e-9)
 
     def solve_directly(self, rhs: Floats) -> Floats:
         """(n, 3) solution by a sparse factorization up to 120 000 nodes; all held directions must have a stiffness."""

@@ -1,8 +1,8 @@
-"""The distortion energy of a hexahedral mesh, equations (6) and (8), by finite elements with numerical quadrature."""
+"""The distortion of a hexahedral mesh, equations (6) and (8), by finite elements with numerical quadrature."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,14 +15,17 @@ from ..common import OptionError
 from ..elements import QUADRATURE_RULES, edge_weights, shape_gradients
 from ..kernel import parallel_ranges
 from ..mesh import corner_incidences, node_pattern, scalar_matrix
+from .block_matrix import Assembly
+from .quadrature_blocks import convex_sums
+from .term import Patch, Term
 
-__all__ = ["DistortionEnergy"]
+__all__ = ["DistortionTerm"]
 
 Field = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class DistortionEnergy:
+@dataclass(frozen=True, eq=False)
+class DistortionTerm(Term):
     """Summed conformal distortion of the planes (e1, e2), (e1, e3), (e2, e3) over hexahedral cells.
 
     E = sum over cells and quadrature points of w * density(J), J = dX W^-1, with the density of
@@ -48,7 +51,7 @@ class DistortionEnergy:
     --------
     >>> from hexconformal.generate import box
     >>> points, cells = box((6, 6, 6), (1.0, 1.0, 2.0))
-    >>> round(DistortionEnergy(cells, len(points)).value_gradient(points)[0], 10)
+    >>> round(DistortionTerm(cells, len(points)).value_gradient(points)[0], 10)
     24.0
     """
 
@@ -70,6 +73,11 @@ class DistortionEnergy:
         inverses = np.empty((0, 1, 3, 3)) if self.inverses is None else np.ascontiguousarray(self.inverses)
         return edge_weights(points), weights, scales, inverses
 
+    @property
+    def _kind(self) -> float:
+        """The eps of the compiled loops."""
+        return kernels.QUATERNIONIC if self.eps is None else self.eps
+
     @cached_property
     def _incidences(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         return corner_incidences(self.cells, self.count)
@@ -90,18 +98,21 @@ class DistortionEnergy:
     def cell_energies(self, points: Field) -> Field:
         """Energy (m,) of every cell at the points (n, 3)."""
         energies = np.empty(len(self.cells))
-        eps = kernels.QUATERNIONIC if self.eps is None else self.eps
         parallel_ranges(
             kernels.energy_gradient,
             len(self.cells),
             points,
             self.cells,
             *self._rule,
-            eps,
+            self._kind,
             energies,
             self._forces,
         )
         return energies
+
+    def value(self, points: Field) -> float:
+        """Energy at the points (n, 3); not finite where a corner is folded and the energy is a barrier."""
+        return float(self.cell_energies(points).sum())
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """Energy at the points (n, 3) and its gradient (n, 3)."""
@@ -116,11 +127,38 @@ class DistortionEnergy:
 
     def second_product(self, points: Field, variation: Field) -> Field:
         """Exact Hessian at the points times a variation (n, 3), matrix-free."""
-        return self._second_product(points, variation, kernels.QUATERNIONIC if self.eps is None else self.eps)
+        return self._second_product(points, variation, self._kind)
 
     def frozen_product(self, points: Field, variation: Field) -> Field:
         """Majorizing Hessian of the quaternionic energy, normals frozen at the points, times a variation."""
+        if self.eps is not None:
+            return self.second_product(points, variation)
         return self._second_product(points, variation, kernels.FROZEN)
+
+    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
+        """Add gradient and convex blocks, equation (11); of the quaternionic energy the frozen ones, equation (5)."""
+        _, weights, scales, inverses = self._rule
+        shapes = shape_gradients(QUADRATURE_RULES[self.quadrature]()[0])
+        value = convex_sums(
+            points, self.cells, shapes, weights, scales, inverses, self._kind,
+            gradient, assembly.matrix.data, assembly.places,
+        )  # fmt: skip
+        return float(value), self
+
+    def scaled(self, factor: float) -> DistortionTerm:
+        """The same with every cell counting more."""
+        return replace(self, scales=factor * (np.ones(1) if self.scales is None else self.scales))
+
+    def of_cells(self, cells: NDArray[np.int64]) -> DistortionTerm:
+        """The same of some of the cells (ids)."""
+        scales = self.scales if self.scales is None or len(self.scales) == 1 else self.scales[cells]
+        inverses = self.inverses if self.inverses is None or len(self.inverses) == 1 else self.inverses[cells]
+        return replace(self, cells=np.ascontiguousarray(self.cells[cells]), scales=scales, inverses=inverses)
+
+    def restricted(self, patch: Patch) -> DistortionTerm:
+        """The same of the cells of a patch."""
+        part = self.of_cells(patch.cells)
+        return replace(part, cells=patch.local[part.cells], count=len(patch.nodes))
 
     def laplacian(self, scales: Field | None = None) -> sparse.csr_matrix:
         """Scalar Laplacian L on the target shapes; 8 L is the frozen Hessian for constant normals.

@@ -1,0 +1,187 @@
+"""Densities of frames with their convex second derivatives, equations (11) and (12), at the eight points of a cell.
+
+Every point sees a frame f = [f1 f2 f3] J W^-1. With q the quaternionic distortion of the frame
+(:mod:`hexconformal.kernel.distortion`), d its determinant and s = chi_eps(d)^(-2/3), its density is e = q s. The
+exact Hessian of e is indefinite; freezing the normals turns q into a convex quadratic that majorizes it, and
+q s(d) is jointly convex in (f, d) once s s'' >= 2 s'^2. Both together give a positive semidefinite block in
+closed form, without eigenvalues:
+
+    s K + s' (G a^T + a G^T) + q s'' a a^T,     K the frozen Hessian, G = dq/df, a = dd/df,
+
+equation (11) of docs/mathematics.md.
+
+The angles alone are measured on the unit columns u of f. Their determinant is the scaled Jacobian, and what counts
+in the end, so e(u) = (q + c) s - c has a constant c: without it, corners with one bad angle get worse while others,
+with three that are not as bad, get better.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernel import (
+    Frame,
+    Vector,
+    algebra,
+    barrier_factor,
+    cofactor,
+    combine,
+    cross,
+    cross_matrix,
+    determinant,
+    dot,
+    frame_at,
+    frame_gradient,
+    orthogonal_projection,
+    outer_sum,
+    plane_normal,
+    plus,
+    polar,
+    scale,
+    store,
+    times,
+)
+from .corner_blocks import BLOCKS, COLUMN, END
+
+__all__ = ["DENSITY", "FOLDED", "FRAME", "JACOBIAN_WEIGHT", "MARGIN", "ROWS"]
+__all__ += ["add_angles", "directions", "store_distortion", "store_quaternionic"]
+
+Field = NDArray[np.float64]
+
+FOLDED = 1e290  # a density beyond this is a folded corner
+JACOBIAN_WEIGHT = 8.0  # weight of the scaled Jacobian beside the distortion of the unit columns
+
+# First rows of what the work array holds besides.
+FRAME, DENSITY, MARGIN, ROWS = END, END + 9, END + 10, END + 11
+
+
+@algebra
+def _add_to(f: Frame, s: Field, row: int, q: int) -> None:
+    store(plus(frame_at(s, row, q), f), s, row, q)
+
+
+@algebra
+def directions(f: Frame) -> tuple[Frame, Vector]:
+    """Unit columns of a frame and their reciprocal lengths."""
+    u0, r0 = polar(f[0])
+    u1, r1 = polar(f[1])
+    u2, r2 = polar(f[2])
+    return (u0, u1, u2), (r0, r1, r2)
+
+
+@algebra
+def _chain(u: Frame, r: Vector, v: Frame) -> Frame:
+    """Derivatives with respect to the unit columns become derivatives with respect to the columns."""
+    return (
+        combine(r[0], v[0], -r[0] * dot(v[0], u[0]), u[0]),
+        combine(r[1], v[1], -r[1] * dot(v[1], u[1]), u[1]),
+        combine(r[2], v[2], -r[2] * dot(v[2], u[2]), u[2]),
+    )
+
+
+@algebra
+def store_distortion(s: Field, eps: float, weight: float) -> None:
+    """Density of each corner, its derivative, and the convex Hessian, of the whole distortion."""
+    for q in range(8):
+        f = frame_at(s, FRAME, q)
+        d = determinant(f)
+        density, g = frame_gradient(f)
+        a = cofactor(f)
+        factor, slope, curvature = barrier_factor(d, eps)
+        curvature = max(curvature, 2.0 * slope * slope / factor)
+        s[DENSITY, q] = weight * density * factor
+        s[MARGIN, q] = d if eps == 0.0 else 1.0
+        store(plus(times(weight * factor, g), times(weight * density * slope, a)), s, COLUMN, q)
+        along = times(weight * slope, a)
+        across = plus(times(weight * slope, g), times(weight * density * curvature, a))
+        k = 4.0 * weight * factor
+        same = (2.0 * k, 0.0, 0.0), (0.0, 2.0 * k, 0.0), (0.0, 0.0, 2.0 * k)
+        store(plus(same, outer_sum(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
+        turn = cross_matrix(k, plane_normal(f[0], f[1]))
+        store(plus(turn, outer_sum(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
+        turn = cross_matrix(k, plane_normal(f[0], f[2]))
+        store(plus(turn, outer_sum(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
+        store(plus(same, outer_sum(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
+        turn = cross_matrix(k, plane_normal(f[1], f[2]))
+        store(plus(turn, outer_sum(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
+        store(plus(same, outer_sum(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
+
+
+@algebra
+def store_quaternionic(s: Field, weight: float) -> None:
+    """Density of each point, its derivative, and the frozen Hessian (5), of the quaternionic distortion."""
+    for q in range(8):
+        f = frame_at(s, FRAME, q)
+        density, g = frame_gradient(f)
+        s[DENSITY, q] = weight * density
+        s[MARGIN, q] = 1.0
+        store(times(weight, g), s, COLUMN, q)
+        k = 4.0 * weight
+        same = (2.0 * k, 0.0, 0.0), (0.0, 2.0 * k, 0.0), (0.0, 0.0, 2.0 * k)
+        store(same, s, BLOCKS, q)
+        store(cross_matrix(k, plane_normal(f[0], f[1])), s, BLOCKS + 9, q)
+        store(cross_matrix(k, plane_normal(f[0], f[2])), s, BLOCKS + 18, q)
+        store(same, s, BLOCKS + 27, q)
+        store(cross_matrix(k, plane_normal(f[1], f[2])), s, BLOCKS + 36, q)
+        store(same, s, BLOCKS + 45, q)
+
+
+@algebra
+def _unit_cross_block(k: float, u: Vector, v: Vector) -> Frame:
+    """k P_u [n]x P_v, n the normal of the plane of the unit vectors u and v: -k |u x v| (n x u) (n x v)^T."""
+    c = cross(u, v)
+    n, _ = polar(c)
+    m, t = scale(-k, cross(n, u)), cross(c, v)
+    return scale(m[0], t), scale(m[1], t), scale(m[2], t)
+
+
+@algebra
+def add_angles(s: Field, weight: float, stiffness: float) -> None:
+    """Add the same of phi(e(u)), u the unit columns."""
+    for q in range(8):
+        f = frame_at(s, FRAME, q)
+        u, r = directions(f)
+        d = determinant(u)
+        density, g = frame_gradient(u)
+        density += JACOBIAN_WEIGHT
+        factor, slope, curvature = barrier_factor(d, 0.0)
+        curvature = max(curvature, 2.0 * slope * slope / factor)
+        g, a = _chain(u, r, g), _chain(u, r, cofactor(u))
+        e = density * factor - JACOBIAN_WEIGHT
+        margin = 1.0 - stiffness * e
+        s[DENSITY, q] += weight * e / margin
+        s[MARGIN, q] = min(s[MARGIN, q], min(margin, d))
+        first = weight / (margin * margin)
+        second = 2.0 * stiffness * first / margin
+        down = density * slope
+        _add_to(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
+        # first * (slope (g a^T + a g^T) + density bend a a^T) + second * (factor g + down a) (factor g + down a)^T
+        both = first * slope + second * factor * down
+        along = plus(times(second * factor * factor, g), times(both, a))
+        across = plus(times(both, g), times(first * density * curvature + second * down * down, a))
+        k = 4.0 * first * factor
+        _add_to(
+            plus(orthogonal_projection(2.0 * k * r[0] * r[0], u[0]), outer_sum(g[0], along[0], a[0], across[0])),
+            s,
+            BLOCKS,
+            q,
+        )
+        turn = _unit_cross_block(k * r[0] * r[1], u[0], u[1])
+        _add_to(plus(turn, outer_sum(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
+        turn = _unit_cross_block(k * r[0] * r[2], u[0], u[2])
+        _add_to(plus(turn, outer_sum(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
+        _add_to(
+            plus(orthogonal_projection(2.0 * k * r[1] * r[1], u[1]), outer_sum(g[1], along[1], a[1], across[1])),
+            s,
+            BLOCKS + 27,
+            q,
+        )
+        turn = _unit_cross_block(k * r[1] * r[2], u[1], u[2])
+        _add_to(plus(turn, outer_sum(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
+        _add_to(
+            plus(orthogonal_projection(2.0 * k * r[2] * r[2], u[2]), outer_sum(g[2], along[2], a[2], across[2])),
+            s,
+            BLOCKS + 45,
+            q,
+        )

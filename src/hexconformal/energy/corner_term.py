@@ -1,0 +1,124 @@
+"""The distortion at the corners of cells: equations (8), (11) and (12).
+
+It serves where the quaternionic energy (6) is not enough: tangled cells, cells that are barely valid, and the worst
+cells of an otherwise good mesh. Everything is measured at the corners, where the scaled Jacobian is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import CORNERS
+from ..kernel import parallel_ranges
+from .block_matrix import Assembly
+from .corner_kernels import corner_densities, corner_sums
+from .term import Patch, Term
+
+__all__ = ["CornerMeasures", "CornerTerm", "CornerWeights"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def _corner_table() -> Ints:
+    """(8, 6): at each corner the neighbours along e1, e2, e3, and the signs that turn edges into order."""
+    neighbours = [[int(np.flatnonzero((CORNERS ^ CORNERS[q] == axis).all(axis=1))[0]) for axis in np.eye(3, dtype=int)]
+                  for q in range(8)]  # fmt: skip
+    return np.ascontiguousarray(np.hstack([neighbours, 1 - 2 * CORNERS]), dtype=np.int64)
+
+
+_TABLE = _corner_table()
+_NO_BLOCKS = np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
+
+
+@dataclass(frozen=True)
+class CornerWeights:
+    """Weights of what is summed over the corners: distortion * e(f) + angle * phi(e(u)), equations (8) and (12).
+
+    Attributes
+    ----------
+    distortion
+        Weight of the whole distortion, edge lengths and angles against the target.
+    angle
+        Weight of the angles alone: the distortion of the unit columns, edge lengths free.
+    stiffness
+        phi(e) = e / (1 - stiffness e): no corner gets worse than 1 / stiffness.
+    eps
+        Of the barrier chi_eps; 0 once nothing is folded.
+    """
+
+    distortion: float = 1.0
+    angle: float = 0.0
+    stiffness: float = 0.0
+    eps: float = 0.0
+
+
+@dataclass(frozen=True)
+class CornerMeasures:
+    """Per cell: smallest corner determinant, largest densities e(f) and e(u); infinite where folded."""
+
+    determinant: Field
+    distortion: Field
+    angle: Field
+
+
+@dataclass(frozen=True, eq=False)
+class CornerTerm(Term):
+    """Distortion and angles at the corners of cells.
+
+    Attributes
+    ----------
+    cells
+        (m, 8) nodes, VTK order.
+    inverses
+        Inverse target frames as in :class:`hexconformal.energy.distortion_term.DistortionTerm`, empty for cubes.
+    weights
+        Weights of the two.
+    scales
+        (m,) weight of each cell; empty where every cell counts the same.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> points, cells = box((6, 6, 6), (1.0, 1.0, 2.0))
+    >>> round(CornerTerm(cells, np.empty((0, 1, 3, 3))).value(points) / 8, 10)  # every corner counts 1
+    15.1190519725
+    """
+
+    cells: Ints
+    inverses: Field
+    weights: CornerWeights = CornerWeights()
+    scales: Field = field(default_factory=lambda: np.empty(0))
+
+    def value(self, points: Field) -> float:
+        """Value at the points; infinite where a corner is folded, or worse than the stiffness allows."""
+        return self._sums(points, 0, np.empty((0, 3)), *_NO_BLOCKS)
+
+    def value_gradient(self, points: Field) -> tuple[float, Field]:
+        """Value and gradient (n, 3)."""
+        gradient = np.zeros_like(points)
+        return self._sums(points, 1, gradient, *_NO_BLOCKS), gradient
+
+    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
+        """Add gradient and convex blocks, equation (11)."""
+        return self._sums(points, 2, gradient, assembly.matrix.data, assembly.places), self
+
+    def _sums(self, points: Field, order: int, *where: Field | Ints) -> float:
+        w = self.weights
+        settings = w.eps, w.distortion, w.angle, w.stiffness, order
+        return float(corner_sums(points, self.cells, _TABLE, self.inverses, self.scales, *settings, *where))
+
+    def restricted(self, patch: Patch) -> CornerTerm:
+        """The same of the cells of a patch."""
+        inverses = self.inverses[patch.cells] if len(self.inverses) > 1 else self.inverses
+        scales = self.scales[patch.cells] if len(self.scales) else self.scales
+        return replace(self, cells=patch.local[self.cells[patch.cells]], inverses=inverses, scales=scales)
+
+    def measures(self, points: Field) -> CornerMeasures:
+        """Figures of every cell, weights aside."""
+        columns = np.empty((3, len(self.cells)))
+        parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
+        return CornerMeasures(*columns)

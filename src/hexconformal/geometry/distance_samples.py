@@ -1,0 +1,218 @@
+"""Samples of a boundary, of its original and of its features, with what is known of how far apart they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..energy import Patch
+from .bilinear_surface import BilinearSurface
+from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
+from .features import Features
+
+__all__ = ["Curves", "Distances", "Samples", "distance_projectors", "identities", "moved_by", "normal_projectors"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Surface = SurfaceLocator | BilinearSurface
+
+
+@dataclass(frozen=True, eq=False)
+class Distances:
+    """Distances of some samples at some points, with what a barrier needs of them.
+
+    Attributes
+    ----------
+    nodes, weights
+        (k, j) nodes that move each sample, and the share of each in it.
+    residuals
+        (k, 3) from where the sample belongs to where it is.
+    distances
+        (k,) their lengths.
+    surface, faces
+        Surface that the distances are measured from, and the closest face (k,) of it.
+    """
+
+    nodes: Ints
+    weights: Field
+    residuals: Field
+    distances: Field
+    surface: Surface
+    faces: Ints
+
+    def directions(self, bound: float) -> Field:
+        """(k, 3, 3) projections onto the directions in which the distances grow."""
+        return distance_projectors(self.residuals, self.distances, bound, self.surface, self.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples in one direction: of the moved surface from another one, or of another one from the moved surface.
+
+    Attributes
+    ----------
+    faces, weights
+        (k,) face of the moved surface each lies on, (k, 4) weights of its nodes; both empty backwards.
+    places
+        (k, 3) where they are, backwards; empty forwards.
+    near
+        (k,) face that was closest when they were last looked at.
+    distances
+        (k,) distance then.
+    active
+        (k,) samples that can move, or that something near them can.
+    at_node
+        (k,) samples that are nodes.
+    """
+
+    faces: Ints
+    weights: Field
+    places: Field
+    near: Ints
+    distances: Field
+    active: Mask
+    at_node: Mask
+
+    @classmethod
+    def forward(cls, faces: Ints, weights: Field, near: Ints, distances: Field, at_node: Mask | None = None) -> Samples:
+        """Samples of the moved surface."""
+        at_node = np.zeros(len(faces), dtype=bool) if at_node is None else at_node
+        return cls(faces, weights, np.empty((0, 3)), near, distances, np.ones(len(faces), dtype=bool), at_node)
+
+    @classmethod
+    def backward(cls, places: Field, near: Ints, distances: Field) -> Samples:
+        """Places that the moved surface should be near to."""
+        every = np.ones(len(places), dtype=bool)
+        return cls(np.empty(0, np.int64), np.empty((0, 4)), places, near, distances, every, ~every)
+
+    def __len__(self) -> int:
+        return len(self.near)
+
+    @property
+    def carriers(self) -> Ints:
+        """(k,) faces of the moved surface whose movement changes the distances."""
+        return self.faces if len(self.faces) else self.near
+
+    def most(self, moved: Field) -> Field:
+        """(k,) largest distance they can have, where each face (q,) has moved so far since: it grows no faster."""
+        return np.asarray(self.distances + moved[self.carriers])
+
+    def among(self, movable: Mask) -> Samples:
+        """The same, active only where faces (q,) can move."""
+        return replace(self, active=self.active & movable[self.carriers])
+
+    def joined(self, other: Samples) -> Samples:
+        """These samples and others."""
+        names = ("faces", "weights", "places", "near", "distances", "active", "at_node")
+        return Samples(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
+
+    def measured(self, which: Ints, moved: Surface, other: Surface, far: float | None = None) -> Distances:
+        """Distances of some of them between the moved surface and the other one.
+
+        Closest points are found by walking; those farther away than `far` are looked for everywhere, if it is given, as
+        a walk may end in a dead end.
+        """
+        if len(self.faces):
+            nodes, weights = moved.faces[self.faces[which]], self.weights[which]
+            places = np.einsum("kj,kji->ki", weights, moved.points[nodes])
+            there = _closest(other, places, self.near[which], far)
+            return Distances(nodes, weights, places - there.positions, there.distances, other, there.faces)
+        there = _closest(moved, self.places[which], self.near[which], far)
+        residuals = there.positions - self.places[which]
+        return Distances(moved.faces[there.faces], there.weights, residuals, there.distances, moved, there.faces)
+
+    def seen(self, which: Ints, found: Distances, most: Field) -> Samples:
+        """The same, of which some have been measured, and all others may be so far away."""
+        near, distances = self.near.copy(), most.copy()
+        near[which], distances[which] = found.faces, found.distances
+        return replace(self, near=near, distances=distances)
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Feature curves and corners: nodes and midpoints of edges stay near the curve that they were on.
+
+    Attributes
+    ----------
+    locator
+        The original curves; None where there are none.
+    nodes, weights
+        (k, 2) nodes that move each sample, and their shares.
+    near
+        (k,) edge that was closest when they were last looked at.
+    corners
+        (c,) nodes that stay near where they were.
+    """
+
+    locator: CurveLocator | None
+    nodes: Ints
+    weights: Field
+    near: Ints
+    corners: Ints
+
+    @classmethod
+    def of(cls, points: Field, features: Features | None) -> Curves:
+        """The features that are not soft."""
+        none = np.empty(0, np.int64)
+        if features is None or features.soft:
+            return cls(None, np.empty((0, 2), np.int64), np.empty((0, 2)), none, none)
+        edges = features.edges
+        # Each node once per curve; corners are held by themselves.
+        keys = edges * (int(features.curves.max(initial=0)) + 1) + features.curves[:, None]
+        first = np.unique(keys, return_index=True)[1]
+        first = first[~np.isin(edges.ravel()[first], features.corners)]
+        ends = edges.ravel()[first]
+        nodes = np.vstack([np.column_stack([ends, ends]), edges])
+        weights = np.vstack([np.tile([1.0, 0.0], (len(ends), 1)), np.full((len(edges), 2), 0.5)])
+        if len(edges) == 0:
+            return cls(None, nodes, weights, none, features.corners)
+        near = np.concatenate([first // 2, np.arange(len(edges))])
+        return cls(CurveLocator(points, edges, features.curves), nodes, weights, near, features.corners)
+
+    def restricted(self, patch: Patch) -> Curves:
+        """Those that can move."""
+        keep = patch.moving[self.nodes].any(axis=1)
+        corners = self.corners[patch.moving[self.corners]]
+        return replace(self, nodes=self.nodes[keep], weights=self.weights[keep], near=self.near[keep], corners=corners)
+
+
+def moved_by(shift: Field, faces: Ints) -> Field:
+    """(q,) how far the nodes of each face have gone at most, of displacements (n, 3)."""
+    steps = np.sqrt(np.einsum("ni,ni->n", shift, shift))[faces]
+    return np.asarray(np.maximum(np.maximum(steps[:, 0], steps[:, 1]), np.maximum(steps[:, -2], steps[:, -1])))
+
+
+def _closest(surface: Surface, places: Field, start: Ints, far: float | None) -> ClosestPoints:
+    there = surface.closest_by_walk(places, start)
+    if far is not None and (away := there.distances > far).any():
+        start = there.faces.copy()
+        start[away] = surface.closest(places[away], start[away]).faces
+        there = surface.closest_by_walk(places, start)
+    return there
+
+
+def distance_projectors(
+    residuals: Field, distances: Field, bound: float, surface: SurfaceLocator | BilinearSurface, faces: Ints
+) -> Field:
+    """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
+    x = surface.points[surface.faces[faces]]
+    normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
+    far = distances > 1e-9 * bound
+    normals[far] = residuals[far]
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    return np.einsum("ki,kj->kij", normals, normals)
+
+
+def normal_projectors(ends: Field, weights: Field) -> Field:
+    """1 - t t^T of straight edges (k, 2, 3); 1 where the closest point is one of the ends."""
+    tangent = ends[:, 1] - ends[:, 0]
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
+    inside = (weights.min(axis=1) > 0.0)[:, None, None]
+    return np.asarray(np.eye(3) - inside * np.einsum("ki,kj->kij", tangent, tangent))
+
+
+def identities(count: int) -> Field:
+    return np.broadcast_to(np.eye(3), (count, 3, 3))

@@ -1,0 +1,210 @@
+"""The formulation of a minimization: cells, targets, what moves, what keeps the surface; of a mesh or a patch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import all_valid, is_valid
+from ..energy import (
+    Assembly,
+    CornerMeasures,
+    CornerTerm,
+    CornerWeights,
+    Objective,
+    Patch,
+    Term,
+    VolumeTerm,
+)
+from ..geometry import DistanceBarrier
+from ..mesh import boundary_quads
+from ..solver import PATCH_ROUNDING, AdmissibleDirections, ConvexEquation, Iterate, Problem, newton
+
+__all__ = ["VOLUME_WEIGHT", "Formulation", "ValidCells", "convex_newton"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+VOLUME_WEIGHT = 6.0  # weight of the volumes of cells beside their angles, or their whole distortion
+
+
+@dataclass(frozen=True, eq=False)
+class Formulation:
+    """What objectives are made of, with weights that change from stage to stage.
+
+    Attributes
+    ----------
+    cells
+        (m, 8) nodes.
+    count
+        Number of nodes n.
+    inverses
+        Inverse target frames as in :class:`hexconformal.energy.DistortionTerm`, empty for cubes.
+    admissible
+        Directions in which nodes may move.
+    barrier
+        Keeps curved parts of the boundary near the surface; None where there are none that move.
+    target_volumes
+        (m,) volumes that cells should have, 0 for those without; empty for none at all.
+    volume_factor
+        Factor of the weight of volumes.
+    rounding
+        Of directions, in shortest edges at a node (see :mod:`hexconformal.solver.step_rounding`); 0 for none.
+        Patches have a finer one.
+    scales
+        (m,) weight of each cell; empty where every cell counts the same.
+    """
+
+    cells: Ints
+    count: int
+    inverses: Field
+    admissible: AdmissibleDirections
+    barrier: DistanceBarrier | None = None
+    target_volumes: Field = field(default_factory=lambda: np.empty(0))
+    volume_factor: float = 1.0
+    rounding: float = 0.0
+    scales: Field = field(default_factory=lambda: np.empty(0))
+
+    # --------------------------------------------------------------------------------------- objectives
+    def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
+        """The corner energy (11, 12), volumes (10) with a weight, and the barrier (14)."""
+        return self.with_distortion(CornerTerm(self.cells, self.inverses, weights, self.scales), volume)
+
+    def with_distortion(self, distortion: Term, volume: float) -> Objective:
+        """A distortion, volumes with a weight, and the barrier."""
+        terms: list[Term] = [distortion]
+        if volume > 0.0 and len(self.target_volumes):
+            terms.append(VolumeTerm(self.cells, self.target_volumes, volume * self.volume_factor))
+        if self.barrier is not None:
+            terms.append(self.barrier)
+        return Objective(tuple(terms))
+
+    def problem(self, objective: Objective, acceptable: Callable[[Field], bool] = lambda points: True) -> Problem:
+        """The minimization of an objective in the admissible directions."""
+        return Problem(objective, self.admissible.project, acceptable)
+
+    @property
+    def equation(self) -> ConvexEquation:
+        """The convex equation (11) of terms at corners; its matrix is used by all problems of this formulation."""
+        return ConvexEquation(self._assembly, self.projectors, self.cells, self.rounding)
+
+    @property
+    def whole_equation(self) -> ConvexEquation:
+        """The same for terms that couple all nodes of a cell."""
+        assembly = Assembly.of_cells(self.cells, self.free, diagonals=True)
+        return ConvexEquation(assembly, self.projectors, self.cells, self.rounding)
+
+    @cached_property
+    def _assembly(self) -> Assembly:
+        return Assembly.of_cells(self.cells, self.free)
+
+    # ------------------------------------------------------------------------------------------ measures
+    def measures(self, points: Field) -> CornerMeasures:
+        """Determinants and densities of every cell at its corners."""
+        return CornerTerm(self.cells, self.inverses).measures(points)
+
+    def relative_distance(self, points: Field) -> float:
+        """Largest distance of the boundary from the surface, in units of its bound."""
+        return 0.0 if self.barrier is None else self.barrier.relative_distance(points)
+
+    @cached_property
+    def projectors(self) -> Field:
+        """(n, 3, 3) orthogonal projections onto the admissible displacements; 0 holds a node."""
+        return self.admissible.all_projectors(self.count)
+
+    @cached_property
+    def free(self) -> Mask:
+        """(n,) nodes that can move at all."""
+        return self.admissible.free(self.count)
+
+    @cached_property
+    def inner(self) -> Mask:
+        """(n,) nodes inside the mesh that can move in all directions."""
+        inner = (self.projectors == np.eye(3)).all(axis=(1, 2))
+        inner[boundary_quads(self.cells)[0]] = False
+        return np.asarray(inner)
+
+    # --------------------------------------------------------------------------------------------- parts
+    def restricted(self, moving: Mask, points: Field) -> tuple[Formulation, Ints]:
+        """The formulation of the patch whose nodes are those that move and can, and the ids of its nodes here."""
+        patch = Patch.around(moving & self.free, self.cells, points)
+        part = self._of_cells(patch.cells)
+        inside = replace(
+            part,
+            cells=patch.local[part.cells],
+            count=len(patch.nodes),
+            admissible=self.admissible.restricted(patch),
+            barrier=None if self.barrier is None else self.barrier.restricted(patch),
+            rounding=min(self.rounding, PATCH_ROUNDING),
+        )
+        return inside, patch.nodes
+
+    def without(self, cells: Mask) -> Formulation:
+        """The formulation without some cells (m,), the nodes of which are held."""
+        held = self.admissible.with_held(self.cells[cells])
+        return replace(self._of_cells(np.flatnonzero(~cells)), admissible=held)
+
+    def with_barrier(self, barrier: DistanceBarrier | None) -> Formulation:
+        """The formulation with another barrier."""
+        other = replace(self, barrier=barrier)
+        # The rest does not depend on it.
+        for name in ("_assembly", "projectors", "free", "inner"):
+            if name in self.__dict__:
+                other.__dict__[name] = self.__dict__[name]
+        return other
+
+    def _of_cells(self, cells: Ints) -> Formulation:
+        return replace(
+            self,
+            cells=np.ascontiguousarray(self.cells[cells]),
+            inverses=self.inverses[cells] if len(self.inverses) > 1 else self.inverses,
+            target_volumes=self.target_volumes[cells] if len(self.target_volumes) else self.target_volumes,
+            scales=self.scales[cells] if len(self.scales) else self.scales,
+        )
+
+
+class ValidCells:
+    """The cells that must be valid (Bernstein): those that are so at the start, and, once they are, others.
+
+    Parameters
+    ----------
+    points, cells
+        The mesh at the start.
+    """
+
+    def __init__(self, points: Field, cells: Ints) -> None:
+        self._cells, self._valid = cells, is_valid(points, cells)
+
+    def __call__(self, points: Field) -> bool:
+        """True where all of them are valid at points (n, 3)."""
+        return all_valid(points, self._cells, None if self._valid.all() else np.flatnonzero(self._valid))
+
+    def grow(self, points: Field) -> None:
+        """Take in the cells that are valid at points (n, 3)."""
+        if not self._valid.all():
+            self._valid |= is_valid(points, self._cells)
+
+
+def convex_newton(
+    formulation: Formulation, points: Field, weights: CornerWeights, volume: float = 0.0, decrease: float = 1e-3
+) -> Iterator[Iterate]:
+    """Newton's method with the convex equation; yields the iterate after every step.
+
+    Ends where two steps in a row lower the objective by less than the given fraction, or no step lowers it. A cell
+    that is valid everywhere (Bernstein) stays so, and so does one that becomes so.
+    """
+    valid, slow = ValidCells(points, formulation.cells), 0
+    problem = formulation.problem(formulation.objective(weights, volume), valid)
+    for iterate in newton(problem.start(points), formulation.equation):
+        if iterate.step == 0.0:
+            return
+        valid.grow(iterate.points)
+        yield iterate
+        slow = slow + 1 if iterate.decrease <= decrease * abs(iterate.energy + iterate.decrease) else 0
+        if slow == 2:
+            return

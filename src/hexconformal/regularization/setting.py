@@ -1,0 +1,96 @@
+"""What stays the same during a run: the mesh, the options, and what these ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import all_valid, is_valid
+from ..energy import DistortionTerm, inverse_targets, normalized_target, target_volumes
+from ..mesh import NormalizedMesh
+from ..solver import MESH_ROUNDING
+from .boundary import Boundary
+from .formulation import Formulation
+from .minimize import distortion_term
+from .options import Options
+
+__all__ = ["Setting"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+_TARGET_SIZES_WEIGHT = 25.0  # weight of sizes that were asked for, beside those of the input
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """The mesh and the options of a run.
+
+    Attributes
+    ----------
+    normalized
+        The mesh.
+    options
+        The options.
+    """
+
+    normalized: NormalizedMesh
+    options: Options
+
+    @cached_property
+    def target_volumes(self) -> Field:
+        """(m,) volumes that cells should have, in the user's unit, 0 for those without; empty for none at all."""
+        normalized = self.normalized
+        valid = np.empty_like(normalized.valid)
+        valid[normalized.cell_ids] = normalized.valid
+        volumes = target_volumes(self.options.sizes, normalized.mesh, valid)
+        return volumes[normalized.cell_ids] if len(volumes) else volumes
+
+    @cached_property
+    def distortion(self) -> DistortionTerm:
+        """The distortion as the options ask for it."""
+        return distortion_term(self.normalized, self.options)
+
+    def energy(self, points: Field) -> float:
+        """The summed distortion at some points; NaN where a corner is folded and the energy is a barrier."""
+        energies = self.distortion.cell_energies(points)
+        if self.distortion.eps is not None and not (np.isfinite(energies) & (energies < _FOLDED)).all():
+            return float("nan")
+        return float(energies.sum())
+
+    def formulation(self, boundary: Boundary) -> Formulation:
+        """What objectives are made of, with a boundary."""
+        normalized, options = self.normalized, self.options
+        target = normalized_target(options.target, normalized)
+        inverses = inverse_targets(target, normalized.points, normalized.cells, "corners", normalized.cell_labels)
+        scales = self.distortion.scales
+        return Formulation(
+            normalized.cells,
+            len(normalized.points),
+            np.empty((0, 1, 3, 3)) if inverses is None else inverses,
+            boundary.admissible,
+            boundary.barrier,
+            self.target_volumes / normalized.unit**3,
+            _TARGET_SIZES_WEIGHT if options.changes_sizes else 1.0,
+            MESH_ROUNDING if options.raises_worst and not options.changes_sizes else 0.0,
+            np.empty(0) if scales is None else scales,
+        )
+
+    @cached_property
+    def _valid_in_mesh(self) -> Ints:
+        return np.flatnonzero(is_valid(self.normalized.mesh.points, self.normalized.mesh.cells))
+
+    def keeps_valid(self, points: Field) -> bool:
+        """True where every cell that is valid in the mesh as it came is so at these points."""
+        return all_valid(self.normalized.to_user(points), self.normalized.mesh.cells, self._valid_in_mesh)
+
+    def ids(self, cells: Mask) -> Ints:
+        """Ids that cells (m,) have in the mesh."""
+        return np.sort(self.normalized.cell_ids[cells])
+
+
+_FOLDED = 1e60  # an energy beyond this is that of a folded corner

@@ -1,0 +1,158 @@
+"""Unfold what is folded: as the boundary is kept, with more room for a while, or with other features; hold the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import first_ids
+from ..elements import is_valid
+from ..geometry import DistanceBarrier
+from ..quality import inside_out
+from .boundary import Boundary, boundary_of
+from .formulation import Formulation
+from .iteration import Iteration
+from .return_to_surface import return_to_surface
+from .setting import Setting
+from .untangle import folded_cells, pull_back, untangle
+from .untangle_interior import untangle_interior
+
+__all__ = ["Unfolded", "hold_folded", "unfold", "within_bound"]
+
+Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_PATIENCE = 1  # rounds of patches without success before other features are tried
+_WIDER_BOUNDS = 0.05, 0.1, 0.2  # diagonals that the boundary may move to unfold the cells that resist
+_RETURN_STEEPNESS = 12.5  # steepness of the barrier on the way back from there
+
+
+@dataclass(frozen=True, eq=False)
+class Unfolded:
+    """What unfolding comes to.
+
+    Attributes
+    ----------
+    boundary, formulation
+        The boundary it was done with, and the formulation.
+    points
+        (n, 3) points.
+    bad
+        (m,) cells that stay folded.
+    notes
+        Decisions, in words.
+    sufficient
+        Distance of the boundary, as `hausdorff`, with which all were unfolded; infinite if there was none.
+    """
+
+    boundary: Boundary
+    formulation: Formulation
+    points: Field
+    bad: Mask
+    notes: tuple[str, ...] = ()
+    sufficient: float = np.inf
+
+    def at(self, points: Field) -> Unfolded:
+        """The same at other points."""
+        return replace(self, points=points, bad=folded_cells(self.formulation, points))
+
+
+Steps = Generator[Iteration, None, Unfolded]
+
+
+def unfold(setting: Setting, boundary: Boundary) -> Steps:
+    """Unfold what is folded; yields iterations, and returns what it came to."""
+    normalized, formulation = setting.normalized, setting.formulation(boundary)
+    others = ("keep", "soft") if boundary.barrier is not None and setting.options.features == "auto" else ()
+    points = normalized.points
+    for iteration in untangle(formulation, points, *((_PATIENCE,) if others else ())):
+        points = iteration.points
+        yield iteration
+    found = Unfolded(boundary, formulation, points, folded_cells(formulation, points))
+    if boundary.barrier is not None and boundary.barrier.reference is None:
+        for bound in (share * normalized.diagonal for share in _WIDER_BOUNDS):
+            if found.bad.any() and boundary.barrier.bound < bound:
+                found = yield from _with_wider_bound(setting, found, boundary.barrier, bound)
+    for features in others:
+        if not found.bad.any():
+            break
+        # What stands in the way may be a feature that is none, or a crease that was not taken for one.
+        other = boundary_of(normalized, replace(setting.options, features=features))
+        formulation = setting.formulation(other)
+        for iteration in untangle(formulation, normalized.points, _PATIENCE):
+            points = iteration.points
+            yield iteration
+        bad = folded_cells(formulation, points)
+        if bad.sum() < found.bad.sum():
+            notes = (*found.notes, f"features={features!r} instead, which left fewer cells folded")
+            found = Unfolded(other, formulation, points, bad, notes, found.sufficient)
+    found = found.at(untangle_interior(found.formulation, found.points))
+    yield Iteration("untangle interior", found.points)
+    lost = normalized.valid & ~is_valid(found.points, normalized.cells)
+    if lost.any() and not found.bad.any():
+        found = found.at(_pulled_back(setting, found))
+    return found
+
+
+def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrier, bound: float) -> Steps:
+    """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
+    wide = setting.formulation(replace(found.boundary, barrier=replace(barrier, bound=bound)))
+    afar = setting.normalized.points
+    for iteration in untangle(wide, afar, _PATIENCE):
+        afar = iteration.points
+        yield Iteration("untangle with more room", found.points)
+    if folded_cells(wide, afar).any():
+        return found
+    closer = wide.with_barrier(replace(barrier, steepness=_RETURN_STEEPNESS))
+    for back in return_to_surface(closer, afar, keeps_worst=False):
+        afar, closer = back
+        yield Iteration("return to the surface", found.points)
+    if closer.barrier is not None and not closer.barrier.exceeded(afar):
+        boundary = replace(found.boundary, barrier=closer.barrier)
+        return replace(found, boundary=boundary, formulation=closer).at(afar)
+    needed = barrier.farthest(afar) * setting.options.hausdorff
+    return replace(found, sufficient=min(found.sufficient, needed))
+
+
+def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
+    """What is left without the cells that cannot be unfolded: these are held, the worst no worse than it was."""
+    normalized, formulation, mesh = setting.normalized, found.formulation, setting.normalized.mesh
+    cells = np.flatnonzero(found.bad)
+    held = ~formulation.free[formulation.cells[cells]]
+    why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
+    notes = [
+        *found.notes,
+        f"cells that cannot be unfolded: {first_ids(setting.ids(found.bad), mesh.cell_labels)}; {why}",
+    ]
+    quads = normalized.quads
+    near = np.flatnonzero(np.isin(quads, formulation.cells[cells]).any(axis=1))
+    turned = inside_out(found.points, quads, near)
+    if len(turned):
+        nodes = np.unique(normalized.node_ids[quads[turned]])
+        ids = first_ids(nodes, mesh.node_labels)
+        notes.append(f"the surface is turned inside out at nodes {ids}: no valid mesh has it")
+    if np.isfinite(found.sufficient):
+        away = f"up to {found.sufficient:.2g} diagonals away"
+        notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
+    points = _pulled_back(setting, found)
+    bad = folded_cells(formulation, points)
+    others = bad & ~found.bad
+    if others.any():
+        ids = first_ids(setting.ids(others), mesh.cell_labels)
+        notes.append(
+            f"others around them stay inverted, so that no valid cell is lost and the worst is no worse: {ids}"
+        )
+    return replace(found, formulation=formulation.without(bad), points=points, bad=bad, notes=tuple(notes))
+
+
+def _pulled_back(setting: Setting, found: Unfolded) -> Field:
+    normalized, barrier = setting.normalized, found.boundary.barrier
+    return pull_back(found.points, normalized.points, normalized.cells, lambda points: within_bound(barrier, points))
+
+
+def within_bound(barrier: DistanceBarrier | None, points: Field) -> bool:
+    """True where the boundary is within its bound; with another surface to slide on that is told, not required."""
+    return barrier is None or barrier.reference is not None or not barrier.exceeded(points)

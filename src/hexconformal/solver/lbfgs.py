@@ -1,0 +1,57 @@
+"""Limited-memory BFGS."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .problem import Iterate, Preconditioner, line_search
+from .space import accumulate
+
+__all__ = ["lbfgs"]
+
+Field = NDArray[np.float64]
+
+_MEMORY = 10
+_LEAST_CURVATURE = 1e-10  # of a pair, relative; less is rounding
+
+
+def lbfgs(current: Iterate, preconditioner: Preconditioner) -> Iterator[Iterate]:
+    """Limited-memory BFGS with a preconditioner as initial inverse (Nocedal & Wright, algorithm 7.4).
+
+    Parameters
+    ----------
+    current
+        Where to begin.
+    preconditioner
+        Positive definite approximation of the inverse Hessian, maps admissible fields to admissible fields.
+
+    Yields
+    ------
+    The iterate after every iteration; with a step of 0 where nothing better was found.
+    """
+    inner = current.problem.space.inner
+    pairs: deque[tuple[Field, Field, float]] = deque(maxlen=_MEMORY)
+    while True:
+        current = current.renewed()
+        q = current.gradient.copy()
+        factors = []
+        for s, y, rho in reversed(pairs):
+            factors.append(rho * inner(s, q))
+            accumulate(q, -factors[-1], y)
+        direction = preconditioner(q)
+        for (s, y, rho), factor in zip(pairs, reversed(factors), strict=True):
+            accumulate(direction, factor - rho * inner(y, direction), s)
+        following = line_search(current, -direction)
+        if following.step == 0.0 and pairs:
+            pairs.clear()
+            continue
+        s, y = following.points - current.points, following.gradient - current.gradient
+        curvature = inner(s, y)
+        if curvature > _LEAST_CURVATURE * np.sqrt(inner(s, s) * inner(y, y)):
+            pairs.append((s, y, 1.0 / curvature))
+        current = following
+        yield current

@@ -1,0 +1,140 @@
+"""A constrained minimization, its iterates, and the line search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..energy import Objective
+from .space import SERIAL, Space
+
+__all__ = ["Iterate", "Preconditioner", "Problem", "line_search"]
+
+Field = NDArray[np.float64]
+
+_ARMIJO = 1e-4  # decrease of the objective, relative to what the slope promises, that is enough for a step
+_HALVINGS = 40
+# Values closer than this (relative) are distinguished by their slopes instead (Hager & Zhang 2005).
+_ROUNDING = 1e-13
+
+
+Preconditioner = Callable[[Field], Field]  # maps an admissible gradient to an admissible displacement
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A constrained minimization.
+
+    Attributes
+    ----------
+    objective
+        What is minimized.
+    project
+        Orthogonal projection of an (n, 3) field onto the admissible displacements.
+    acceptable
+        True where a mesh may be stepped to, however low its value.
+    space
+        Where the fields live.
+    """
+
+    objective: Objective
+    project: Callable[[Field], Field]
+    acceptable: Callable[[Field], bool] = lambda points: True
+    space: Space = SERIAL
+
+    def start(self, points: Field) -> Iterate:
+        """The iterate at points (n, 3), of which nothing is known yet."""
+        return Iterate(self, points, float("nan"))
+
+    def at(self, points: Field, step: float = 0.0, with_gradient: bool = True) -> Iterate:
+        """The iterate at points (n, 3)."""
+        if not with_gradient:
+            return Iterate(self, points, self.space.total(self.objective.value(points)), step)
+        value, gradient = self.objective.value_gradient(points)
+        return Iterate(self, points, self.space.total(value), step, self.project(self.space.add(gradient)))
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """A point of a minimization.
+
+    Attributes
+    ----------
+    problem
+        The minimization, as it is seen from where the step began.
+    points
+        (n, 3) positions.
+    energy
+        Value of the objective; NaN at a start, where nothing is known.
+    step
+        Length of the step to here, 1 for a full one; 0 where nothing better was found.
+    known_gradient
+        (n, 3) admissible gradient, where it is known already.
+    decrease
+        By how much the step has lowered the objective.
+    """
+
+    problem: Problem
+    points: Field
+    energy: float
+    step: float = 0.0
+    known_gradient: Field | None = None
+    decrease: float = 0.0
+
+    @cached_property
+    def gradient(self) -> Field:
+        """(n, 3) admissible gradient."""
+        if self.known_gradient is not None:
+            return self.known_gradient
+        return self.problem.at(self.points).gradient
+
+    @property
+    def gradient_norm(self) -> float:
+        """Euclidean norm of the gradient."""
+        return float(np.sqrt(self.problem.space.inner(self.gradient, self.gradient)))
+
+    def renewed(self) -> Iterate:
+        """The iterate of the problem as it is seen from here; itself where that makes no difference."""
+        objective = self.problem.objective.renewed(self.points)
+        if objective is self.problem.objective:
+            return self
+        return replace(self.problem, objective=objective).at(self.points, self.step)
+
+
+def line_search(current: Iterate, direction: Field, with_gradient: bool = True) -> Iterate:
+    """Backtrack along a direction to an acceptable mesh of sufficiently lower value.
+
+    Parameters
+    ----------
+    current
+        Where the search begins.
+    direction
+        (n, 3) admissible direction.
+    with_gradient
+        Compute the gradients with the values, which costs little for some objectives.
+
+    Returns
+    -------
+    The first iterate that is good enough; the current one, with a step of 0, if there is none.
+    """
+    problem = current.problem
+    slope = problem.space.inner(current.gradient, direction)
+    step = 1.0
+    for _ in range(_HALVINGS):
+        trial = problem.at(current.points + step * direction, step, with_gradient)
+        if np.isfinite(trial.energy) and not (with_gradient and not np.isfinite(trial.gradient).all()):
+            enough = trial.energy <= current.energy + _ARMIJO * step * slope
+            # At the level of rounding the slope still tells whether the step is too long.
+            flat = (
+                not enough
+                and trial.energy <= current.energy + _ROUNDING * abs(current.energy)
+                and abs(problem.space.inner(trial.gradient, direction)) <= -0.9 * slope
+            )
+            if (enough or flat) and problem.space.everywhere(problem.acceptable(trial.points)):
+                return replace(trial, decrease=current.energy - trial.energy)
+        step *= 0.5
+    return replace(current, step=0.0, decrease=0.0)
