@@ -5,9 +5,11 @@ Imports `common`, `kernel`, `elements` and `mesh`.
 """
 
 from .block_matrix import Assembly, BlockMatrix
+from .composed_term import ComposedTerm
 from .corner_term import CornerMeasures, CornerTerm, CornerWeights
 from .distortion_term import DistortionTerm
 from .objective import Objective
+from .soft_minimum import SoftMinimumTerm, corner_jacobians
 from .target import (
     STRETCHED_ASPECTS,
     aspect_ratios,
@@ -24,15 +26,18 @@ __all__ = [
     "STRETCHED_ASPECTS",
     "Assembly",
     "BlockMatrix",
+    "ComposedTerm",
     "CornerMeasures",
     "CornerTerm",
     "CornerWeights",
     "DistortionTerm",
     "Objective",
     "Patch",
+    "SoftMinimumTerm",
     "Term",
     "VolumeTerm",
     "aspect_ratios",
+    "corner_jacobians",
     "inverse_targets",
     "jacobian_matrices",
     "normalized_target",

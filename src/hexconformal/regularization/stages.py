@@ -118,6 +118,8 @@ class Stages:
                 points = iteration.points
                 yield iteration
             self._ended("the worst cell stalls", True)
+        elif raised and not self.state.converged:
+            self._ended(f"no cell is worse than {_GOOD_ENOUGH:g}", True)
         for iteration in self._return_to_surface(formulation, points, earlier):
             points = iteration.points
             yield iteration

@@ -7,15 +7,16 @@ sees the fold. The parts' nodes depend linearly on the cell's, x = S X, and so d
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
-from ..energy import DistortionTerm
+from ..energy import ComposedTerm, DistortionTerm
 from ..mesh import connected_regions, node_rings
+from ..solver import lbfgs
 from .formulation import Formulation
 
 __all__ = ["untangle_interior"]
@@ -59,34 +60,19 @@ def _invalid_inside(formulation: Formulation, points: Field) -> Mask:
 
 def _unfold(patch: Formulation, points: Field, first_eps: float) -> Field:
     """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
-    from scipy.optimize import minimize
-
-    free, projectors, valid = patch.free, patch.projectors[patch.free], is_valid(points, patch.cells)
-    folded = patch.measures(points).determinant <= 0.0
-    cells = patch.cells[~folded]
-    weights, parts = _parts(cells, len(points))
-    moved, start = points.copy(), np.zeros(3 * int(free.sum()))
-
-    def at(unknowns: Field) -> Field:
-        moved[free] = points[free] + np.einsum("nij,nj->ni", projectors, unknowns.reshape(-1, 3))
-        return moved
-
+    valid, folded = is_valid(points, patch.cells), patch.measures(points).determinant <= 0.0
+    weights, parts = _parts(patch.cells[~folded], len(points))
+    moved = points
     for k in range(_ROUNDS):
         worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
         eps = max(_LEAST_EPS, first_eps * worst) * _SHRINK**k
-        energy = DistortionTerm(parts, weights.shape[0], eps=eps, quadrature="corners")
-
-        def value_gradient(unknowns: Field, energy: DistortionTerm = energy) -> tuple[float, Field]:
-            value, forces = energy.value_gradient(weights @ at(unknowns))
-            forces = weights.T @ forces
-            if patch.barrier is not None:
-                nearness, pull = patch.barrier.value_gradient(moved)
-                value, forces = value + nearness, forces + pull
-            return value, np.einsum("nij,nj->ni", projectors, forces[free]).ravel()
-
-        found = minimize(value_gradient, start, jac=True, method="L-BFGS-B", options={"maxiter": _STEPS})
-        start = found.x
-        now = is_valid(at(start), patch.cells)
+        inside = ComposedTerm(DistortionTerm(parts, weights.shape[0], eps=eps, quadrature="corners"), weights)
+        at = patch.problem(patch.with_distortion(inside, 0.0)).at(moved)
+        for iterate in islice(lbfgs(at, np.copy, scaled=True), _STEPS):
+            if iterate.step == 0.0:
+                break
+            moved = iterate.points
+        now = is_valid(moved, patch.cells)
         unfolded = (patch.measures(moved).determinant > 0.0) | folded
         if now.sum() > valid.sum() and now[valid].all() and unfolded.all():
             return moved

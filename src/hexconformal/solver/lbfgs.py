@@ -19,7 +19,7 @@ _MEMORY = 10
 _LEAST_CURVATURE = 1e-10  # of a pair, relative; less is rounding
 
 
-def lbfgs(current: Iterate, preconditioner: Preconditioner) -> Iterator[Iterate]:
+def lbfgs(current: Iterate, preconditioner: Preconditioner, scaled: bool = False) -> Iterator[Iterate]:
     """Limited-memory BFGS with a preconditioner as initial inverse (Nocedal & Wright, algorithm 7.4).
 
     Parameters
@@ -28,6 +28,9 @@ def lbfgs(current: Iterate, preconditioner: Preconditioner) -> Iterator[Iterate]
         Where to begin.
     preconditioner
         Positive definite approximation of the inverse Hessian, maps admissible fields to admissible fields.
+    scaled
+        The preconditioner knows no size: it is scaled by the last pair (Nocedal & Wright, equation 7.20), and the first
+        step is no longer than the mesh's unit at any node.
 
     Yields
     ------
@@ -35,6 +38,7 @@ def lbfgs(current: Iterate, preconditioner: Preconditioner) -> Iterator[Iterate]
     """
     inner = current.problem.space.inner
     pairs: deque[tuple[Field, Field, float]] = deque(maxlen=_MEMORY)
+    scale = 1.0
     while True:
         current = current.renewed()
         q = current.gradient.copy()
@@ -43,6 +47,8 @@ def lbfgs(current: Iterate, preconditioner: Preconditioner) -> Iterator[Iterate]
             factors.append(rho * inner(s, q))
             accumulate(q, -factors[-1], y)
         direction = preconditioner(q)
+        if scaled:
+            direction *= scale if pairs else 1.0 / max(float(np.abs(direction).max(initial=0.0)), 1e-300)
         for (s, y, rho), factor in zip(pairs, reversed(factors), strict=True):
             accumulate(direction, factor - rho * inner(y, direction), s)
         following = line_search(current, -direction)
@@ -53,5 +59,6 @@ def lbfgs(current: Iterate, preconditioner: Preconditioner) -> Iterator[Iterate]
         curvature = inner(s, y)
         if curvature > _LEAST_CURVATURE * np.sqrt(inner(s, s) * inner(y, y)):
             pairs.append((s, y, 1.0 / curvature))
+            scale = curvature / max(inner(y, preconditioner(y)), 1e-300) if scaled else 1.0
         current = following
         yield current

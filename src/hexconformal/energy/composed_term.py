@@ -1,0 +1,62 @@
+"""A term of points that depend linearly on those of the mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from .block_matrix import Assembly
+from .term import Patch, Term
+
+__all__ = ["ComposedTerm"]
+
+Field = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ComposedTerm(Term):
+    """f(S x) for a term f and a matrix S: of nodes that lie inside cells, for instance.
+
+    Attributes
+    ----------
+    term
+        The term f.
+    matrix
+        (k, n) S.
+
+    Examples
+    --------
+    >>> from hexconformal.energy import DistortionTerm
+    >>> from hexconformal.generate import box
+    >>> points, cells = box((6, 6, 6), (1.0, 1.0, 2.0))
+    >>> halved = sparse.csr_array(0.5 * sparse.eye_array(len(points)))
+    >>> round(ComposedTerm(DistortionTerm(cells, len(points)), halved).value(points), 10)
+    6.0
+    """
+
+    term: Term
+    matrix: sparse.csr_array
+
+    def value(self, points: Field) -> float:
+        """Value at the points (n, 3)."""
+        return self.term.value(self.matrix @ points)
+
+    def value_gradient(self, points: Field) -> tuple[float, Field]:
+        """Value and gradient (n, 3)."""
+        value, gradient = self.term.value_gradient(self.matrix @ points)
+        return value, np.asarray(self.matrix.T @ gradient)
+
+    def second_product(self, points: Field, variation: Field) -> Field:
+        """The second derivative S^T H S times a variation (n, 3)."""
+        return np.asarray(self.matrix.T @ self.term.second_product(self.matrix @ points, self.matrix @ variation))
+
+    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
+        """Not there: its blocks would couple nodes that share no cell."""
+        raise NotImplementedError("a composed term has no convex blocks: minimize it by L-BFGS")
+
+    def restricted(self, patch: Patch) -> ComposedTerm:
+        """The same where only the nodes of a patch move."""
+        raise NotImplementedError("a composed term is made for a patch, not restricted to one")
