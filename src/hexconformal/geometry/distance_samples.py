@@ -120,7 +120,8 @@ class Samples:
             places = np.einsum("kj,kji->ki", weights, moved.points[nodes])
             there = _closest(other, places, self.near[which], far)
             return Distances(nodes, weights, places - there.positions, there.distances, other, there.faces)
-        there = _closest(moved, self.places[which], self.near[which], far)
+        # The moved surface is new each time: nothing is prepared for no samples.
+        there = _closest(moved if len(which) else other, self.places[which], self.near[which], far)
         residuals = there.positions - self.places[which]
         return Distances(moved.faces[there.faces], there.weights, residuals, there.distances, moved, there.faces)
 
