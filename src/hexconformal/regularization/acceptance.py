@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
+from ..formulation import Formulation
 from ..geometry import DistanceBarrier, SurfaceLocator, distance_between, enclosed_volume, hausdorff
 from ..mesh import NormalizedMesh
-from .formulation import Formulation
 from .options import Record
 from .volume_restoration import restore_volume
 

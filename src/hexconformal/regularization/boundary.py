@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -44,11 +44,14 @@ class Boundary:
         Keeps curved parts near the surface; None where there are none that may move.
     notes
         Decisions, in words.
+    patches
+        (q,) smooth patch of each boundary quad; empty where there is no barrier.
     """
 
     admissible: AdmissibleDirections
     barrier: DistanceBarrier | None = None
     notes: tuple[str, ...] = ()
+    patches: Ints = field(default_factory=lambda: np.empty(0, np.int64))
 
 
 def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
@@ -89,7 +92,8 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(admissible, None, notes)
     original = SurfaceLocator(points, quads)
-    return Boundary(admissible, DistanceBarrier.around(original, tolerance, features, reference), notes)
+    barrier = DistanceBarrier.around(original, tolerance, features, reference)
+    return Boundary(admissible, barrier, notes, features.patches)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..elements import cell_volumes, edge_lengths
 from ..energy import CornerWeights, DistortionTerm, Objective, inverse_targets, normalized_target
+from ..formulation import VOLUME_WEIGHT, Formulation, Iteration, ValidCells
 from ..mesh import NormalizedMesh
 from ..solver import (
     BlockPreconditioner,
@@ -21,8 +22,6 @@ from ..solver import (
     lbfgs,
     newton,
 )
-from .formulation import VOLUME_WEIGHT, Formulation, ValidCells
-from .iteration import Iteration
 from .options import Options
 
 __all__ = ["Minimization", "distortion_term"]
@@ -69,6 +68,8 @@ class Minimization:
         (n,) nodes that belong to a cell.
     alone
         True where nothing counts but the distortion.
+    acceptable
+        What else must hold where it steps to.
 
     Attributes
     ----------
@@ -86,21 +87,24 @@ class Minimization:
         points: Field,
         referenced: NDArray[np.bool_],
         alone: bool,
+        acceptable: Callable[[Field], bool] = lambda points: True,
     ) -> None:
         self.reason, self.converged = "interrupted", False
         self._distortion, self._formulation, self._options = distortion, formulation, options
-        self._start, self._referenced, self._alone = points, referenced, alone
+        self._start, self._referenced, self._alone, self._acceptable = points, referenced, alone, acceptable
         self._at_corners = distortion.quadrature == "corners" and distortion.eps is not None
 
     def __iter__(self) -> Iterator[Iteration]:
         options, method = self._options, self._options.method
         phases = (method,) if method != "auto" else ("lbfgs", "newton") if self._alone else ("majorize",)
         valid = ValidCells(self._start, self._formulation.cells)
-        at = self._formulation.problem(self._objective(), valid).at(self._start)
+        problem = self._formulation.problem(self._objective(), lambda x: valid(x) and self._acceptable(x))
+        at = problem.at(self._start)
         first, slow = at.gradient_norm, 0
         if self._is_stationary(at, first):
             return
-        few = method == "auto" and not self._alone and options.raises_worst and not options.changes_sizes
+        few = method == "auto" and self._formulation.barrier is not None and options.raises_worst
+        few = few and not options.changes_sizes
         for phase in phases:
             for taken, following in enumerate(islice(self._steps(phase, at), _FEW_STEPS if few else None), 1):
                 if following.step == 0.0:

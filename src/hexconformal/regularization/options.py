@@ -15,6 +15,7 @@ __all__ = ["CHOICES", "Options", "Record"]
 
 CHOICES = {
     "boundary": ("slide", "fixed", "free"),
+    "constraint": ("barrier", "compatible"),
     "features": ("auto", "keep", "soft"),
     "energy": ("barrier", "quaternionic"),
     "weight": ("reference", "volume"),
@@ -35,7 +36,14 @@ class Options:
         curved parts within `hausdorff`; "fixed": they stay; "free": nothing holds them but `fixed`.
     hausdorff
         Distance that a curved boundary may move, in both directions, as a share of the bounding box's diagonal.
-        0: curved parts stay. With the quaternionic energy curved parts always stay.
+        0: curved parts stay.
+    constraint
+        How curved parts are kept while the distortion is minimized: "barrier": by a penalty on the distance from the
+        input, which becomes infinite at `hausdorff`; "compatible": by the constraint of Gruber & Aulisa, displacements
+        orthogonal to the middle normal in every step, as long as `hausdorff` is kept. Where cells are unfolded or the
+        worst ones raised, the barrier keeps them.
+    eps
+        Relaxation of the compatible constraint, in squares of the mesh's mean edge.
     features
         Sharp edges and corners: "keep"; "soft": they may be rounded within `hausdorff`; "auto": kept unless
         they are noise, or the stair steps of a voxel mesh.
@@ -71,8 +79,9 @@ class Options:
         "gauss" (2 x 2 x 2), "corners", or "auto": Gauss points for the quaternionic energy; corners for the barrier,
         which at the Gauss points would not see a corner fold.
     method
-        "auto": L-BFGS, then Newton for what it leaves; "lbfgs"; "newton"; "majorize", that of Gruber & Aulisa
-        (quaternionic energy only).
+        "lbfgs"; "newton": with the exact Hessian; "majorize": with a convex part of it, normals frozen as by Gruber &
+        Aulisa, equation (11); "auto": L-BFGS, then Newton for what it leaves, where nothing but the distortion counts,
+        else "majorize", as far as it is worth before the worst cells are raised.
     emphasis
         "mean" makes the cells good on the whole, "worst" raises the worst ones once the distortion is low: from then
         on the smallest scaled Jacobian counts more than the sum (of the barrier only); "auto" is "worst" with the
@@ -82,12 +91,6 @@ class Options:
         only reached by meshes that become regular, others go on to the worst cells where the energy stalls.
     max_iterations
         Stop after so many.
-
-    Notes
-    -----
-    On curved boundaries, around cells that stay inverted, and with target volumes the sum is lowered by another method,
-    equation (11), as far as it is worth: `weight`, `quadrature`, `method` and `gradient_tolerance` have no effect
-    there, and the report says so if they were given.
 
     Raises
     ------
@@ -105,6 +108,8 @@ class Options:
     boundary: str = "slide"
     fixed: Any = None
     hausdorff: float = 0.005
+    constraint: str = "barrier"
+    eps: float = 1e-5
     features: str = "auto"
     surface: Any = None
     conserve_volume: bool = False
@@ -120,7 +125,7 @@ class Options:
 
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
-        require_numbers(self, "gradient_tolerance", "hausdorff")
+        require_numbers(self, "eps", "gradient_tolerance", "hausdorff")
         require_counts(self, "max_iterations")
         require_flags(self, "conserve_volume")
         if not isinstance(self.target, str):
@@ -131,6 +136,10 @@ class Options:
             raise OptionError(
                 f"hausdorff must be a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}"
             )
+        if not 0.0 < self.eps < float("inf"):
+            raise OptionError(f"eps must be positive, not {self.eps!r}")
+        if self.constraint == "compatible" and self.surface is not None:
+            raise OptionError("constraint='compatible' must go without another surface to slide on")
         if self.surface is not None and (self.boundary != "slide" or not self.hausdorff):
             raise OptionError("surface must go with boundary='slide' and hausdorff > 0")
         if self.conserve_volume and (self.boundary == "free" or self.surface is not None):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import CornerWeights
-from .formulation import VOLUME_WEIGHT, Formulation, convex_newton
+from ..formulation import VOLUME_WEIGHT, Formulation, convex_newton
 from .worst_cells import stiffened
 
 __all__ = ["return_to_surface"]

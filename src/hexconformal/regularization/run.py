@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian
+from ..formulation import Iteration
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh
 from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import auto_target_notes, boundary_distance, no_worse_than, size_ratios, with_volume_restored
 from .boundary import boundary_of
-from .iteration import Iteration
 from .options import Options, Record
 from .report import Report
 from .setting import Setting
@@ -114,7 +114,8 @@ class Regularization:
         self._notes = tuple(notes) + self.mesh.notes
         self._normalized = NormalizedMesh(self.mesh, ordered=True)
         self._boundary = boundary_of(self._normalized, self.options)
-        if self.options.energy == "quaternionic" and len(self._boundary.admissible.nodes) < 2:
+        free = self._boundary.barrier is None and len(self._boundary.admissible.nodes) < 2
+        if self.options.energy == "quaternionic" and free:
             raise OptionError(
                 "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
                 "use energy='barrier'"

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ..elements import all_valid, is_valid
 from ..energy import DistortionTerm, inverse_targets, normalized_target, target_volumes
+from ..formulation import Formulation
 from ..mesh import NormalizedMesh
 from ..solver import MESH_ROUNDING
 from .boundary import Boundary
-from .formulation import Formulation
 from .minimize import distortion_term
 from .options import Options
 

@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, is_valid
+from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
+from ..untangling import improve_folded, untangle_interior
 from .boundary import Boundary
-from .formulation import Formulation
-from .improve_folded import improve_folded
-from .iteration import Iteration
+from .compatible_steps import CompatibleSteps
 from .minimize import Minimization
 from .return_to_surface import return_to_surface
 from .setting import Setting
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
-from .untangle_interior import untangle_interior
 from .worst_cells import raise_worst, raise_worst_patches
 
 __all__ = ["Stages", "State"]
@@ -142,7 +141,11 @@ class Stages:
         if bad.any():
             distortion = distortion.of_cells(np.flatnonzero(~bad))
         referenced = self._setting.normalized.referenced
-        minimization = Minimization(distortion, formulation, self._setting.options, points, referenced, alone)
+        problem = distortion, formulation, self._setting.options, points, referenced
+        minimization: Minimization | CompatibleSteps = Minimization(*problem, alone)
+        if self._setting.options.constraint == "compatible" and formulation.barrier is not None:
+            quads = self._setting.normalized.quads
+            minimization = CompatibleSteps(*problem, formulation.barrier, quads, self.state.boundary.patches)
         yield from minimization
         self._ended(minimization.reason, minimization.converged)
 

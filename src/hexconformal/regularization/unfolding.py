@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 
 from ..common import first_ids
 from ..elements import is_valid
+from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
 from ..quality import inside_out
+from ..untangling import folded_cells, pull_back, untangle, untangle_interior
 from .boundary import Boundary, boundary_of
-from .formulation import Formulation
-from .iteration import Iteration
 from .return_to_surface import return_to_surface
 from .setting import Setting
-from .untangle import folded_cells, pull_back, untangle
-from .untangle_interior import untangle_interior
 
 __all__ = ["Unfolded", "hold_folded", "unfold", "within_bound"]
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ..elements import is_valid
 from ..energy import CornerWeights
+from ..formulation import VOLUME_WEIGHT, Formulation
 from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
 from ..solver import solve_blocks
-from .formulation import VOLUME_WEIGHT, Formulation
 
 __all__ = ["restore_volume"]
 

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian
 from ..energy import CornerWeights
+from ..formulation import VOLUME_WEIGHT, Formulation, Iteration, convex_newton
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobian
-from .formulation import VOLUME_WEIGHT, Formulation, convex_newton
-from .iteration import Iteration
 
 __all__ = ["raise_worst", "raise_worst_patches", "stiffened"]
 

@@ -23,6 +23,7 @@ from ..energy import (
 from ..geometry import DistanceBarrier
 from ..mesh import boundary_quads
 from ..solver import PATCH_ROUNDING, AdmissibleDirections, ConvexEquation, Iterate, Problem, newton
+from .compatible_constraint import CompatibleConstraint
 
 __all__ = ["VOLUME_WEIGHT", "Formulation", "ValidCells", "convex_newton"]
 
@@ -58,6 +59,8 @@ class Formulation:
         Patches have a finer one.
     scales
         (m,) weight of each cell; empty where every cell counts the same.
+    constraint
+        The compatible constraint, where it is asked for.
     """
 
     cells: Ints
@@ -69,6 +72,7 @@ class Formulation:
     volume_factor: float = 1.0
     rounding: float = 0.0
     scales: Field = field(default_factory=lambda: np.empty(0))
+    constraint: CompatibleConstraint | None = None
 
     # --------------------------------------------------------------------------------------- objectives
     def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
@@ -80,8 +84,7 @@ class Formulation:
         terms: list[Term] = [distortion]
         if volume > 0.0 and len(self.target_volumes):
             terms.append(VolumeTerm(self.cells, self.target_volumes, volume * self.volume_factor))
-        if self.barrier is not None:
-            terms.append(self.barrier)
+        terms += [term for term in (self.barrier, self.constraint) if term is not None]
         return Objective(tuple(terms))
 
     def problem(self, objective: Objective, acceptable: Callable[[Field], bool] = lambda points: True) -> Problem:
@@ -140,6 +143,7 @@ class Formulation:
             count=len(patch.nodes),
             admissible=self.admissible.restricted(patch),
             barrier=None if self.barrier is None else self.barrier.restricted(patch),
+            constraint=None if self.constraint is None else self.constraint.restricted(patch),
             rounding=min(self.rounding, PATCH_ROUNDING),
         )
         return inside, patch.nodes

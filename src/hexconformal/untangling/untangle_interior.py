@@ -15,9 +15,9 @@ from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
 from ..energy import ComposedTerm, DistortionTerm
+from ..formulation import Formulation
 from ..mesh import connected_regions, node_rings
 from ..solver import lbfgs
-from .formulation import Formulation
 
 __all__ = ["untangle_interior"]
 

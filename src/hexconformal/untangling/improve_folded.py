@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian
 from ..energy import Objective, SoftMinimumTerm, corner_jacobians
+from ..formulation import Formulation, ValidCells
 from ..mesh import connected_regions, node_rings
 from ..solver import lbfgs
-from .formulation import Formulation, ValidCells
 
 __all__ = ["improve_folded"]
 

@@ -19,10 +19,9 @@ from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian, is_valid
 from ..energy import CornerWeights
+from ..formulation import Formulation, Iteration
 from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import Equation, newton_step
-from .formulation import Formulation
-from .iteration import Iteration
 
 __all__ = ["folded_cells", "pull_back", "untangle"]
 

@@ -1,0 +1,11 @@
+"""Untangling: unfold the corners of cells (9), then their insides; improve what stays folded.
+
+Belongs here: ways from inverted cells to valid ones, of a whole mesh and of patches. Imports `elements`, `energy`,
+`mesh`, `solver` and `formulation`.
+"""
+
+from .improve_folded import improve_folded
+from .untangle import folded_cells, pull_back, untangle
+from .untangle_interior import untangle_interior
+
+__all__ = ["folded_cells", "improve_folded", "pull_back", "untangle", "untangle_interior"]
