@@ -23,7 +23,7 @@ from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import SurfaceLocator
 from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors
 from .features import Features
-from .hausdorff import dense_samples, hausdorff, surface_samples
+from .hausdorff import hausdorff, peaks, surface_samples
 from .sample_sums import add_samples
 
 __all__ = ["DistanceBarrier"]
@@ -39,7 +39,7 @@ _WALL = 0.98  # t1, never crossed from inside
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _TOLERANCE = 0.02  # of measured distances, in bounds
 _WATCHED = 0.9  # bounds from which on places are watched
-_SPACING, _LEAST_SPACING = 2.0, 0.125  # bounds between samples of quads looked at closely: at first, at last
+_SPACING, _LEAST_SPACING = 2.0, 0.125  # bounds between places that are compared on a quad: at first, at last
 _REACH = 0.25  # longest edges of a quad between a place on it and the sample next to it
 _ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
 _CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
@@ -223,38 +223,29 @@ class DistanceBarrier(Term):
             parts = np.maximum(parts, original.parts)
         if parts.max() > 1:
             original = BilinearSurface(x, quads, parts)
-        closely = replace(self, original=original)
         # Samples half-way to the corners lay on triangles.
         faces, weights = surface_samples(quads)
         weights = bilinear_weights(weights @ [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
         places, count = np.einsum("sj,sji->si", weights, x[quads[faces]]), len(faces)
         forward = replace(self.forward, weights=np.concatenate([weights, self.forward.weights[count:]]))
         backward = replace(self.backward, places=np.concatenate([places, self.backward.places[count:]]))
-        moved = points[quads]
-        reach = _REACH * np.linalg.norm(moved - np.roll(moved, 1, axis=1), axis=2).max(axis=1)
-        may_be = closely._beyond(_WATCHED * self.bound - reach, points, (faces, weights))
-        which = np.unique(np.concatenate([beyond for beyond, _ in may_be]))
-        dense = dense_samples(x, quads, which, self.spacing * self.bound)
-        least = np.full(len(quads), _WATCHED * self.bound)
-        (ahead, ahead_weights), (behind, behind_weights) = closely._beyond(least, points, dense)
+        moved = original.with_points(points)
+        reach = _REACH * np.linalg.norm(points[quads] - np.roll(points[quads], 1, axis=1), axis=2).max(axis=1)
+        found = []
+        for this, that in ((moved, original), (original, moved)):
+            places = np.einsum("sj,sji->si", weights, this.points[quads[faces]])
+            may_be = that.closest(places, faces).distances > (_WATCHED * self.bound - reach)[faces]
+            found.append(peaks(this, that, np.unique(faces[may_be]), self.spacing * self.bound, _WATCHED * self.bound))
+        (ahead, ahead_weights), (behind, behind_weights) = found
         places = np.einsum("sj,sji->si", behind_weights, x[quads[behind]])
         return replace(
-            closely,
+            self,
+            original=original,
             forward=forward.joined(Samples.forward(ahead, ahead_weights, ahead, np.full(len(ahead), np.inf))),
             backward=backward.joined(Samples.backward(places, behind, np.full(len(behind), np.inf))),
-            # Where that is not enough they are closer together next time.
+            # Where that is not enough places closer together are compared next time.
             spacing=max(0.5 * self.spacing, _LEAST_SPACING),
         )
-
-    def _beyond(self, least: Field, points: Field, samples: tuple[Ints, Field]) -> list[tuple[Ints, Field]]:
-        """The samples, faces and weights, that are farther away than a distance (q,): forward, backward."""
-        faces, weights = samples
-        moved, found = self.original.with_points(points), []
-        for this, that in ((moved, self.original), (self.original, moved)):
-            places = np.einsum("sj,sji->si", weights, this.points[this.faces[faces]])
-            far = that.closest(places, faces).distances > least[faces]
-            found.append((faces[far], weights[far]))
-        return found
 
     # ------------------------------------------------------------------------------------------ measuring
     def _all_points(self, points: Field) -> Field:

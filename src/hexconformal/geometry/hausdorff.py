@@ -7,19 +7,20 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from ..mesh import face_edges, unique_edges
 from .bilinear_surface import BilinearSurface, bilinear_grid, needed_parts
 from .closest_point import ClosestPoints, SurfaceLocator
 
-__all__ = ["dense_samples", "distance_between", "hausdorff", "surface_samples"]
+__all__ = ["distance_between", "hausdorff", "peaks", "surface_samples"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _TOLERANCE = 1e-4  # of diagonals, where none is given
 _RELATIVE = 0.02  # of the distance itself: this close is as good
-_MOST_SAMPLES = 64  # along a side of a quad
+_MOST_SAMPLES = 16  # places along a side of a quad that are compared
 _MOST_CUTS = 10  # times that a patch is cut in four
 
 
@@ -54,32 +55,42 @@ def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
     return of, np.concatenate([corner[nodes % size], middle[edges % size], centre, quarters])
 
 
-def dense_samples(points: Floats, quads: Ints, which: Ints, spacing: float) -> tuple[Ints, Floats]:
-    """Samples of some quads on grids that are as fine as a spacing asks for.
+def peaks(
+    this: SurfaceLocator | BilinearSurface,
+    that: SurfaceLocator | BilinearSurface,
+    which: Ints,
+    spacing: float,
+    least: float,
+) -> tuple[Ints, Floats]:
+    """Places on some quads of a surface that are farther from another one than others around them.
 
     Parameters
     ----------
-    points
-        (n, 3) coordinates.
-    quads
-        (q, 4) nodes in cyclic order.
+    this, that
+        The two, with faces in the same order.
     which
         Ids of quads.
     spacing
-        Distance between samples, in units of length.
+        Distance between the places that are compared, in units of length.
+    least
+        Distance that they must exceed.
 
     Returns
     -------
-    (s,) the quad of each sample, (s, 4) weights of its nodes.
+    (s,) the quad of each place, (s, 4) weights of its nodes.
     """
-    x = points[quads[which]]
+    x = this.points[this.faces[which]]
     parts = np.ceil(np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1) / spacing)
-    parts = parts.clip(1, _MOST_SAMPLES).astype(np.int64)
+    parts = parts.clip(2, _MOST_SAMPLES).astype(np.int64)
     faces, weights = [which[:0]], [np.empty((0, 4))]
     for n in np.unique(parts):
-        grid, _ = bilinear_grid(int(n))
-        faces.append(np.repeat(which[parts == n], len(grid)))
-        weights.append(np.tile(grid, (int((parts == n).sum()), 1)))
+        own, (grid, _) = which[parts == n], bilinear_grid(int(n))
+        places = np.einsum("sj,qji->qsi", grid, this.points[this.faces[own]]).reshape(-1, 3)
+        distances = that.closest(places, np.repeat(own, len(grid))).distances.reshape(len(own), n + 1, n + 1)
+        highest = distances == maximum_filter(distances, size=(1, 3, 3))
+        found = (highest & (distances > least)).reshape(len(own), -1)
+        faces.append(own[np.nonzero(found)[0]])
+        weights.append(grid[np.nonzero(found)[1]])
     return np.concatenate(faces), np.concatenate(weights)
 
 
