@@ -109,7 +109,7 @@ class Options:
     fixed: Any = None
     hausdorff: float = 0.005
     constraint: str = "barrier"
-    eps: float = 1e-5
+    eps: float = 1e-7
     features: str = "auto"
     surface: Any = None
     conserve_volume: bool = False

@@ -38,6 +38,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far a curved boundary may move,"
         " as a share of the bounding box's diagonal; 0: curved parts stay (default %(default)g)",
     )  # fmt: skip
+    add_choice(
+        shape, "constraint", "curved parts: a penalty on the distance, or displacements orthogonal to the normal"
+    )
+    shape.add_argument(
+        "--eps", type=float, metavar="AREA", help="relaxation of --constraint compatible, in mean edges squared"
+    )
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
     shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
