@@ -38,12 +38,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--hausdorff", type=float, default=Options.hausdorff, metavar="X", help="how far a curved boundary may move,"
         " as a share of the bounding box's diagonal; 0: curved parts stay (default %(default)g)",
     )  # fmt: skip
-    add_choice(
-        shape, "constraint", "curved parts: a penalty on the distance, or displacements orthogonal to the normal"
-    )
+    add_choice(shape, "constraint", "curved parts keep a distance, or move orthogonally to their normals")
     shape.add_argument(
-        "--eps", type=float, metavar="AREA", help="relaxation of --constraint compatible, in mean edges squared"
-    )
+        "--eps", type=float, default=Options.eps, metavar="X", help="relaxation of the compatible constraint, in"
+        " squares of the mean edge (default %(default)g)",
+    )  # fmt: skip
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
     shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
@@ -63,7 +62,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_choice(what, "weight", "cells count the same, or by their volume in the input")
     add_choice(what, "energy", "conformally invariant distortion, or the quaternionic one itself")
     add_choice(what, "quadrature", "where distortion is measured")
-    add_choice(what, "method", "solver; majorize needs the quaternionic energy")
+    add_choice(what, "method", "solver; majorize is the one with frozen normals")
     add_choice(what, "emphasis", "the worst cells raised once the distortion is low, or good cells on the whole")
     what.add_argument(
         "--gradient-tolerance", type=float, default=Options.gradient_tolerance, metavar="X",
