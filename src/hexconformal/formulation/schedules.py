@@ -1,0 +1,308 @@
+"""The schedules of the stages of a run: every tuned number of them, with its unit and its reason.
+
+Lengths are in mean edges of the mesh unless something else is said; shares and ratios have no unit. A row of
+`benchmarks/ablation.md` is named after the schedule and the number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..common import Schedule, tuned
+from ..geometry import BarrierSchedule
+from ..solver import NewtonSchedule
+
+__all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
+__all__ += ["Schedules", "StagesSchedule", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule"]
+__all__ += ["WorstCellsSchedule"]
+
+
+@dataclass(frozen=True)
+class UntanglingSchedule(Schedule):
+    """Unfolding corners, equation (9): of the whole mesh, then patch by patch.
+
+    Attributes
+    ----------
+    many_folded
+        Share of folded cells from which on the whole mesh is unfolded first: patches are faster where there are few.
+    whole_steps, patch_steps
+        Newton steps on the whole mesh, and on a patch: what the former leave is for the latter.
+    rounds
+        Rounds of patches, each a ring of cells larger than before: larger patches reach the same only past more ways to
+        go wrong, so the folded cells alone come first.
+    first_eps
+        Starting eps of the attempts on a patch, in smallest determinants: another start is another way out.
+    stuck
+        eps over the smallest determinant at which a fold will not open any more.
+    least_sigma
+        Progress that equation (9) counts with at least: perfect cells have no energy to lose, and mirrored they are as
+        perfect.
+    shares_back
+        Of the way to the input, where the worst cell has become worse.
+    """
+
+    many_folded: float = tuned(0.05, 0.0, 1.0)
+    whole_steps: int = tuned(15)
+    patch_steps: int = tuned(120)
+    rounds: int = tuned(6)
+    first_eps: tuple[float, ...] = tuned((1.0, 0.2, 5.0))
+    stuck: float = tuned(0.02, 0.0, 1.0)
+    least_sigma: float = tuned(0.1, 0.0, 1.0)
+    shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0), 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class InteriorSchedule(Schedule):
+    """Unfolding cells that are folded inside though no corner is.
+
+    Attributes
+    ----------
+    widths
+        Rings of cells around the invalid ones that move with them, tried in this order.
+    rounds, steps
+        Values of eps, and steps of L-BFGS at each.
+    first_eps, larger_eps
+        First eps in smallest determinants, and where that has not been enough.
+    shrink
+        Ratio of one eps to the one before.
+    least_eps
+        Where cells are hardly folded.
+    """
+
+    widths: tuple[int, ...] = tuned((0, 1, 2))
+    rounds: int = tuned(12)
+    steps: int = tuned(100)
+    first_eps: float = tuned(0.5)
+    larger_eps: float = tuned(2.0)
+    shrink: float = tuned(0.5, 0.0, 1.0)
+    least_eps: float = tuned(1e-3)
+
+
+@dataclass(frozen=True)
+class FoldedSchedule(Schedule):
+    """Raising the worst of what stays folded.
+
+    Attributes
+    ----------
+    widths
+        Rings of cells around the folded ones that move with them.
+    sharpness
+        Of the soft minimum, one after the other: the sharp one alone sees one corner at a time.
+    steps
+        Of L-BFGS at each.
+    floor, floor_weight
+        Scaled Jacobian that the others keep where they have it, or half of what they have, and the weight of that.
+    loss_weight
+        Of what they lose above it.
+    """
+
+    widths: tuple[int, ...] = tuned((0, 1))
+    sharpness: tuple[float, ...] = tuned((8.0, 16.0, 32.0, 64.0))
+    steps: int = tuned(100)
+    floor: float = tuned(0.2, 0.0, 1.0)
+    floor_weight: float = tuned(100.0)
+    loss_weight: float = tuned(0.05)
+
+
+@dataclass(frozen=True)
+class UnfoldingSchedule(Schedule):
+    """What is tried where cells resist.
+
+    Attributes
+    ----------
+    patience
+        Rounds of patches without success before something else is tried.
+    wider_bounds
+        Diagonals that the boundary may move to unfold what resists, one after the other.
+    return_steepness
+        Steepness of the barrier on the way back from there: a steep one is met too early.
+    """
+
+    patience: int = tuned(1)
+    wider_bounds: tuple[float, ...] = tuned((0.05, 0.1, 0.2), 0.0, 1.0)
+    return_steepness: float = tuned(12.5)
+
+
+@dataclass(frozen=True)
+class MinimizationSchedule(Schedule):
+    """Lowering the distortion.
+
+    Attributes
+    ----------
+    handover
+        Iterations of L-BFGS after which Newton takes over.
+    newton_gradient
+        Relative gradient below which Newton is the better choice.
+    rounding
+        Gradient per node that is rounding.
+    stall
+        Relative decrease of the energy two of which in a row are a stall, where the worst cells are raised afterwards.
+    decrease
+        The same beside a barrier or volumes, where the gradient may never vanish.
+    few_steps
+        Steps of that before the angles take over: more win nothing that these do not.
+    least_volume
+        Smallest volume, relative to the cube of the edges, that the stiffness of a cell takes as it is.
+    volume_weight
+        Weight of the volumes of cells beside the angles or the distortion, where the worst cells are raised.
+    sizes_weight
+        The same where they are not.
+    target_sizes_factor
+        Factor of these where sizes were asked for.
+    """
+
+    handover: int = tuned(60)
+    newton_gradient: float = tuned(1e-6, 0.0, 1.0)
+    rounding: float = tuned(1e-13)
+    stall: float = tuned(3e-3, 0.0, 1.0)
+    decrease: float = tuned(1e-6, 0.0, 1.0)
+    few_steps: int = tuned(2)
+    least_volume: float = tuned(0.05, 0.0, 1.0)
+    volume_weight: float = tuned(6.0)
+    sizes_weight: float = tuned(4.0)
+    target_sizes_factor: float = tuned(25.0)
+
+
+@dataclass(frozen=True)
+class WorstCellsSchedule(Schedule):
+    """Raising the worst cells, equation (12): of the whole mesh, then in patches around them.
+
+    Attributes
+    ----------
+    distortion_share
+        Of the whole distortion beside the angles: less makes thin cells for little better angles.
+    stiffness
+        Times the worst density: no corner gets worse than that one, and it is pushed hardest.
+    angle_steps, stiff_steps
+        Newton steps on the whole mesh: more of them cost more and win nothing that the patches do not.
+    angle_decrease
+        Relative decrease two of which in a row end the former.
+    patch_steps, patch_passes, patch_rounds
+        Newton steps on a patch, passes with the stiffness anew, and patches at most.
+    margin
+        Cells this close to the worst scaled Jacobian are raised with it.
+    rings
+        Of cells around them that move.
+    least_gain
+        Of the worst scaled Jacobian, or a tenth of it: a round with less is a stall.
+    good
+        Worst scaled Jacobian at which nothing is left to do.
+    many_cells
+        Cells up to which those of the whole mesh are raised first; beyond, patches alone.
+    """
+
+    distortion_share: float = tuned(0.2)
+    stiffness: float = tuned(0.95, 0.0, 1.0)
+    angle_steps: int = tuned(10)
+    stiff_steps: int = tuned(3)
+    angle_decrease: float = tuned(3e-3, 0.0, 1.0)
+    patch_steps: int = tuned(4)
+    patch_passes: int = tuned(3)
+    patch_rounds: int = tuned(40)
+    margin: float = tuned(0.1, 0.0, 1.0)
+    rings: int = tuned(3)
+    least_gain: float = tuned(1e-3, 0.0, 1.0)
+    good: float = tuned(0.98, 0.0, 1.0)
+    many_cells: int = tuned(200_000)
+
+
+@dataclass(frozen=True)
+class ReturnSchedule(Schedule):
+    """Bringing the boundary back into its bound.
+
+    Attributes
+    ----------
+    rounds
+        With other samples or another steepness, at most.
+    steps
+        Of Newton's method in each.
+    watches
+        Rounds that take in samples.
+    keeping
+        The first of these, which let no cell get worse than the worst is.
+    steeper
+        Factor of the steepness where samples stay outside.
+    shares_back
+        Of the way to earlier points within the bound, where all that has not been enough.
+    """
+
+    rounds: int = tuned(24)
+    steps: int = tuned(8)
+    watches: int = tuned(8)
+    keeping: int = tuned(4)
+    steeper: float = tuned(4.0, 1.0)
+    shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9), 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class VolumeSchedule(Schedule):
+    """Giving the volume back.
+
+    Attributes
+    ----------
+    exact
+        Relative difference of volumes that counts as none.
+    steps, halvings
+        Steps, and how often each is halved.
+    stiffness
+        Times the worst density: no cell gets worse than that one is.
+    tolerance, iterations, shift
+        Of the solves for the way that costs least energy.
+    watches
+        Times that the bound is watched closer, where it is exceeded.
+    rounding
+        Relative change of volume that is rounding.
+    """
+
+    exact: float = tuned(1e-14)
+    steps: int = tuned(40)
+    halvings: int = tuned(10)
+    stiffness: float = tuned(0.95, 0.0, 1.0)
+    tolerance: float = tuned(1e-2)
+    iterations: int = tuned(50)
+    shift: float = tuned(1e-5)
+    watches: int = tuned(4)
+    rounding: float = tuned(1e-10)
+
+
+@dataclass(frozen=True)
+class CompatibleSchedule(Schedule):
+    """Steps under the compatible constraint, equation (14b).
+
+    Attributes
+    ----------
+    steps
+        At most.
+    stall
+        Relative decrease of the distortion in a step below which it is the last.
+    nearly
+        Bounds from which on a step that lowers the distortion no more may be held back by the bound.
+    """
+
+    steps: int = tuned(100)
+    stall: float = tuned(1e-3, 0.0, 1.0)
+    nearly: float = tuned(0.9, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Schedules:
+    """The schedules of all stages of a run.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> replace(Schedules(), worst_cells=WorstCellsSchedule(rings=2)).worst_cells.rings
+    2
+    """
+
+    barrier: BarrierSchedule = BarrierSchedule()
+    newton: NewtonSchedule = NewtonSchedule()
+    untangling: UntanglingSchedule = UntanglingSchedule()
+    interior: InteriorSchedule = InteriorSchedule()
+    folded: FoldedSchedule = FoldedSchedule()
+    unfolding: UnfoldingSchedule = UnfoldingSchedule()
+    minimization: MinimizationSchedule = MinimizationSchedule()
+    worst_cells: WorstCellsSchedule = WorstCellsSchedule()
+    returning: ReturnSchedule = ReturnSchedule()
+    volume: VolumeSchedule = VolumeSchedule()
+    compatible: CompatibleSchedule = CompatibleSchedule()
