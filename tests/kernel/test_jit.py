@@ -10,7 +10,6 @@ from unittest import mock
 import numpy as np
 import pytest
 from hexconformal.energy.corner_energy import CornerEnergy, Weights
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from meshes.hexahedra import INVALID_INSIDE
 from meshes.surfaces import icosphere, quad_cube, shaken
 from numba.core.dispatcher import Dispatcher
@@ -20,6 +19,7 @@ import hexconformal as hc
 import surface
 from hexconformal.elements.hexahedron import CORNERS
 from hexconformal.elements.validity import minimum_jacobian
+from hexconformal.energy.distortion_term import DistortionTerm
 from hexconformal.generate import ball, box, jittered
 from hexconformal.geometry.closest_point import CurveLocator
 from hexconformal.solver.multigrid import Multigrid
@@ -62,7 +62,7 @@ def products():
     field = np.random.default_rng(0).normal(size=points.shape)
     frames = np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(1).normal(size=(len(cells), 1, 3, 3)))
     for eps, inverses in ((None, None), (None, frames), (0.1, frames)):
-        energy = DistortionEnergy(cells, len(points), None, inverses, eps, "gauss")
+        energy = DistortionTerm(cells, len(points), None, inverses, eps, "gauss")
         yield energy.second_product(points, field)
         if eps is None:
             yield energy.frozen_product(points, field)
@@ -80,7 +80,7 @@ def shaped():
 def cycle():
     """One multigrid cycle of two levels."""
     points, cells = box((7, 7, 7))
-    matrix = DistortionEnergy(cells, len(points)).laplacian()
+    matrix = DistortionTerm(cells, len(points)).laplacian()
     return Multigrid(matrix, points[:, 0] > 0)(quadratic(points))
 
 

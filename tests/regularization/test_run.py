@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from meshes.hexahedra import jittered_box, with_rough_surface
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.energy.distortion_term import DistortionTerm
 from hexconformal.mesh.topology import boundary_quads
 
 CURVED = {"cylinder": generate.cylinder(4, 3, 6), "ball": generate.ball(3, 2)}
@@ -42,7 +42,7 @@ def test_energies_of_all_phases_are_one_measure():
     points, cells = with_rough_surface(CURVED["cylinder"])
     result = hc.regularize((points, cells), target="cube")
     assert {record.phase for record in result.history} >= {"input", "distortion", "angles", "stiffen", "worst cells"}
-    measure = DistortionEnergy(cells, len(points), eps=0.0, quadrature="corners")
+    measure = DistortionTerm(cells, len(points), eps=0.0, quadrature="corners")
     for x, energy in ((points, result.report.energy_before), (result.points, result.report.energy_after)):
         assert energy == pytest.approx(measure.cell_energies(x).sum(), rel=1e-10)
     assert result.report.energy_after < 0.7 * result.report.energy_before
