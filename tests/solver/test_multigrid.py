@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
-from hexconformal.solver.minimizers import conjugate_gradients, inner
 from meshes.hexahedra import off_boundary
 from scipy import sparse
 
 from hexconformal import generate
 from hexconformal.energy.distortion_term import DistortionTerm
 from hexconformal.energy.target import inverse_targets
+from hexconformal.solver import SERIAL, conjugate_gradients
 from hexconformal.solver.multigrid import Multigrid
+
+inner = SERIAL.inner
 
 
 def laplace(n):
