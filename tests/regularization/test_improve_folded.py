@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from corner_problems import fixed_boundary_energy
+from corner_problems import fixed_boundary
 
 import hexconformal as hc
 from hexconformal import generate
@@ -25,16 +25,16 @@ def test_the_worst_folded_cell_is_raised_and_no_other_spoiled(seed):
     # Where the search ends depends on the last digits: what is asserted holds from wherever it starts.
     points, cells = swapped()
     points = points + 1e-12 * np.random.default_rng(seed).normal(size=points.shape)
-    problem, before = fixed_boundary_energy(points, cells), corner_scaled_jacobian(points, cells)
+    formulation, before = fixed_boundary(points, cells), corner_scaled_jacobian(points, cells)
     bad, valid = before <= 0.0, is_valid(points, cells)
-    result = improve_folded(problem, points, bad)
+    result = improve_folded(formulation, points, bad)
     after = corner_scaled_jacobian(result, cells)
     assert before.min() == pytest.approx(-0.518, abs=1e-3)
     assert after.min() > before.min() + 0.3
     assert (after[~bad] > 0.05).all()
     assert after.mean() > before.mean() - 0.025
     assert is_valid(result, cells)[valid].all()
-    assert np.array_equal(result[~problem.free], points[~problem.free])
+    assert np.array_equal(result[~formulation.free], points[~formulation.free])
 
 
 def test_a_run_ends_with_it():
