@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import deepcopy
 from itertools import islice
 
 import numpy as np
@@ -159,7 +160,8 @@ class Minimization:
             return LaplacePreconditioner(laplacian, self._formulation.admissible, self._referenced)
         equation = self._convex_equation()
         equation.convex(at)
-        return BlockPreconditioner(equation.assembly.matrix, equation.projectors, equation.shift)
+        # What the formulation assembles next, in a run that is left and asked for its result, is not to be seen here.
+        return BlockPreconditioner(deepcopy(equation.assembly.matrix), equation.projectors, equation.shift)
 
     def _is_stationary(self, at: Iterate, first: float) -> bool:
         """True where the gradient is small enough."""
