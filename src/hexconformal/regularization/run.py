@@ -114,7 +114,8 @@ class Regularization:
         self._notes = tuple(notes) + self.mesh.notes
         self._normalized = NormalizedMesh(self.mesh, ordered=True)
         self._boundary = boundary_of(self._normalized, self.options)
-        if self.options.energy == "quaternionic" and len(self._boundary.admissible.nodes) < 2:
+        alone = self._boundary.barrier is None
+        if self.options.energy == "quaternionic" and alone and len(self._boundary.admissible.nodes) < 2:
             raise OptionError(
                 "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
                 "use energy='barrier'"
