@@ -122,7 +122,7 @@ class Minimization:
     @property
     def _stall(self) -> float:
         """Relative decrease two of which in a row end it; negative for none."""
-        if self._options.raises_worst:
+        if self._options.raises_worst and not self._options.changes_sizes:
             return _STALL
         return -1.0 if self._alone else _DECREASE
 
