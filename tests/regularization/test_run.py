@@ -50,15 +50,6 @@ def test_energies_of_all_phases_are_one_measure():
     assert longest == pytest.approx(result.report.energy_before, rel=1e-12)
 
 
-def test_what_is_given_has_an_effect_and_no_note_says_otherwise():
-    mesh = with_rough_surface(CURVED["cylinder"])
-    plain = hc.regularize(mesh)
-    for given in ({"weight": "volume"}, {"quadrature": "gauss"}, {"method": "newton"}, {"gradient_tolerance": 0.5}):
-        result = hc.regularize(mesh, **given)
-        assert np.abs(result.points - plain.points).max() > 1e-6
-        assert result.report.notes == plain.report.notes
-
-
 def test_a_limit_on_iterations_is_a_result_with_a_reason():
     result = hc.regularize(generate.twisted_cube(6, 60), boundary="fixed", max_iterations=2)
     assert not result.converged
