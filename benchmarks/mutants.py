@@ -50,7 +50,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.energy.quadrature_kernels": (
-        ("energy/test_distortion_energy.py",),
+        ("energy/test_distortion_term.py",),
         [
             ("forces[c, 3, k] = factor * (y0 - x1 - z2)", "forces[c, 3, k] = factor * (y0 + x1 - z2)"),
             ("z0, z1 = _edge(field, cells, c, 0, 4)", "z0, z1 = _edge(field, cells, c, 1, 4)"),
@@ -59,18 +59,82 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.energy.corner_kernels": (
-        ("energy/test_corner_energy.py",),
+        ("energy/test_corner_term.py",),
         [
             ("there, sign = cells[c, corners[q, i]], corners[q, 3 + i]", "there, sign = cells[c, corners[q, i]], 1"),
+            ("margin = 1.0 - stiffness * density", "margin = 1.0 + stiffness * density"),
+            ("weight = scales[c] if len(scales) > 0 else 1.0", "weight = 1.0"),
+            ("s[MARGIN, q] = d if eps == 0.0 else 1.0", "s[MARGIN, q] = 1.0 if eps == 0.0 else 1.0"),
+        ],
+    ),
+    "hexconformal.energy.convex_frames": (
+        ("energy/test_corner_term.py", "energy/test_convex_blocks.py"),
+        [
             ("max(curvature, 2.0 * slope * slope / factor)", "max(curvature, 1.0 * slope * slope / factor)"),
-            ("s[_MARGIN, q] = d if eps == 0.0 else 1.0", "s[_MARGIN, q] = 1.0 if eps == 0.0 else 1.0"),
-            ("room = 1.0 - stiffness * density", "room = 1.0 + stiffness * density"),
+            ("s[MARGIN, q] = d if eps == 0.0 else 1.0", "s[MARGIN, q] = 1.0 if eps == 0.0 else 1.0"),
             ("-r[1] * dot(v[1], u[1])", "-r[1] * dot(v[1], u[0])"),
-            ("second = 2.0 * stiffness * first / room", "second = 1.0 * stiffness * first / room"),
+            ("second = 2.0 * stiffness * first / margin", "second = 1.0 * stiffness * first / margin"),
+            ("across = plus(times(weight * slope, g), ", "across = plus(times(0.0 * slope, g), "),
+            ("store(times(weight, g), s, COLUMN, q)", "store(g, s, COLUMN, q)"),
+            ("    k = 4.0 * weight\n", "    k = 2.0 * weight\n"),
+            ("(cross_matrix(k, plane_normal(f[0], f[2])), s", "(cross_matrix(-k, plane_normal(f[0], f[2])), s"),
+        ],
+    ),
+    "hexconformal.energy.quadrature_blocks": (
+        ("energy/test_convex_blocks.py",),
+        [
+            ("matrix_product(transpose(frame_at(s, INVERSE, q))", "matrix_product((frame_at(s, INVERSE, q))"),
+            ("entry = 3 * r + k if i <= j else 3 * k + r", "entry = 3 * r + k"),
+            ("for a in range(1, 8):", "for a in range(1, 7):"),
+            ("scale = scales[c] if len(scales) > 1", "scale = scales[0] if len(scales) > 1"),
+            ("if not (s[MARGIN, q] > 0.0 and", "if not ("),
+            ("total += weights[q] * s[DENSITY, q]", "total += s[DENSITY, q]"),
+            ("for row in range(COLUMN, BLOCKS + 54):", "for row in range(COLUMN, BLOCKS + 45):"),
+            ("            pull_back(s)", "            pass"),
+        ],
+    ),
+    "hexconformal.energy.distortion_term": (
+        ("energy/test_convex_blocks.py", "energy/test_distortion_term.py"),
+        [
+            ("cells=patch.local[part.cells]", "cells=part.cells"),
+            ("scales = self.scales if self.scales is None", "scales = None if self.scales is not None"),
+            ("len(self.inverses) == 1 else self.inverses[cells]", "len(self.inverses) == 1 else self.inverses[:1]"),
+            ("variation, kernels.FROZEN)", "variation, self._kind)"),
+        ],
+    ),
+    "hexconformal.energy.term": (
+        ("energy/test_convex_blocks.py", "energy/test_objective.py"),
+        [
+            ("step = _DIFFERENCE / largest", "step = _DIFFERENCE"),
+            ("(ahead - behind) / (2.0 * step)", "(ahead - behind) / step"),
+            ("for sign in (1.0, -1.0)", "for sign in (1.0, 0.0)"),
+            ("if largest == 0.0:", "if largest < 0.0:"),
+            ("moving[cells].any(axis=1)", "moving[cells].all(axis=1)"),
+        ],
+    ),
+    "hexconformal.energy.objective": (
+        ("energy/test_objective.py",),
+        [
+            ("if not np.isfinite(total):", "if False:"),
+            ("gradient += force", "gradient = force"),
+            ("assembly.matrix.data[:] = 0.0", "pass"),
+            ("terms.append(seen)", "terms.append(term)"),
+            ("term.restricted(patch) for", "term for"),
+            ("return self if same else Objective(terms)", "return Objective(terms)"),
+            ("one is other for one", "one is not None for one"),
+        ],
+    ),
+    "hexconformal.energy.block_matrix": (
+        ("energy/test_block_matrix.py",),
+        [
+            ("place if indices[place] == column else -1", "place"),
+            ("joined = cells if diagonals else", "joined = cells if not diagonals else"),
+            ("if free[row] and free[column]:", "if free[row]:"),
+            ("& free[indices] & free[rows]", "& free[indices]"),
         ],
     ),
     "hexconformal.energy.corner_blocks": (
-        ("energy/test_corner_energy.py", "energy/test_block_matrix.py"),
+        ("energy/test_corner_term.py", "energy/test_block_matrix.py"),
         [
             ("store(times(-1.0, m0), s, _MIXED, q)", "store(times(1.0, m0), s, _MIXED, q)"),
             ("local[pair, c, r] += s[row + 3 * r + c, q]", "local[pair, r, c] += s[row + 3 * r + c, q]"),
@@ -79,7 +143,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.kernel.simd_frames": (
-        ("energy/test_distortion_energy.py",),
+        ("energy/test_distortion_term.py",),
         [
             ("target = c if len(inverses) > 1 else 0", "target = 0 if len(inverses) > 1 else 0"),
             ("step = 1 if inverses.shape[1] > 1 else 0", "step = 0 if inverses.shape[1] > 1 else 0"),
@@ -101,16 +165,53 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("cells = cells[among]", "cells = cells[among[:1]]"),
         ],
     ),
-    "hexconformal.solver.minimizers": (
-        ("solver/test_minimizers.py",),
+    "hexconformal.solver.problem": (
+        ("solver/test_line_search.py",),
         [
-            ("energy <= current.energy + ARMIJO * step * slope", "energy <= current.energy - ARMIJO * step * slope"),
-            ("(enough or flat) and problem.acceptable(points)", "(enough or flat)"),
-            ("if np.isfinite(energy) and np.isfinite(gradient).all():", "if not np.isnan(energy):"),
-            ("step *= 0.5\n    return Iterate(current.points", "step *= 1.0\n    return Iterate(current.points"),
-            ("curvature > 1e-10", "curvature > -1e10"),
-            ("return Iterate(current.points, current.energy", "return Iterate(points, current.energy"),
-            ("abs(inner(gradient, direction)) <= -0.9 * slope", "abs(inner(gradient, direction)) >= -0.9 * slope"),
+            ("<= current.energy + _ARMIJO * step * slope", "<= current.energy - _ARMIJO * step * slope"),
+            ("(enough or flat) and problem.space.everywhere(problem.acceptable(trial.points))", "(enough or flat)"),
+            ("if np.isfinite(trial.energy) and not", "if not"),
+            ("and not (with_gradient and not np.isfinite(trial.gradient).all())", ""),
+            ("        step *= 0.5\n", "        step *= 1.0\n"),
+            ("return replace(current, step=0.0, decrease=0.0)", "return replace(trial, step=0.0)"),
+            ("(trial.gradient, direction)) <= -0.9 * slope", "(trial.gradient, direction)) >= -0.9 * slope"),
+        ],
+    ),
+    "hexconformal.solver.lbfgs": (
+        ("solver/test_line_search.py",),
+        [
+            ("_LEAST_CURVATURE = 1e-10", "_LEAST_CURVATURE = -1e10"),
+            ("accumulate(q, -factors[-1], y)", "accumulate(q, factors[-1], y)"),
+            ("reversed(factors)", "factors"),
+        ],
+    ),
+    "hexconformal.solver.newton": (
+        ("solver/test_newton.py",),
+        [
+            ("else max(low, self.shift / _SHIFT_FACTOR)", "else max(low, self.shift)"),
+            ("min(high, _SHIFT_FACTOR * self.shift)", "_SHIFT_FACTOR * self.shift"),
+            ("direction = current.problem.project(rounded)", "direction = rounded"),
+            ("if self.rounding > 0.0:", "if self.rounding > 1.0:"),
+        ],
+    ),
+    "hexconformal.solver.block_solver": (
+        ("solver/test_block_solver.py",),
+        [
+            ("t[r, c] += data[k, r, a] * projectors[j, a, c]", "t[r, c] += data[k, r, a] * projectors[i, a, c]"),
+            ("(1.0 if r == c else 0.0) - projectors[i, r, c]", "(1.0 if r == c else 0.0)"),
+            ("data[k, r, r] += shift * trace + 1e-30", "data[k, r, r] += 1e-30"),
+            ("b[j, 0] -= data[k, 0, 0] * x0 + data[k, 1, 0]", "b[j, 0] -= data[k, 0, 0] * x0 + data[k, 0, 1]"),
+            ("w[i, c] = p[i, c] - w[i, c]", "w[i, c] = p[i, c]"),
+            ("out[i, c] += t[i, c]", "out[i, c] += 0.5 * t[i, c]"),
+            ("self.backward(self.scaled(self.forward(gradient)))", "self.backward(self.forward(gradient))"),
+        ],
+    ),
+    "hexconformal.solver.conjugate_gradients": (
+        ("solver/test_block_solver.py", "solver/test_multigrid.py"),
+        [
+            ("p *= rz / old", "p *= 0.0"),
+            ("if rz <= tolerance**2 * first:", "if rz <= tolerance * first:"),
+            ("accumulate(r, -alpha, hp)", "accumulate(r, -0.5 * alpha, hp)"),
         ],
     ),
     "hexconformal.solver.multigrid": (
@@ -128,14 +229,27 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.regularization.minimize": (
-        ("solver/test_minimizers.py",),
+        ("regularization/test_minimization.py", "regularization/test_option_effects.py"),
         [
-            ("None if self._valid.all() else np.flatnonzero(self._valid)", "np.flatnonzero(~self._valid)"),
             ("if norm <= tolerance * first:", "if norm >= tolerance * first:"),
-            ("slow + 1 if at.energy - following.energy < _STALL", "slow + 1 if at.energy - following.energy > _STALL"),
+            ("slow + 1 if following.decrease < self", "slow + 1 if following.decrease > self"),
             ("** (-2.0 / 3.0)", "** (2.0 / 3.0)"),
             ("scales = volumes / volumes.mean()", "scales = volumes * volumes.mean()"),
             ("taken == _HANDOVER", "taken == 0"),
+            ("phases = (method,) if method != \"auto\" else", "phases ="),
+            ("deepcopy(equation.assembly.matrix)", "equation.assembly.matrix"),
+            ("_at_corners = distortion.quadrature == \"corners\" and", "_at_corners ="),
+            ("if phase == \"lbfgs\":", "if phase == \"newton\":"),
+        ],
+    ),
+    "hexconformal.formulation.formulation": (
+        ("regularization/test_minimization.py", "energy/test_volume_term.py", "energy/test_corner_term.py"),
+        [
+            ("None if self._valid.all() else np.flatnonzero(self._valid)", "np.flatnonzero(~self._valid)"),
+            ("self._valid |= is_valid(points, self._cells)", "pass"),
+            ("volume * self.volume_factor", "volume"),
+            ("if volume > 0.0 and len(self.target_volumes):", "if len(self.target_volumes):"),
+            ("Patch.around(moving & self.free,", "Patch.around(self.free,"),
         ],
     ),
     "hexconformal.solver.admissible": (
@@ -147,6 +261,9 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("sums = sums.copy()", "sums = sums"),
             ("projectors[np.abs(projectors) < 1e-9] = 0.0", "pass"),
             ("held | (mask if", "held & (mask if"),
+            ("projectors[np.searchsorted(ids, held)] = 0.0", "pass"),
+            ("self.projectors.any(axis=(1, 2))", "self.projectors.all(axis=(1, 2))"),
+            ("own.with_held(np.flatnonzero(~patch.moving[patch.nodes]))", "own"),
         ],
     ),
     "hexconformal.geometry.closest_point": (
@@ -170,17 +287,32 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.geometry.distance_barrier": (
-        ("geometry/test_distance_barrier.py",),
+        ("geometry/test_distance_barrier.py", "geometry/test_barrier_state.py"),
         [
-            ("self._at_node | (forward_most >= onset)", "self._at_node & (forward_most >= onset)"),
-            ("self._backward_distances + moved[self._backward_faces]", "self._backward_distances"),
+            ("(samples.at_node | (most >= onset))", "(samples.at_node & (most >= onset))"),
+            ("2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2", "2.0 * (k * (over > 0) * r * (1.0 + over * r)"),
+            ("schedule.wall if worst < schedule.wall else", "schedule.wall if worst < schedule.room else"),
+            ("worst = max(worst, float(found.distances.max(", "worst = (float(found.distances.max("),
+            ("measured_at=x, wall=wall", "wall=wall"),
+            ("everywhere[self.patch.nodes] = points", "pass"),
+            ("spacing=max(0.5 * self.spacing", "spacing=max(self.spacing"),
+            ("inside = nodes >= 0", "inside = nodes > 0"),
+        ],
+    ),
+    "hexconformal.geometry.distance_samples": (
+        ("geometry/test_distance_barrier.py", "geometry/test_barrier_state.py"),
+        [
+            ("self.distances + moved[self.carriers]", "self.distances"),
             ("far = distances > 1e-9 * bound", "far = distances > 1e9 * bound"),
             ("inside = (weights.min(axis=1) > 0.0)", "inside = (weights.min(axis=1) > -1.0)"),
-            ("if b < 0 or b > a or share", "if b < 0 or b >= a or share"),
-            ("2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2", "2.0 * (k * (over > 0) * r * (1.0 + over * r)"),
-            ("_WALL if worst < _WALL else", "_WALL if worst < _ROOM else"),
-            ("0.0), back.distances.max(", "0.0), 0.0 * back.distances.max("),
+            ("near, distances = self.near.copy(), most.copy()", "near, distances = self.near, most.copy()"),
+            ("active=self.active & movable[self.carriers]", "active=movable[self.carriers] | self.active"),
+            ("keep = patch.moving[self.nodes].any(axis=1)", "keep = patch.moving[self.nodes].all(axis=1)"),
         ],
+    ),
+    "hexconformal.geometry.sample_sums": (
+        ("geometry/test_distance_barrier.py",),
+        [("if b < 0 or b > a or share", "if b < 0 or b >= a or share")],
     ),
     "surface.energy.barrier": (
         ("surface/energy/test_barrier.py", "surface/energy/test_distortion_energy.py"),

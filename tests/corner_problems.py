@@ -1,11 +1,13 @@
-"""Corner energies of whole meshes, with nodes free or held."""
+"""Minimizations on whole meshes, with nodes free or held, and convex blocks in full."""
 
 import numpy as np
-from hexconformal.energy.corner_energy import CornerEnergy
 from meshes.hexahedra import off_boundary
 from scipy import sparse
 
 from hexconformal import generate
+from hexconformal.energy import Assembly, Objective
+from hexconformal.formulation.formulation import Formulation
+from hexconformal.solver import AdmissibleDirections
 
 CUBES = np.empty((0, 1, 3, 3))
 
@@ -26,9 +28,24 @@ def boundary_held(points, cells):
     return all_free(points) * off_boundary(points, cells)[:, None, None]
 
 
-def fixed_boundary_energy(points, cells):
-    """The energy with cubes for targets, of which only inner nodes move."""
-    return CornerEnergy(cells, CUBES, boundary_held(points, cells))
+def formulation_of(points, cells, projectors=None, **others):
+    """The formulation with cubes for targets, all nodes free or with a projector each."""
+    projectors = all_free(points) if projectors is None else projectors
+    nodes = np.flatnonzero((projectors != np.eye(3)).any(axis=(1, 2)))
+    admissible = AdmissibleDirections(nodes, projectors[nodes])
+    return Formulation(cells, len(points), CUBES, admissible, **others)
+
+
+def fixed_boundary(points, cells):
+    """The formulation with cubes for targets, of which only inner nodes move."""
+    return formulation_of(points, cells, boundary_held(points, cells))
+
+
+def convex(term, points, cells, diagonals=False):
+    """Value, gradient and convex blocks of a term, the blocks as an array (3n, 3n)."""
+    assembly = Assembly.of_cells(cells, np.ones(len(points), dtype=bool), diagonals)
+    value, gradient, _ = Objective((term,)).convex(points, assembly)
+    return value, gradient, dense(assembly.matrix)
 
 
 def dense(matrix):

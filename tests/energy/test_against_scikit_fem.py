@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from hexconformal.energy.distortion_energy import DistortionEnergy
 
+from hexconformal.energy.distortion_term import DistortionTerm
 from hexconformal.generate import box
 from hexconformal.motion.extension import _stiffness
 
@@ -43,7 +43,7 @@ def test_energy_and_frozen_form():
     place = basis.zeros()
     place[basis.nodal_dofs] = points.T
     jacobian = basis.interpolate(place).grad
-    distortion = DistortionEnergy(cells, len(points))
+    distortion = DistortionTerm(cells, len(points))
 
     def density(w):
         return sum(
@@ -79,7 +79,7 @@ def test_laplacian():
     expected = skfem.BilinearForm(lambda u, v, w: (u.grad * v.grad).sum(axis=0)).assemble(basis).toarray()
     frames = (points[cells[:, [1, 3, 4]]] - points[cells[:, :1]]).transpose(0, 2, 1)
     volumes, inverses = np.linalg.det(frames), np.linalg.inv(frames)[:, None]
-    laplacian = DistortionEnergy(cells, len(points), volumes, inverses).laplacian()
+    laplacian = DistortionTerm(cells, len(points), volumes, inverses).laplacian()
     np.testing.assert_allclose(laplacian.toarray(), expected, atol=1e-12)
 
 

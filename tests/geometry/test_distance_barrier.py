@@ -1,11 +1,13 @@
 """The distance barrier around a surface: derivatives, walls, and its force on nodes of curves and corners."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy import sparse
+from corner_problems import convex
 
 from hexconformal import generate
-from hexconformal.energy.block_matrix import BlockMatrix
+from hexconformal.energy import Patch
 from hexconformal.geometry import hausdorff
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.distance_barrier import DistanceBarrier
@@ -22,23 +24,22 @@ def cylinder():
 
 
 def barrier_of(points, quads, bound=0.05):
-    return DistanceBarrier(SurfaceLocator(points, quads), bound, find_features(points, quads))
+    return DistanceBarrier.around(SurfaceLocator(points, quads), bound, find_features(points, quads))
 
 
 def test_nothing_is_felt_on_the_surface_itself(cylinder):
     points, cells, quads = cylinder
-    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    assert barrier_of(points, quads).assemble(points, forces, matrix) < 1e-20
+    value, forces, _ = convex(barrier_of(points, quads), points, cells)
+    assert value < 1e-20
     assert np.abs(forces).max() < 1e-10
 
 
-def assembled(barrier, points, cells):
-    """Value, forces, and the matrix in full, of a barrier."""
-    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    value = barrier.assemble(points, forces, matrix)
-    n = len(points)
-    lower = sparse.bsr_array((matrix.data, matrix.indices, matrix.indptr), shape=(3 * n, 3 * n)).toarray()
-    return value, forces, lower + lower.T - np.kron(np.eye(n), np.ones((3, 3))) * lower
+def looked_at_closely(barrier):
+    """The barrier that skips no sample, however far it may be."""
+    forward, backward = (
+        replace(samples, distances=np.full(len(samples), np.inf)) for samples in (barrier.forward, barrier.backward)
+    )
+    return replace(barrier, forward=forward, backward=backward)
 
 
 def mantle_node(points):
@@ -55,7 +56,7 @@ def test_curvature_is_the_second_derivative_outwards(cylinder):
         moved = points.copy()
         moved[node] += share * 0.05 * outward
         barrier = barrier_of(points, quads)
-        _, _, full = assembled(barrier, moved, cells)
+        _, _, full = convex(barrier, moved, cells)
         way = np.zeros_like(points)
         way[node] = outward
         step = 1e-5
@@ -71,7 +72,7 @@ def test_beyond_the_end_of_a_curve_the_way_back_along_it_is_assembled():
     moved = points.copy()
     moved[node, 0] = 1.003
     barrier = barrier_of(points, boundary_quads(cells)[0])
-    _, forces, full = assembled(barrier, moved, cells)
+    _, forces, full = convex(barrier, moved, cells)
     way = np.zeros_like(points)
     way[node, 0] = 1.0
     ahead, here, behind = (barrier.value(moved + s * 1e-5 * way) for s in (1, 0, -1))
@@ -86,14 +87,16 @@ def test_a_hole_is_felt_from_the_original_surface_alone():
     moved = points.copy()
     corner = (points[:, :2] == 1.0).all(axis=1)
     moved[corner, :2] = 0.93
-    barrier = DistanceBarrier(SurfaceLocator(points, quads), 0.1)
+    barrier = DistanceBarrier.around(SurfaceLocator(points, quads), 0.1)
     apart = hausdorff(moved, points, quads)
     ahead = SurfaceLocator(points, quads).closest(moved[np.unique(quads)]).distances.max()
     assert ahead < 0.01 * apart
     assert 0.8 < apart / 0.1 < 0.99
     assert barrier.relative_distance(moved) == pytest.approx(apart / 0.1, rel=1e-6)
-    value, forces, full = assembled(barrier, moved, cells)
-    assert value == pytest.approx(barrier.value(moved), rel=1e-12)
+    value, forces, full = convex(barrier, moved, cells)
+    # It lies beyond the wall, which is behind it once the barrier is seen from there.
+    assert barrier.value(moved) == np.inf
+    assert value == pytest.approx(barrier.renewed(moved).value(moved), rel=1e-12)
     assert value > 0.1
     assert (forces[corner][:, :2] < 0).all()
     assert np.abs(full[np.repeat(corner, 3)]).max() > 0
@@ -104,8 +107,8 @@ def test_gradient_agrees_with_differences(cylinder):
     rng = np.random.default_rng(0)
     moved = points + 0.004 * rng.normal(size=points.shape)
     barrier = barrier_of(points, quads)
-    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    value = barrier.assemble(moved, forces, matrix)
+    value, forces, _ = convex(barrier, moved, cells)
+    np.testing.assert_allclose(forces, barrier.value_gradient(moved)[1], rtol=1e-9, atol=1e-12)
     direction = rng.normal(size=points.shape)
     slope = np.einsum("ij,ij->", forces, direction)
     step = 1e-7
@@ -115,10 +118,8 @@ def test_gradient_agrees_with_differences(cylinder):
 
 
 def test_the_limit_is_a_wall(cylinder):
-    points, cells, quads = cylinder
-    barrier = barrier_of(points, quads, bound=0.05)
-    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    barrier.assemble(points, forces, matrix)
+    points, _, quads = cylinder
+    barrier = barrier_of(points, quads, bound=0.05).renewed(points)
     grown, radius = points.copy(), np.hypot(*points[:, :2].T)
     node = np.flatnonzero(np.isclose(radius, radius.max()) & np.isclose(points[:, 2], 1.0))[0]
     outward = np.append(points[node, :2] / np.linalg.norm(points[node, :2]), 0.0)
@@ -154,39 +155,31 @@ def test_the_relative_distance_is_the_hausdorff_distance_in_bounds(cylinder):
 
 
 def test_far_samples_are_skipped_without_changing_the_value(cylinder):
-    points, cells, quads = cylinder
+    points, _, quads = cylinder
     rng = np.random.default_rng(2)
-    lazy = barrier_of(points, quads)
-    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    moved = points
+    lazy, moved = barrier_of(points, quads), points
     for _ in range(5):
         moved = moved + 0.003 * rng.normal(size=points.shape)
-        lazy.assemble(moved, forces, matrix)
-    fresh = barrier_of(points, quads)
-    fresh._forward_distances[:] = fresh._backward_distances[:] = np.inf  # nothing may be skipped
-    fresh._wall = lazy._wall
+        lazy = lazy.renewed(moved)
+    fresh = replace(looked_at_closely(barrier_of(points, quads)), wall=lazy.wall)
     assert lazy.value(moved) == pytest.approx(fresh.value(moved), rel=1e-9)
 
 
 def test_far_samples_are_noticed_when_they_come_near(cylinder):
     # Half the way to the wall in each step, looked at in between: the second half counts from where the first ended.
-    points, cells, quads = cylinder
+    points, _, quads = cylinder
     radius = np.hypot(*points[:, :2].T)
     outwards = np.zeros_like(points)
     mantle = np.isclose(radius, radius.max())
     outwards[mantle, :2] = points[mantle, :2] / radius.max()
-    lazy, fresh = (
-        DistanceBarrier(SurfaceLocator(points, quads), 0.05),
-        DistanceBarrier(SurfaceLocator(points, quads), 0.05),
-    )
-    assembled(lazy, points + 0.5 * 0.05 * outwards, cells)
-    fresh._forward_distances[:] = fresh._backward_distances[:] = np.inf
+    start = DistanceBarrier.around(SurfaceLocator(points, quads), 0.05)
+    lazy = start.renewed(points + 0.5 * 0.05 * outwards)
     there = points + 0.9 * 0.05 * outwards
-    value = fresh.value(there)
+    value = looked_at_closely(start).value(there)
+    assert value > 1.0
     assert lazy.value(there) == pytest.approx(value, rel=1e-9)
     # What has come near without moving on its own account is known to be near.
-    assembled(lazy, there, cells)
-    assert lazy.value(there) == pytest.approx(value, rel=1e-9)
+    assert lazy.renewed(there).value(there) == pytest.approx(value, rel=1e-9)
 
 
 def test_curves_and_corners_have_a_barrier_at_a_fifth_of_the_bound(cylinder):
@@ -195,7 +188,7 @@ def test_curves_and_corners_have_a_barrier_at_a_fifth_of_the_bound(cylinder):
     rims = np.setdiff1d(features.edges, features.corners)
     node = rims[0]
     inward = -np.append(points[node, :2] / np.linalg.norm(points[node, :2]), 0.0)
-    ends = [DistanceBarrier(SurfaceLocator(points, quads), 0.05, kept) for kept in (features, None)]
+    ends = [DistanceBarrier.around(SurfaceLocator(points, quads), 0.05, kept) for kept in (features, None)]
     for share, inside in ((0.19, True), (0.21, False)):
         moved = points.copy()
         moved[node] += share * 0.05 * inward
@@ -203,7 +196,7 @@ def test_curves_and_corners_have_a_barrier_at_a_fifth_of_the_bound(cylinder):
         assert np.isfinite(ends[1].value(moved))
     moved = points.copy()
     moved[node] += 0.15 * 0.05 * inward
-    values, forces = zip(*[assembled(barrier, moved, cells)[:2] for barrier in ends], strict=True)
+    values, forces = zip(*[convex(barrier, moved, cells)[:2] for barrier in ends], strict=True)
     assert values[0] > values[1]
     assert forces[0][node] @ inward > forces[1][node] @ inward
     # A corner may go nowhere, not even along the edges that meet there.
@@ -214,7 +207,7 @@ def test_curves_and_corners_have_a_barrier_at_a_fifth_of_the_bound(cylinder):
     for share, inside in ((0.19, True), (0.21, False)):
         moved = box.copy()
         moved[kept.corners[0]] += (0.5 - box[kept.corners[0]]) * [2.0 * share * 0.05, 0.0, 0.0]
-        assert np.isfinite(DistanceBarrier(SurfaceLocator(box, skin), 0.05, kept).value(moved)) == inside
+        assert np.isfinite(DistanceBarrier.around(SurfaceLocator(box, skin), 0.05, kept).value(moved)) == inside
 
 
 def test_from_outside_the_wall_comes_in_with_the_worst(cylinder):
@@ -225,10 +218,11 @@ def test_from_outside_the_wall_comes_in_with_the_worst(cylinder):
     for share in (5.0, 3.0, 1.2, 0.97):
         moved = points.copy()
         moved[node] += share * 0.05 * outward
-        value, forces, _ = assembled(barrier, moved, cells)
+        value, forces, _ = convex(barrier, moved, cells)
         assert np.isfinite(value)
         assert forces[node] @ outward > 0
-        limits.append(barrier._wall)
+        barrier = barrier.renewed(moved)
+        limits.append(barrier.wall)
     assert limits == sorted(limits, reverse=True)
     assert limits[0] > 5.0
     assert limits[-1] == 0.98
@@ -237,42 +231,36 @@ def test_from_outside_the_wall_comes_in_with_the_worst(cylinder):
 
 
 def test_a_patch_leaves_out_what_its_nodes_cannot_change(cylinder):
-    points, _, quads = cylinder
+    points, cells, quads = cylinder
     moved = points + 0.004 * np.random.default_rng(3).normal(size=points.shape)
     moving = np.zeros(len(points), dtype=bool)
     moving[quads[5]] = True
-    patch = barrier_of(points, quads).restricted(np.arange(len(points)), moving, moved)
-    rows = list(patch._near_samples(moved, remember=False))
-    assert all(len(kind.nodes) for kind in rows[:1])
+    cut = barrier_of(points, quads).restricted(Patch.around(moving, cells, moved))
     touched = moving[quads].any(axis=1)
-    near = np.unique(quads[touched])
-    assert np.isin(rows[0].nodes, near).all()
-    assert all(moving[kind.nodes].any(axis=1).all() for kind in rows[2:])
+    for samples in (cut.forward, cut.backward):
+        assert np.array_equal(samples.active, touched[samples.carriers])
+        assert 0 < samples.active.sum() < len(samples)
+    assert moving[cut.curves.nodes].any(axis=1).all()
+    assert moving[cut.curves.corners].all()
     # Where nothing moves nothing is felt, however far everything is: here faces, edges and corners of a box.
     points, cells = generate.box((3, 3, 3))
-    quads = boundary_quads(cells)[0]
-    still = barrier_of(points, quads).restricted(
-        np.arange(len(points)), np.zeros(len(points), dtype=bool), 1.2 * points
-    )
-    assert still.value(1.2 * points) == 0.0
+    moving = np.zeros(len(points), dtype=bool)
+    patch = Patch(np.arange(len(cells)), np.arange(len(points)), moving, 1.2 * points)
+    assert barrier_of(points, boundary_quads(cells)[0]).restricted(patch).value(1.2 * points) == 0.0
 
 
 def test_a_patch_feels_what_its_nodes_feel(cylinder):
     points, cells, quads = cylinder
     moved = points + 0.004 * np.random.default_rng(3).normal(size=points.shape)
     barrier = barrier_of(points, quads)
-    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    barrier.assemble(moved, forces, matrix)
+    forces = convex(barrier, moved, cells)[1]
     moving = np.zeros(len(points), dtype=bool)
     moving[quads[5]] = True
-    around = np.flatnonzero(moving[cells].any(axis=1))
-    nodes = np.unique(cells[around])
-    local = np.full(len(points), -1)
-    local[nodes] = np.arange(len(nodes))
-    patch = barrier.restricted(nodes, moving, moved)
-    small, felt = BlockMatrix.of_cells(local[cells[around]], np.ones(len(nodes), dtype=bool)), np.zeros((len(nodes), 3))
-    patch.assemble(moved[nodes], felt, small)
+    patch = Patch.around(moving, cells, moved)
+    inside, local = moved[patch.nodes], patch.local
+    felt = convex(barrier.restricted(patch), inside, local[cells[patch.cells]])[1]
     assert np.abs(felt[local[moving.nonzero()[0]]] - forces[moving]).max() < 1e-9 * np.abs(forces).max()
+    np.testing.assert_allclose(felt, barrier.restricted(patch).value_gradient(inside)[1], rtol=1e-9, atol=1e-12)
 
 
 def test_a_finer_surface_draws_the_boundary_to_it():
@@ -280,9 +268,9 @@ def test_a_finer_surface_draws_the_boundary_to_it():
     quads = boundary_quads(cells)[0]
     fine, fine_cells = generate.ball(9, 3)
     fine_quads = boundary_quads(fine_cells)[0]
-    barrier = DistanceBarrier(SurfaceLocator(points, quads), 0.05, reference=SurfaceLocator(1.02 * fine, fine_quads))
-    matrix, forces = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool)), np.zeros_like(points)
-    barrier.assemble(points, forces, matrix)
+    reference = SurfaceLocator(1.02 * fine, fine_quads)
+    barrier = DistanceBarrier.around(SurfaceLocator(points, quads), 0.05, reference=reference)
+    forces = convex(barrier, points, cells)[1]
     outward = np.einsum("ij,ij->i", -forces, points)
     surface = np.unique(quads)
     assert (outward[surface] > 0).all()
@@ -306,15 +294,15 @@ def test_what_is_out_of_the_bound_between_samples_is_watched():
     quads, _ = boundary_quads(cells)
     moved = points + np.random.default_rng(9).uniform(-0.3, 0.3, points.shape)
     moved *= (np.linalg.norm(points, axis=1) / np.linalg.norm(moved, axis=1))[:, None]
-    barrier = DistanceBarrier(SurfaceLocator(points, quads), 1.0)
+    barrier = DistanceBarrier.around(SurfaceLocator(points, quads), 1.0)
     # A bound that all samples keep, but not the surface.
     apart = barrier.farthest(moved)
-    barrier = DistanceBarrier(barrier.original, 0.5 * (apart + barrier.relative_distance(moved)))
+    barrier = DistanceBarrier.around(barrier.original, 0.5 * (apart + barrier.relative_distance(moved)))
     assert barrier.relative_distance(moved) < 1.0 < barrier.farthest(moved)
     assert barrier.exceeded(moved)
     assert not barrier.exceeded(points)
     for _ in range(3):
-        barrier.watch(moved)
+        barrier = barrier.watching(moved)
     assert barrier.relative_distance(moved) > 1.0
     assert barrier.relative_distance(moved) == pytest.approx(barrier.farthest(moved), rel=0.05)
     assert barrier.relative_distance(points) < 0.05

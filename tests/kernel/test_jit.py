@@ -9,8 +9,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from hexconformal.energy.corner_energy import CornerEnergy, Weights
-from hexconformal.energy.distortion_energy import DistortionEnergy
+from corner_problems import convex
 from meshes.hexahedra import INVALID_INSIDE
 from meshes.surfaces import icosphere, quad_cube, shaken
 from numba.core.dispatcher import Dispatcher
@@ -20,6 +19,7 @@ import hexconformal as hc
 import surface
 from hexconformal.elements.hexahedron import CORNERS
 from hexconformal.elements.validity import minimum_jacobian
+from hexconformal.energy import CornerTerm, CornerWeights, DistortionTerm
 from hexconformal.generate import ball, box, jittered
 from hexconformal.geometry.closest_point import CurveLocator
 from hexconformal.solver.multigrid import Multigrid
@@ -57,30 +57,30 @@ def volumes(points_and_cells, **options):
 
 
 def products():
-    """All second derivatives, with targets and without."""
+    """All second derivatives, with targets and without, and the convex blocks."""
     points, cells = SKEW
     field = np.random.default_rng(0).normal(size=points.shape)
     frames = np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(1).normal(size=(len(cells), 1, 3, 3)))
     for eps, inverses in ((None, None), (None, frames), (0.1, frames)):
-        energy = DistortionEnergy(cells, len(points), None, inverses, eps, "gauss")
-        yield energy.second_product(points, field)
+        term = DistortionTerm(cells, len(points), None, inverses, eps, "gauss")
+        yield term.second_product(points, field)
         if eps is None:
-            yield energy.frozen_product(points, field)
+            yield term.frozen_product(points, field)
+        yield from convex(term, points, cells, diagonals=True)[1:]
 
 
 def shaped():
-    """Gradient and convex Hessian of the corner energy, with targets."""
+    """Gradient and convex Hessian at the corners, with targets."""
     points, cells = SKEW
     frames = np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(1).normal(size=(1, 1, 3, 3)))
-    problem = CornerEnergy(cells, frames, np.tile(np.eye(3), (len(points), 1, 1)))
-    _, gradient, matrix = problem.value_gradient_hessian(points, Weights(angle=1.0, stiffness=0.01, eps=0.1))
-    return np.concatenate([gradient.ravel(), matrix.data.ravel()])
+    term = CornerTerm(cells, frames, CornerWeights(angle=1.0, stiffness=0.01, eps=0.1))
+    return np.concatenate([part.ravel() for part in convex(term, points, cells)[1:]])
 
 
 def cycle():
     """One multigrid cycle of two levels."""
     points, cells = box((7, 7, 7))
-    matrix = DistortionEnergy(cells, len(points)).laplacian()
+    matrix = DistortionTerm(cells, len(points)).laplacian()
     return Multigrid(matrix, points[:, 0] > 0)(quadratic(points))
 
 
@@ -106,9 +106,15 @@ RUNS = {
         SKEW, boundary="fixed", energy="quaternionic", method="majorize", target="input", max_iterations=2
     ),
     "a curved boundary": lambda: volumes(ROUND, hausdorff=0.02, max_iterations=6),
+    "a curved boundary by a preconditioner of blocks": lambda: volumes(
+        ROUND, hausdorff=0.02, method="lbfgs", quadrature="gauss", max_iterations=4
+    ),
+    "blocks of the quaternionic energy": lambda: volumes(
+        ROUND, hausdorff=0.02, energy="quaternionic", target="1:1:2", max_iterations=3
+    ),
     "tangled": lambda: volumes(TANGLED, max_iterations=4),
     "tangled boxes": lambda: volumes(TANGLED, target="1:1:2", max_iterations=2),
-    "second derivatives": lambda: np.concatenate(list(products())),
+    "second derivatives": lambda: np.concatenate([product.ravel() for product in products()]),
     "corners with targets": shaped,
     "multigrid": cycle,
     "a curve": curve,
@@ -138,15 +144,18 @@ def test_compiled_loops_are_the_python_they_come_from(run):
 
 SOLVE = """
 import numpy as np
-from hexconformal.energy.block_matrix import BlockMatrix
+from hexconformal.energy import BlockMatrix
 from hexconformal.generate import box
+from hexconformal.solver import solve_blocks
 points, cells = box((4, 4, 4))
 rng = np.random.default_rng(0)
 matrix = BlockMatrix.of_cells(cells, np.ones(len(points), dtype=bool))
 matrix.data[:] = rng.normal(size=matrix.data.shape)
 last = matrix.indptr[1:] - 1
 matrix.data[last] = np.eye(3) * 60 + matrix.data[last] + matrix.data[last].transpose(0, 2, 1)
-found, _ = matrix.solve(rng.normal(size=points.shape), np.tile(np.eye(3), (len(points), 1, 1)), 1e-8, 50, 1e-5)
+found = solve_blocks(
+    matrix, rng.normal(size=points.shape), np.tile(np.eye(3), (len(points), 1, 1)), 1e-8, 50, 1e-5
+)
 print(found.tobytes().hex())
 """
 
@@ -159,7 +168,7 @@ def test_the_run_that_compiles_and_one_that_loads_give_the_same_bits(tmp_path):
         ).stdout
         for _ in range(2)
     )
-    assert list(tmp_path.rglob("block_matrix._conjugate_gradients*.nbc"))
+    assert list(tmp_path.rglob("block_solver._product*.nbc"))
     assert first == second
 
 

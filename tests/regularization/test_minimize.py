@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from hexconformal.solver.minimizers import lbfgs
 from meshes.hexahedra import jittered_box
 
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.regularization import minimize
+from hexconformal.solver import lbfgs
 
 ENERGIES = ["barrier", "quaternionic"]
 
@@ -89,12 +89,12 @@ def test_the_plain_energy_would_fold_and_the_line_search_does_not_let_it():
 def test_no_step_is_taken_beyond_the_last(monkeypatch):
     taken = []
 
-    def counted(problem, at):
-        for following in lbfgs(problem, at):
+    def counted(at, preconditioner):
+        for following in lbfgs(at, preconditioner):
             taken.append(following)
             yield following
 
-    monkeypatch.setattr(minimize, "MINIMIZERS", {"lbfgs": counted})
+    monkeypatch.setattr(minimize, "lbfgs", counted)
     for most in (0, 2):
         taken.clear()
         report = hc.regularize(jittered_box(), method="lbfgs", emphasis="mean", max_iterations=most).report

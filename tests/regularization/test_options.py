@@ -25,7 +25,6 @@ from hexconformal import generate
         ({"hausdorff": 1.0}, r"in \[0, 1\), not 1.0"),
         ({"features": "hard"}, "features must be 'auto', 'keep' or 'soft'"),
         ({"max_iterations": -1}, "max_iterations must be 0 or more"),
-        ({"method": "majorize"}, "must go with energy='quaternionic'"),
         ({"boundary": "free", "energy": "quaternionic"}, "shrinks the mesh to a point"),
         ({"emphasis": "worst", "energy": "quaternionic"}, "blind to orientation"),
         ({"speed": 3}, "unknown option 'speed'; there are: boundary"),

@@ -60,7 +60,7 @@ def test_a_cell_that_cannot_be_unfolded_is_named_and_the_rest_is_finished():
     held[cells[cell]] = True
     run = hc.Regularization((points, cells), hc.Options(boundary="fixed", fixed=held))
     assert len(list(run)) > 1
-    result, rest = run.result(), run._stages.corner_energy
+    result, rest = run.result(), run._stages.state.formulation
     assert 0 < result.report.after.inverted <= result.report.before.inverted
     assert any("cells that cannot be unfolded" in note and str(cell) in note for note in result.report.notes)
     others = np.setdiff1d(np.arange(len(cells)), np.flatnonzero(hc.quality((points, cells)).scaled_jacobian <= 0))

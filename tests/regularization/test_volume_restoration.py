@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hexconformal.energy.corner_energy import CornerEnergy
+from corner_problems import formulation_of
 from meshes.hexahedra import jittered_ball
 
 import hexconformal as hc
@@ -105,17 +105,19 @@ def test_what_the_band_has_no_room_for_is_approached():
     points, cells = generate.ball(4, 2)
     quads = boundary_quads(cells)[0]
     bound = 0.01
-    barrier = DistanceBarrier(SurfaceLocator(points, quads), bound)
-    problem = CornerEnergy(cells, np.empty((0, 1, 3, 3)), np.tile(np.eye(3), (len(points), 1, 1)), barrier)
+    barrier = DistanceBarrier.around(SurfaceLocator(points, quads), bound)
+    formulation = formulation_of(points, cells, barrier=barrier)
     before = enclosed_volume(points, quads)
-    swollen = restore_volume(problem, points, quads, 1.2 * before)
+    swollen = restore_volume(formulation, points, quads, 1.2 * before)
     assert barrier.relative_distance(swollen) <= 1.0
     assert hc.quality((swollen, cells)).valid.all()
     # All of the surface has gone outwards by half the bound at least.
     assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi
-    little = restore_volume(problem, points, quads, 1.01 * before)
+    little = restore_volume(formulation, points, quads, 1.01 * before)
     assert enclosed_volume(little, quads) == pytest.approx(1.01 * before, rel=1e-13)
-    assert enclosed_volume(restore_volume(problem, little, quads, before), quads) == pytest.approx(before, rel=1e-13)
+    assert enclosed_volume(restore_volume(formulation, little, quads, before), quads) == pytest.approx(
+        before, rel=1e-13
+    )
 
 
 @pytest.mark.parametrize("options", [{"boundary": "free"}, {"surface": "part.stl"}])

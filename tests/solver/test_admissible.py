@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.energy import Patch
 from hexconformal.io.read_write import as_hex_mesh
 from hexconformal.mesh.topology import boundary_quads
 from hexconformal.solver.admissible import AdmissibleDirections, boundary_directions, fixed_components
@@ -105,6 +106,48 @@ def test_what_is_held_besides_is_not_added_to_the_sums_that_were_given():
     assert np.array_equal(constraint.nodes, [1])
     assert np.array_equal(constraint.projectors, [np.diag([1.0, 1.0, 0.0])])
     assert not sums.any()
+
+
+def test_further_nodes_can_be_held():
+    points, cells = generate.box((3, 3, 3))
+    constraint = boundary_directions(points, boundary_quads(cells)[0])
+    on = (np.isclose(points, 0) | np.isclose(points, 1)).sum(axis=1)
+    inner, face = np.flatnonzero(on == 0)[0], np.flatnonzero(on == 1)[0]
+    held = constraint.with_held(np.array([inner, face, inner]))
+    before, after = constraint.all_projectors(len(points)), held.all_projectors(len(points))
+    assert not after[[inner, face]].any()
+    others = np.setdiff1d(np.arange(len(points)), [inner, face])
+    assert np.array_equal(after[others], before[others])
+    assert np.array_equal(held.nodes, np.union1d(constraint.nodes, [inner]))
+    # The one it came from is as it was.
+    assert np.array_equal(before, constraint.all_projectors(len(points)))
+    assert np.array_equal(held.with_held(np.empty((0, 8), int)).all_projectors(len(points)), after)
+
+
+def test_free_are_nodes_that_can_move_at_all():
+    points, cells = generate.box((3, 3, 3))
+    on = (np.isclose(points, 0) | np.isclose(points, 1)).sum(axis=1)
+    constraint = boundary_directions(points, boundary_quads(cells)[0])
+    assert np.array_equal(constraint.free(len(points)), on < 3)
+    none = AdmissibleDirections(np.empty(0, int), np.empty((0, 3, 3)))
+    assert none.free(5).all()
+    assert np.array_equal(none.with_held([3]).free(5), [True, True, True, False, True])
+
+
+def test_in_a_patch_nodes_that_move_keep_their_directions_and_the_others_are_held():
+    points, cells = generate.box((4, 4, 4))
+    constraint = boundary_directions(points, boundary_quads(cells)[0])
+    moving = np.zeros(len(points), dtype=bool)
+    moving[cells[5]] = True
+    patch = Patch.around(moving, cells, points)
+    part = constraint.restricted(patch)
+    assert np.array_equal(part.nodes, np.unique(part.nodes))
+    projectors = part.all_projectors(len(patch.nodes))
+    expected = constraint.all_projectors(len(points)) * moving[:, None, None]
+    assert 0 < moving[patch.nodes].sum() < len(patch.nodes) < len(points)
+    assert np.array_equal(projectors, expected[patch.nodes])
+    field = np.random.default_rng(0).normal(size=points.shape) * moving[:, None]
+    assert np.array_equal(part.project(field[patch.nodes]), constraint.project(field)[patch.nodes])
 
 
 def test_nodes_of_cells_that_are_carried_along_are_held_besides_those_that_are_asked_for():

@@ -2,19 +2,21 @@
 
 import numpy as np
 import pytest
-from hexconformal.energy.distortion_energy import DistortionEnergy
-from hexconformal.solver.minimizers import conjugate_gradients, inner
 from meshes.hexahedra import off_boundary
 from scipy import sparse
 
 from hexconformal import generate
+from hexconformal.energy.distortion_term import DistortionTerm
 from hexconformal.energy.target import inverse_targets
+from hexconformal.solver import SERIAL, conjugate_gradients
 from hexconformal.solver.multigrid import Multigrid
+
+inner = SERIAL.inner
 
 
 def laplace(n):
     points, cells = generate.box((n, n, n))
-    return DistortionEnergy(cells, len(points)).laplacian(), off_boundary(points, cells)
+    return DistortionTerm(cells, len(points)).laplacian(), off_boundary(points, cells)
 
 
 def layered(shape, aspect):
@@ -22,7 +24,7 @@ def layered(shape, aspect):
     points, cells = generate.boundary_layer(shape, aspect)
     inverses = inverse_targets("input", points, cells, "corners")
     volumes = np.linalg.det(inverses[:, 0]) ** -1
-    distortion = DistortionEnergy(cells, len(points), inverses=inverses, quadrature="corners")
+    distortion = DistortionTerm(cells, len(points), inverses=inverses, quadrature="corners")
     return distortion.laplacian(volumes ** (-2.0 / 3.0)), off_boundary(points, cells)
 
 
@@ -53,7 +55,7 @@ def test_a_cycle_reduces_every_error():
     """The eigenvalues of cycle and matrix lie in (0, 1]: one less the smallest is the factor of convergence."""
     points, cells = generate.box((9, 9, 9))
     free = off_boundary(points, cells)
-    distortion = DistortionEnergy(cells, len(points))
+    distortion = DistortionTerm(cells, len(points))
     nodes = np.flatnonzero(free)
     for contrast in (0.0, 6.0):  # powers of ten between the stiffnesses of neighbouring cells
         scales = 10.0 ** (contrast * np.random.default_rng(1).uniform(size=len(cells)))

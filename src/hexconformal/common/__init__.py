@@ -9,6 +9,7 @@ from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, fi
 from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
 from .output_places import OutputPlace, require_distinct_places, same_file
+from .schedule import Schedule, tuned
 from .serialization import Serializable, json_safe
 from .validation import (
     array_of_numbers,
@@ -28,6 +29,7 @@ __all__ = [
     "OptionError",
     "OutputPlace",
     "ReadError",
+    "Schedule",
     "Serializable",
     "WriteError",
     "array_of_numbers",
@@ -54,6 +56,7 @@ __all__ = [
     "same_file",
     "save_atomically",
     "temporary_folder_beside",
+    "tuned",
     "uninterrupted",
     "unusable_points",
     "write_text",

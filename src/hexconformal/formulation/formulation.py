@@ -24,14 +24,13 @@ from ..geometry import DistanceBarrier
 from ..mesh import boundary_quads
 from ..solver import PATCH_ROUNDING, AdmissibleDirections, ConvexEquation, Iterate, Problem, newton
 from .compatible_constraint import CompatibleConstraint
+from .schedules import Schedules
 
-__all__ = ["VOLUME_WEIGHT", "Formulation", "ValidCells", "convex_newton"]
+__all__ = ["Formulation", "ValidCells", "convex_newton"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-VOLUME_WEIGHT = 6.0  # weight of the volumes of cells beside their angles, or their whole distortion
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +60,8 @@ class Formulation:
         (m,) weight of each cell; empty where every cell counts the same.
     constraint
         The compatible constraint, where it is asked for.
+    schedules
+        The tuned numbers of all stages.
     """
 
     cells: Ints
@@ -73,6 +74,7 @@ class Formulation:
     rounding: float = 0.0
     scales: Field = field(default_factory=lambda: np.empty(0))
     constraint: CompatibleConstraint | None = None
+    schedules: Schedules = field(default_factory=Schedules)
 
     # --------------------------------------------------------------------------------------- objectives
     def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
@@ -94,13 +96,15 @@ class Formulation:
     @property
     def equation(self) -> ConvexEquation:
         """The convex equation (11) of terms at corners; its matrix is used by all problems of this formulation."""
-        return ConvexEquation(self._assembly, self.projectors, self.cells, self.rounding)
+        return self._equation(self._assembly)
 
     @property
     def whole_equation(self) -> ConvexEquation:
         """The same for terms that couple all nodes of a cell."""
-        assembly = Assembly.of_cells(self.cells, self.free, diagonals=True)
-        return ConvexEquation(assembly, self.projectors, self.cells, self.rounding)
+        return self._equation(Assembly.of_cells(self.cells, self.free, diagonals=True))
+
+    def _equation(self, assembly: Assembly) -> ConvexEquation:
+        return ConvexEquation(assembly, self.projectors, self.cells, self.rounding, schedule=self.schedules.newton)
 
     @cached_property
     def _assembly(self) -> Assembly:
@@ -195,13 +199,15 @@ class ValidCells:
 
 
 def convex_newton(
-    formulation: Formulation, points: Field, weights: CornerWeights, volume: float = 0.0, decrease: float = 1e-3
+    formulation: Formulation, points: Field, weights: CornerWeights, volume: float | None = None, decrease: float = 1e-3
 ) -> Iterator[Iterate]:
     """Newton's method with the convex equation; yields the iterate after every step.
 
-    Ends where two steps in a row lower the objective by less than the given fraction, or no step lowers it. A cell
-    that is valid everywhere (Bernstein) stays so, and so does one that becomes so.
+    Volumes count with a weight, default that of the schedule. Ends where two steps in a row lower the objective by less
+    than the given fraction, or no step lowers it. A cell that is valid everywhere (Bernstein) stays so, and so does one
+    that becomes so.
     """
+    volume = formulation.schedules.minimization.volume_weight if volume is None else volume
     valid, slow = ValidCells(points, formulation.cells), 0
     problem = formulation.problem(formulation.objective(weights, volume), valid)
     for iterate in newton(problem.start(points), formulation.equation):

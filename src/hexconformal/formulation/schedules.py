@@ -6,14 +6,14 @@ Lengths are in mean edges of the mesh unless something else is said; shares and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..common import Schedule, tuned
 from ..geometry import BarrierSchedule
 from ..solver import NewtonSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
-__all__ += ["Schedules", "StagesSchedule", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule"]
+__all__ += ["Schedules", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule"]
 __all__ += ["WorstCellsSchedule"]
 
 
@@ -250,8 +250,6 @@ class VolumeSchedule(Schedule):
         Of the solves for the way that costs least energy.
     watches
         Times that the bound is watched closer, where it is exceeded.
-    rounding
-        Relative change of volume that is rounding.
     """
 
     exact: float = tuned(1e-14)
@@ -262,7 +260,6 @@ class VolumeSchedule(Schedule):
     iterations: int = tuned(50)
     shift: float = tuned(1e-5)
     watches: int = tuned(4)
-    rounding: float = tuned(1e-10)
 
 
 @dataclass(frozen=True)
@@ -295,14 +292,14 @@ class Schedules:
     2
     """
 
-    barrier: BarrierSchedule = BarrierSchedule()
-    newton: NewtonSchedule = NewtonSchedule()
-    untangling: UntanglingSchedule = UntanglingSchedule()
-    interior: InteriorSchedule = InteriorSchedule()
-    folded: FoldedSchedule = FoldedSchedule()
-    unfolding: UnfoldingSchedule = UnfoldingSchedule()
-    minimization: MinimizationSchedule = MinimizationSchedule()
-    worst_cells: WorstCellsSchedule = WorstCellsSchedule()
-    returning: ReturnSchedule = ReturnSchedule()
-    volume: VolumeSchedule = VolumeSchedule()
-    compatible: CompatibleSchedule = CompatibleSchedule()
+    barrier: BarrierSchedule = field(default_factory=BarrierSchedule)
+    newton: NewtonSchedule = field(default_factory=NewtonSchedule)
+    untangling: UntanglingSchedule = field(default_factory=UntanglingSchedule)
+    interior: InteriorSchedule = field(default_factory=InteriorSchedule)
+    folded: FoldedSchedule = field(default_factory=FoldedSchedule)
+    unfolding: UnfoldingSchedule = field(default_factory=UnfoldingSchedule)
+    minimization: MinimizationSchedule = field(default_factory=MinimizationSchedule)
+    worst_cells: WorstCellsSchedule = field(default_factory=WorstCellsSchedule)
+    returning: ReturnSchedule = field(default_factory=ReturnSchedule)
+    volume: VolumeSchedule = field(default_factory=VolumeSchedule)
+    compatible: CompatibleSchedule = field(default_factory=CompatibleSchedule)

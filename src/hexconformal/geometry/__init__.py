@@ -5,6 +5,7 @@ Belongs here: the geometry of surfaces that both packages need. Imports `common`
 """
 
 from .area_vectors import enclosed_volume, nodal_area_vectors, simpson_mean
+from .barrier_schedule import BarrierSchedule
 from .closest_point import ClosestPoints, SurfaceLocator
 from .closest_point_kernels import closest_on_triangle
 from .crack_fronts import kept_edges
@@ -14,6 +15,7 @@ from .hausdorff import distance_between, hausdorff
 from .surface_tags import surface_tags
 
 __all__ = [
+    "BarrierSchedule",
     "ClosestPoints",
     "DistanceBarrier",
     "Features",

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import Assembly, Patch, Term
+from .barrier_schedule import BarrierSchedule, Steep
 from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import SurfaceLocator
 from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors
@@ -30,52 +31,6 @@ __all__ = ["DistanceBarrier"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-# The terms of equation (14), in distances t = r / bound.
-_ATTRACTION = 30.0  # factor of t^2, at nodes: without it thin bodies inflate
-_STEEPNESS = 200.0  # k / (t1 - t0)
-_ONSET = 0.8  # t0
-_WALL = 0.98  # t1, never crossed from inside
-_WITHIN = 0.995  # share of the bound that leaves room for rounding
-_TOLERANCE = 0.02  # of measured distances, in bounds
-_WATCHED = 0.9  # bounds from which on places are watched
-_SPACING, _LEAST_SPACING = 2.0, 0.125  # bounds between places that are compared on a quad: at first, at last
-_REACH = 0.25  # longest edges of a quad between a place on it and the sample next to it
-_ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
-_CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
-_CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
-
-
-@dataclass(frozen=True, eq=False)
-class _Steep:
-    """What the barrier makes of some distances."""
-
-    nodes: Ints
-    weights: Field
-    residuals: Field
-    t: Field  # distances in bounds
-    bound: float
-    attraction: Field | float  # (k,) factor of t^2
-    onset: float  # t0
-    directions: Callable[[], Field]  # (k, 3, 3) projection onto the directions in which the distance grows
-
-    def penalty(self, steepness: float, wall: float) -> tuple[float, Field, Field]:
-        """The terms of equation (14): their sum, each one's slope over the distance, and its second derivative."""
-        t = self.t
-        over, gap = np.maximum(t - self.onset, 0.0), wall - t
-        if gap.min(initial=1.0) <= 0.0:
-            return np.inf, t, t
-        k, r = steepness * (wall - self.onset), 1.0 / gap
-        value = k * (over**2 * r).sum() + (self.attraction * t**2).sum()
-        slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * self.attraction
-        curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + self.attraction)
-        return float(value), slopes / self.bound**2, curvatures / self.bound**2
-
-    @property
-    def wall_beyond(self) -> float:
-        """The wall t1: in its place with all samples inside it, else behind the worst, with which it comes in."""
-        worst = float(self.t.max(initial=0.0))
-        return _WALL if worst < _WALL else worst + _ROOM * (worst - self.onset)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +58,9 @@ class DistanceBarrier(Term):
     wall
         t1 of equation (14).
     spacing
-        Bounds between samples of quads looked at closely.
+        Bounds between places that are compared on a quad.
+    schedule
+        The numbers of equation (14).
     patch
         Nodes of a patch, the only ones that move; None for the whole mesh.
     """
@@ -116,8 +73,9 @@ class DistanceBarrier(Term):
     backward: Samples
     curves: Curves
     measured_at: Field
-    wall: float = _WALL
-    spacing: float = _SPACING
+    wall: float
+    spacing: float
+    schedule: BarrierSchedule
     patch: Patch | None = None
 
     @classmethod
@@ -127,6 +85,7 @@ class DistanceBarrier(Term):
         bound: float,
         features: Features | None = None,
         reference: SurfaceLocator | None = None,
+        schedule: BarrierSchedule | None = None,
     ) -> DistanceBarrier:
         """The barrier of a boundary that is still where it was.
 
@@ -136,6 +95,8 @@ class DistanceBarrier(Term):
             See the attributes.
         features
             Curves and corners to keep; None where there are none, or they may be soft.
+        schedule
+            The numbers of equation (14).
 
         Examples
         --------
@@ -160,7 +121,11 @@ class DistanceBarrier(Term):
             forward = Samples.forward(faces, weights, there.faces, there.distances, at_node)
             backward = Samples.backward(nodes, here.faces, here.distances)
             curves = Curves.of(points, None)
-        return cls(original, bound, _STEEPNESS, reference, forward, backward, curves, points)
+        schedule = BarrierSchedule() if schedule is None else schedule
+        return cls(
+            original, bound, schedule.steepness, reference, forward, backward, curves, points, schedule.wall,
+            schedule.spacing, schedule,
+        )  # fmt: skip
 
     # ------------------------------------------------------------------------------------------ the term
     def value(self, points: Field) -> float:
@@ -200,24 +165,24 @@ class DistanceBarrier(Term):
         moved, other = self._surfaces(points)
         worst = 0.0
         for samples in (self.forward, self.backward):
-            found = samples.measured(np.arange(len(samples)), moved, other, _WALL * self.bound)
+            found = samples.measured(np.arange(len(samples)), moved, other, self.schedule.wall * self.bound)
             worst = max(worst, float(found.distances.max(initial=0.0)))
         return worst / self.bound
 
     def farthest(self, points: Field) -> float:
         """Hausdorff distance of the bilinear surface from its original, in units of the bound."""
         x, quads = self.original.points, self.original.faces
-        return hausdorff(points, x, quads, _TOLERANCE * self.bound) / self.bound
+        return hausdorff(points, x, quads, self.schedule.tolerance * self.bound) / self.bound
 
     def exceeded(self, points: Field) -> bool:
         """True where any place of the bilinear surface is farther from its original than the bound, or nearly so."""
-        x, quads, least = self.original.points, self.original.faces, _WITHIN * self.bound
-        return hausdorff(points, x, quads, _TOLERANCE * self.bound, least) > least
+        x, quads, least = self.original.points, self.original.faces, self.schedule.within * self.bound
+        return hausdorff(points, x, quads, self.schedule.tolerance * self.bound, least) > least
 
     def watching(self, points: Field) -> DistanceBarrier:
         """The barrier with samples where quads, or the original, are nearly out of the bound; warped ones followed."""
         x, quads = self.original.points, self.original.faces
-        parts = np.maximum(*(needed_parts(y, quads, _TOLERANCE * self.bound) for y in (x, points)))
+        parts = np.maximum(*(needed_parts(y, quads, self.schedule.tolerance * self.bound) for y in (x, points)))
         original = self.original
         if isinstance(original, BilinearSurface):
             parts = np.maximum(parts, original.parts)
@@ -230,12 +195,14 @@ class DistanceBarrier(Term):
         forward = replace(self.forward, weights=np.concatenate([weights, self.forward.weights[count:]]))
         backward = replace(self.backward, places=np.concatenate([places, self.backward.places[count:]]))
         moved = original.with_points(points)
-        reach = _REACH * np.linalg.norm(points[quads] - np.roll(points[quads], 1, axis=1), axis=2).max(axis=1)
+        edges = np.linalg.norm(points[quads] - np.roll(points[quads], 1, axis=1), axis=2)
+        least = self.schedule.watched * self.bound
+        reach = self.schedule.reach * edges.max(axis=1)
         found = []
         for this, that in ((moved, original), (original, moved)):
             places = np.einsum("sj,sji->si", weights, this.points[quads[faces]])
-            may_be = that.closest(places, faces).distances > (_WATCHED * self.bound - reach)[faces]
-            found.append(peaks(this, that, np.unique(faces[may_be]), self.spacing * self.bound, _WATCHED * self.bound))
+            may_be = that.closest(places, faces).distances > (least - reach)[faces]
+            found.append(peaks(this, that, np.unique(faces[may_be]), self.spacing * self.bound, least))
         (ahead, ahead_weights), (behind, behind_weights) = found
         places = np.einsum("sj,sji->si", behind_weights, x[quads[behind]])
         return replace(
@@ -244,7 +211,7 @@ class DistanceBarrier(Term):
             forward=forward.joined(Samples.forward(ahead, ahead_weights, ahead, np.full(len(ahead), np.inf))),
             backward=backward.joined(Samples.backward(places, behind, np.full(len(behind), np.inf))),
             # Where that is not enough places closer together are compared next time.
-            spacing=max(0.5 * self.spacing, _LEAST_SPACING),
+            spacing=max(0.5 * self.spacing, self.schedule.least_spacing),
         )
 
     # ------------------------------------------------------------------------------------------ measuring
@@ -259,25 +226,25 @@ class DistanceBarrier(Term):
         """The moved surface, and the one it should be near to."""
         return self.original.with_points(x), self.original if self.reference is None else self.reference
 
-    def _seen(self, points: Field) -> tuple[list[_Steep], DistanceBarrier]:
+    def _seen(self, points: Field) -> tuple[list[Steep], DistanceBarrier]:
         """The distances from points (n, 3), and the barrier as it is seen from there."""
         x = self._all_points(points)
         steep, (forward, backward, curves) = self._looked(x, everywhere=True)
-        wall = max((kind.wall_beyond for kind in steep), default=_WALL)
+        wall = max((kind.wall_beyond(self.schedule) for kind in steep), default=self.schedule.wall)
         return steep, replace(self, measured_at=x, wall=wall, forward=forward, backward=backward, curves=curves)
 
-    def _looked(self, x: Field, everywhere: bool) -> tuple[list[_Steep], tuple[Samples, Samples, Curves]]:
+    def _looked(self, x: Field, everywhere: bool) -> tuple[list[Steep], tuple[Samples, Samples, Curves]]:
         """Distances of samples that may be beyond the onset, and of all nodes; samples and curves as they are then."""
         moved = moved_by(x - self.measured_at, self.original.faces)
-        surfaces, onset = self._surfaces(x), _ONSET * self.bound
-        far = _WALL * self.bound if everywhere else None
+        surfaces, onset = self._surfaces(x), self.schedule.onset * self.bound
+        far = self.schedule.wall * self.bound if everywhere else None
         steep, seen = [], []
         for samples in (self.forward, self.backward):
             # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
             most = samples.most(moved)
             which = np.flatnonzero(samples.active & (samples.at_node | (most >= onset)))
             found = samples.measured(which, *surfaces, far)
-            steep.append(self._steep(found, np.where(samples.at_node[which], _ATTRACTION, 0.0)))
+            steep.append(self._steep(found, np.where(samples.at_node[which], self.schedule.attraction, 0.0)))
             seen.append(samples.seen(which, found, most))
         curves = self.curves
         if curves.locator is not None and len(curves.near):
@@ -295,19 +262,19 @@ class DistanceBarrier(Term):
             steep.append(self._of_curves(nodes, weights, residuals, distances, partial(identities, len(nodes))))
         return steep, (seen[0], seen[1], curves)
 
-    def _steep(self, found: Distances, attraction: Field) -> _Steep:
-        return _Steep(
-            found.nodes, found.weights, found.residuals, found.distances / self.bound, self.bound, attraction, _ONSET,
-            partial(found.directions, self.bound),
-        )  # fmt: skip
+    def _steep(self, found: Distances, attraction: Field) -> Steep:
+        growing = partial(found.directions, self.bound)
+        t, onset = found.distances / self.bound, self.schedule.onset
+        return Steep(found.nodes, found.weights, found.residuals, t, self.bound, attraction, onset, growing)
 
     def _of_curves(
         self, nodes: Ints, weights: Field, residuals: Field, distances: Field, directions: Callable[[], Field]
-    ) -> _Steep:
-        bound = _CURVE_BOUND * self.bound
-        return _Steep(nodes, weights, residuals, distances / bound, bound, _CURVE_ATTRACTION, _CURVE_ONSET, directions)
+    ) -> Steep:
+        bound, attraction = self.schedule.curve_bound * self.bound, self.schedule.curve_attraction
+        t, onset = distances / bound, self.schedule.curve_onset
+        return Steep(nodes, weights, residuals, t, bound, attraction, onset, directions)
 
-    def _add(self, steep: list[_Steep], gradient: Field, assembly: Assembly | None) -> float:
+    def _add(self, steep: list[Steep], gradient: Field, assembly: Assembly | None) -> float:
         """Add gradients, and curvatures where there is an assembly; returns the sum."""
         total = 0.0
         for kind in steep:

@@ -19,9 +19,8 @@ Ints = NDArray[np.int64]
 
 _MANY_STRETCHED = 0.05  # share of stretched cells from which on a note says that they count as distorted
 _ROUNDING = 1e-12  # of a scaled Jacobian
-_LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
-_ROUNDS = 4  # of restoring the volume, with the bound watched closer each time
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
+_LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
 
 
 def no_worse_than(record: Record, first: Record) -> bool:
@@ -73,7 +72,7 @@ def with_volume_restored(
 
 def _restored(formulation: Formulation, points: Field, quads: Ints, volume: float) -> Field:
     """The points changed to enclose a volume within the bound, which is watched closer where they come out of it."""
-    for _ in range(_ROUNDS):
+    for _ in range(formulation.schedules.volume.watches):
         same = restore_volume(formulation, points, quads, volume)
         if formulation.barrier is None or not formulation.barrier.exceeded(same):
             return same

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
+from ..formulation import Schedules
 from ..geometry import DistanceBarrier, Features, SurfaceLocator, find_features, kept_edges, surface_tags
 from ..io import read_surface
 from ..mesh import NormalizedMesh
@@ -54,7 +55,7 @@ class Boundary:
     patches: Ints = field(default_factory=lambda: np.empty(0, np.int64))
 
 
-def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
+def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedules | None = None) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
@@ -92,7 +93,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options) -> Boundary:
     if not (sliding & ~fixed.all(axis=1)).any():
         return Boundary(admissible, None, notes)
     original = SurfaceLocator(points, quads)
-    barrier = DistanceBarrier.around(original, tolerance, features, reference)
+    barrier = DistanceBarrier.around(original, tolerance, features, reference, (schedules or Schedules()).barrier)
     return Boundary(admissible, barrier, notes, features.patches)
 
 

@@ -19,10 +19,6 @@ __all__ = ["CompatibleSteps"]
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_STEPS = 100
-_NEARLY = 0.9  # bounds from which on a step that lowers the distortion no more may be held back by the bound
-_STALL = 1e-3  # relative decrease of the distortion in a step below which it is the last
-
 
 class CompatibleSteps:
     """Steps f -> f + v that each minimize the distortion with v orthogonal to the middle normal; iterate to take them.
@@ -64,9 +60,9 @@ class CompatibleSteps:
         self._points, self._referenced, self._quads, self._patches = points, referenced, quads, patches
 
     def __iter__(self) -> Iterator[Iteration]:
-        barrier, points = self._barrier, self._points
+        schedule, barrier, points = self._formulation.schedules.compatible, self._barrier, self._points
         energy = self._distortion.value(points)
-        for _ in range(_STEPS):
+        for _ in range(schedule.steps):
             # The mesh is normalized: the mean edge is 1, and eps = eps_hat.
             constraint = CompatibleConstraint.at(points, self._quads, self._patches, self._options.eps)
             formulation = replace(self._formulation.with_barrier(None), constraint=constraint)
@@ -78,10 +74,10 @@ class CompatibleSteps:
                 points = iteration.points
                 yield iteration
             after = self._distortion.value(points)
-            if after >= (1.0 - _STALL) * energy:
-                within = barrier.farthest(points) < _NEARLY
+            if after >= (1.0 - schedule.stall) * energy:
+                within = barrier.farthest(points) < schedule.nearly
                 self.reason = "the energy stalls" if within else "the surface has come to its bound"
                 self.converged = within
                 return
             energy = after
-        self.reason = f"took {_STEPS} steps under the compatible constraint"
+        self.reason = f"took {schedule.steps} steps under the compatible constraint"

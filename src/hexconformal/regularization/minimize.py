@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from itertools import islice
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..elements import cell_volumes, edge_lengths
 from ..energy import CornerWeights, DistortionTerm, Objective, inverse_targets, normalized_target
-from ..formulation import VOLUME_WEIGHT, Formulation, Iteration, ValidCells
+from ..formulation import Formulation, Iteration, ValidCells
 from ..mesh import NormalizedMesh
 from ..solver import (
     BlockPreconditioner,
@@ -28,14 +29,6 @@ __all__ = ["Minimization", "distortion_term"]
 
 Field = NDArray[np.float64]
 
-_HANDOVER = 60  # iterations of L-BFGS after which Newton takes over
-_NEWTON_GRADIENT = 1e-6  # relative gradient below which Newton is the better choice
-_ROUNDING = 1e-13  # gradient per node that is rounding, edges being 1
-_STALL = 3e-3  # relative decrease of the energy; two iterations below it are a stall
-_DECREASE = 1e-6  # the same with a barrier or volumes beside, where no other end may be reached
-_FEW_STEPS = 2  # of that before the angles take over
-_LEAST_VOLUME = 0.05  # smallest volume, relative to the cube of the edges, that the stiffness takes as it is
-_SIZES_WEIGHT = 4.0  # weight of sizes beside the distortion, where the worst cells are not raised
 _CORNERS = 8.0  # beside other terms corners count 1 each, and so all points of a quadrature together
 
 
@@ -92,10 +85,11 @@ class Minimization:
         self.reason, self.converged = "interrupted", False
         self._distortion, self._formulation, self._options = distortion, formulation, options
         self._start, self._referenced, self._alone, self._acceptable = points, referenced, alone, acceptable
+        self._schedule = formulation.schedules.minimization
         self._at_corners = distortion.quadrature == "corners" and distortion.eps is not None
 
     def __iter__(self) -> Iterator[Iteration]:
-        options, method = self._options, self._options.method
+        schedule, options, method = self._schedule, self._options, self._options.method
         phases = (method,) if method != "auto" else ("lbfgs", "newton") if self._alone else ("majorize",)
         valid = ValidCells(self._start, self._formulation.cells)
         problem = self._formulation.problem(self._objective(), lambda x: valid(x) and self._acceptable(x))
@@ -106,7 +100,9 @@ class Minimization:
         few = method == "auto" and self._formulation.barrier is not None and options.raises_worst
         few = few and not options.changes_sizes
         for phase in phases:
-            for taken, following in enumerate(islice(self._steps(phase, at), _FEW_STEPS if few else None), 1):
+            for taken, following in enumerate(
+                islice(self._steps(phase, at), self._schedule.few_steps if few else None), 1
+            ):
                 if following.step == 0.0:
                     break
                 slow = slow + 1 if following.decrease < self._stall * at.energy else 0
@@ -118,7 +114,8 @@ class Minimization:
                 if slow == 2:
                     self.reason, self.converged = "the energy stalls", not self._alone
                     return
-                if phase != phases[-1] and (taken == _HANDOVER or at.gradient_norm <= _NEWTON_GRADIENT * first):
+                near = at.gradient_norm <= schedule.newton_gradient * first
+                if phase != phases[-1] and (taken == schedule.handover or near):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
 
@@ -126,8 +123,8 @@ class Minimization:
     def _stall(self) -> float:
         """Relative decrease two of which in a row end it; negative for none."""
         if self._options.raises_worst and not self._options.changes_sizes:
-            return _STALL
-        return -1.0 if self._alone else _DECREASE
+            return self._schedule.stall
+        return -1.0 if self._alone else self._schedule.decrease
 
     def _told(self, phase: str, at: Iterate, first: float) -> Iteration:
         """The iteration; other things that are minimized with the distortion are not told."""
@@ -139,7 +136,7 @@ class Minimization:
         if self._alone:
             return Objective((self._distortion,))
         raised = self._options.raises_worst and not self._options.changes_sizes
-        volume = VOLUME_WEIGHT if raised else _SIZES_WEIGHT
+        volume = self._schedule.volume_weight if raised else self._schedule.sizes_weight
         if self._at_corners:
             return self._formulation.objective(CornerWeights(), volume)
         return self._formulation.with_distortion(self._distortion.scaled(_CORNERS), volume)
@@ -163,14 +160,15 @@ class Minimization:
             return LaplacePreconditioner(laplacian, self._formulation.admissible, self._referenced)
         equation = self._convex_equation()
         equation.convex(at)
-        return BlockPreconditioner(equation.assembly.matrix, equation.projectors, equation.shift)
+        # What the formulation assembles next, in a run that is left and asked for its result, is not to be seen here.
+        return BlockPreconditioner(deepcopy(equation.assembly.matrix), equation.projectors, equation.added)
 
     def _is_stationary(self, at: Iterate, first: float) -> bool:
         """True where the gradient is small enough."""
         norm, tolerance = at.gradient_norm, self._options.gradient_tolerance
         if norm <= tolerance * first:
             self.reason = f"gradient fell below {tolerance:g} of its start"
-        elif norm <= _ROUNDING * np.sqrt(len(at.points)):
+        elif norm <= self._schedule.rounding * np.sqrt(len(at.points)):
             self.reason = "gradient is at the level of rounding"
         else:
             return False
@@ -183,4 +181,4 @@ class Minimization:
             return None
         cells = self._distortion.cells
         size = (edge_lengths(self._start, cells) ** 2).mean(axis=1) ** 1.5
-        return np.maximum(cell_volumes(self._start, cells), _LEAST_VOLUME * size) ** (-2.0 / 3.0)
+        return np.maximum(cell_volumes(self._start, cells), self._schedule.least_volume * size) ** (-2.0 / 3.0)

@@ -81,8 +81,7 @@ class Report(Serializable):
     @property
     def hausdorff_bound(self) -> float | None:
         """Largest `hausdorff` that was allowed; None where the boundary does not slide."""
-        slides = self.options.get("boundary") == "slide" and self.options.get("energy") == "barrier"
-        return self.options.get("hausdorff") if slides else None
+        return self.options.get("hausdorff") if self.options.get("boundary") == "slide" else None
 
     @property
     def relative_displacement(self) -> float:

@@ -10,16 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import CornerWeights
-from ..formulation import VOLUME_WEIGHT, Formulation, convex_newton
+from ..formulation import Formulation, convex_newton
 from .worst_cells import stiffened
 
 __all__ = ["return_to_surface"]
 
 Field = NDArray[np.float64]
-
-_ROUNDS, _STEPS = 24, 8  # with other samples or another steepness, and of Newton's method in each
-_WATCHES, _KEEPING = 8, 4  # of the rounds take in samples; the first of them spoil no cell
-_STEEPER = 4.0
 
 
 def return_to_surface(
@@ -41,21 +37,21 @@ def return_to_surface(
     (n, 3) points after each step, and the formulation with the barrier as it is there; nothing where the surface is
     within its bound.
     """
-    barrier, watched = formulation.barrier, 0
-    for _ in range(_ROUNDS):
+    schedule, barrier, watched = formulation.schedules.returning, formulation.barrier, 0
+    for _ in range(schedule.rounds):
         if barrier is None:
             return
         if barrier.relative_distance(points) > 1.0:
-            barrier = replace(barrier, steepness=_STEEPER * barrier.steepness)
-        elif watched == _WATCHES or not barrier.exceeded(points):
+            barrier = replace(barrier, steepness=schedule.steeper * barrier.steepness)
+        elif watched == schedule.watches or not barrier.exceeded(points):
             return
         else:
             # What the samples see comes back by itself; only then others are looked for.
             barrier, watched = barrier.watching(points), watched + 1
         formulation = formulation.with_barrier(barrier)
-        kept = keeps_worst and 0 < watched <= _KEEPING
+        kept = keeps_worst and 0 < watched <= schedule.keeping
         weights = stiffened(formulation, points) if kept else CornerWeights()
-        for iterate in islice(convex_newton(formulation, points, weights, VOLUME_WEIGHT), _STEPS):
+        for iterate in islice(convex_newton(formulation, points, weights), schedule.steps):
             points = iterate.points
             yield points, formulation
             if watched and barrier.relative_distance(points) < 1.0:

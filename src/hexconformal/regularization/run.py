@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian
-from ..formulation import Iteration
+from ..formulation import Iteration, Schedules
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh
 from ..quality import attainable_scaled_jacobian, quality, require_sound
@@ -79,6 +79,8 @@ class Regularization:
         Anything :func:`hexconformal.as_hex_mesh` takes.
     options
         Options of the run; the defaults suit an unknown mesh.
+    schedules
+        Other tuned numbers than those the benchmarks were made with.
 
     Attributes
     ----------
@@ -105,7 +107,7 @@ class Regularization:
     True
     """
 
-    def __init__(self, mesh: Any, options: Options | None = None) -> None:
+    def __init__(self, mesh: Any, options: Options | None = None, schedules: Schedules | None = None) -> None:
         self._began = time.perf_counter()
         self.options = Options() if options is None else options
         self.mesh, self._from_hex_mesh = as_hex_mesh(mesh), isinstance(mesh, HexMesh)
@@ -113,14 +115,15 @@ class Regularization:
         notes = [finding.message for finding in require_sound(self.mesh)]
         self._notes = tuple(notes) + self.mesh.notes
         self._normalized = NormalizedMesh(self.mesh, ordered=True)
-        self._boundary = boundary_of(self._normalized, self.options)
+        schedules = Schedules() if schedules is None else schedules
+        self._boundary = boundary_of(self._normalized, self.options, schedules)
         free = self._boundary.barrier is None and len(self._boundary.admissible.nodes) < 2
         if self.options.energy == "quaternionic" and free:
             raise OptionError(
                 "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
                 "use energy='barrier'"
             )
-        self._setting = Setting(self._normalized, self.options)
+        self._setting = Setting(self._normalized, self.options, schedules)
         self._stages = Stages(self._setting, self._boundary)
         self._points = self._normalized.points
         self._records = self._run()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..elements import all_valid, is_valid
 from ..energy import DistortionTerm, inverse_targets, normalized_target, target_volumes
-from ..formulation import Formulation
+from ..formulation import Formulation, Schedules
 from ..mesh import NormalizedMesh
 from ..solver import MESH_ROUNDING
 from .boundary import Boundary
@@ -23,8 +23,6 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_TARGET_SIZES_WEIGHT = 25.0  # weight of sizes that were asked for, beside those of the input
-
 
 @dataclass(frozen=True, eq=False)
 class Setting:
@@ -36,10 +34,13 @@ class Setting:
         The mesh.
     options
         The options.
+    schedules
+        The tuned numbers of all stages.
     """
 
     normalized: NormalizedMesh
     options: Options
+    schedules: Schedules = field(default_factory=Schedules)
 
     @cached_property
     def target_volumes(self) -> Field:
@@ -75,9 +76,10 @@ class Setting:
             boundary.admissible,
             boundary.barrier,
             self.target_volumes / normalized.unit**3,
-            _TARGET_SIZES_WEIGHT if options.changes_sizes else 1.0,
+            self.schedules.minimization.target_sizes_factor if options.changes_sizes else 1.0,
             MESH_ROUNDING if options.raises_worst and not options.changes_sizes else 0.0,
             np.empty(0) if scales is None else scales,
+            schedules=self.schedules,
         )
 
     @cached_property

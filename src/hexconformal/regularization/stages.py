@@ -26,10 +26,6 @@ __all__ = ["Stages", "State"]
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_GOOD_ENOUGH = 0.98  # smallest scaled Jacobian that need not be raised
-_MANY_CELLS = 200_000  # cells up to which those of the whole mesh are raised; beyond, patches around the worst
-_SHARES_BACK = np.linspace(0.1, 0.9, 9)  # of the way to earlier points within the bound
-
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -91,6 +87,7 @@ class Stages:
 
     def _iterations(self) -> Iterator[Iteration]:
         setting, boundary, options = self._setting, self.state.boundary, self._setting.options
+        schedules = setting.schedules
         normalized = setting.normalized
         formulation = setting.formulation(boundary)
         found = Unfolded(boundary, formulation, normalized.points, np.zeros(len(normalized.cells), dtype=bool))
@@ -110,15 +107,15 @@ class Stages:
         earlier.append(points)
         quality = corner_scaled_jacobian(points, formulation.cells)
         raised = options.raises_worst and formulation.free.any() and len(quality) > 0
-        if raised and quality.min() < _GOOD_ENOUGH:
+        if raised and quality.min() < schedules.worst_cells.good:
             self._ended("interrupted", False)
-            raise_cells = raise_worst if len(quality) <= _MANY_CELLS else raise_worst_patches
+            raise_cells = raise_worst if len(quality) <= schedules.worst_cells.many_cells else raise_worst_patches
             for iteration in raise_cells(formulation, points):
                 points = iteration.points
                 yield iteration
             self._ended("the worst cell stalls", True)
         elif raised and not self.state.converged:
-            self._ended(f"no cell is worse than {_GOOD_ENOUGH:g}", True)
+            self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
         for iteration in self._return_to_surface(formulation, points, earlier):
             points = iteration.points
             yield iteration
@@ -163,7 +160,7 @@ class Stages:
         cells = self._setting.normalized.cells
         valid = is_valid(points, cells)
         back = next((before for before in reversed(earlier) if within_bound(barrier, before)), points)
-        for share in _SHARES_BACK:
+        for share in self._setting.schedules.returning.shares_back:
             trial = points + share * (back - points)
             if within_bound(barrier, trial) and is_valid(trial, cells)[valid].all():
                 return trial

@@ -23,10 +23,6 @@ __all__ = ["Unfolded", "hold_folded", "unfold", "within_bound"]
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_PATIENCE = 1  # rounds of patches without success before other features are tried
-_WIDER_BOUNDS = 0.05, 0.1, 0.2  # diagonals that the boundary may move to unfold the cells that resist
-_RETURN_STEEPNESS = 12.5  # steepness of the barrier on the way back from there
-
 
 @dataclass(frozen=True, eq=False)
 class Unfolded:
@@ -66,21 +62,21 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
     normalized, formulation = setting.normalized, setting.formulation(boundary)
     others = ("keep", "soft") if boundary.barrier is not None and setting.options.features == "auto" else ()
     points = normalized.points
-    for iteration in untangle(formulation, points, *((_PATIENCE,) if others else ())):
+    for iteration in untangle(formulation, points, *((setting.schedules.unfolding.patience,) if others else ())):
         points = iteration.points
         yield iteration
     found = Unfolded(boundary, formulation, points, folded_cells(formulation, points))
     if boundary.barrier is not None and boundary.barrier.reference is None:
-        for bound in (share * normalized.diagonal for share in _WIDER_BOUNDS):
+        for bound in (share * normalized.diagonal for share in setting.schedules.unfolding.wider_bounds):
             if found.bad.any() and boundary.barrier.bound < bound:
                 found = yield from _with_wider_bound(setting, found, boundary.barrier, bound)
     for features in others:
         if not found.bad.any():
             break
         # What stands in the way may be a feature that is none, or a crease that was not taken for one.
-        other = boundary_of(normalized, replace(setting.options, features=features))
+        other = boundary_of(normalized, replace(setting.options, features=features), setting.schedules)
         formulation = setting.formulation(other)
-        for iteration in untangle(formulation, normalized.points, _PATIENCE):
+        for iteration in untangle(formulation, normalized.points, setting.schedules.unfolding.patience):
             points = iteration.points
             yield iteration
         bad = folded_cells(formulation, points)
@@ -99,12 +95,12 @@ def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrie
     """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
     wide = setting.formulation(replace(found.boundary, barrier=replace(barrier, bound=bound)))
     afar = setting.normalized.points
-    for iteration in untangle(wide, afar, _PATIENCE):
+    for iteration in untangle(wide, afar, setting.schedules.unfolding.patience):
         afar = iteration.points
         yield Iteration("untangle with more room", found.points)
     if folded_cells(wide, afar).any():
         return found
-    closer = wide.with_barrier(replace(barrier, steepness=_RETURN_STEEPNESS))
+    closer = wide.with_barrier(replace(barrier, steepness=setting.schedules.unfolding.return_steepness))
     for back in return_to_surface(closer, afar, keeps_worst=False):
         afar, closer = back
         yield Iteration("return to the surface", found.points)
@@ -148,7 +144,13 @@ def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
 
 def _pulled_back(setting: Setting, found: Unfolded) -> Field:
     normalized, barrier = setting.normalized, found.boundary.barrier
-    return pull_back(found.points, normalized.points, normalized.cells, lambda points: within_bound(barrier, points))
+    return pull_back(
+        found.points,
+        normalized.points,
+        normalized.cells,
+        lambda points: within_bound(barrier, points),
+        setting.schedules.untangling,
+    )
 
 
 def within_bound(barrier: DistanceBarrier | None, points: Field) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..elements import is_valid
 from ..energy import CornerWeights
-from ..formulation import VOLUME_WEIGHT, Formulation
+from ..formulation import Formulation
 from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
 from ..solver import solve_blocks
 
@@ -23,11 +23,6 @@ __all__ = ["restore_volume"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-_EXACT = 1e-14  # relative difference of volumes that counts as none
-_STEPS, _HALVINGS = 40, 10
-_STIFFNESS = 0.95  # stiffness times the worst density: no cell gets worse than that one is
-_SOLVE, _SOLVE_ITERATIONS, _SHIFT = 1e-2, 50, 1e-5
 
 
 def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume: float) -> Field:
@@ -46,20 +41,21 @@ def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume:
     volume
         Volume to enclose.
     """
-    valid = is_valid(points, formulation.cells)
-    for _ in range(_STEPS):
+    schedule, valid = formulation.schedules.volume, is_valid(points, formulation.cells)
+    for _ in range(schedule.steps):
         gap = volume - enclosed_volume(points, quads)
-        if abs(gap) <= _EXACT * abs(volume):
+        if abs(gap) <= schedule.exact * abs(volume):
             return points
         worst = max(float(formulation.measures(points).angle.max(initial=0.0)), 1e-3)
-        weights = CornerWeights(angle=1.0, stiffness=_STIFFNESS / worst)
-        assembly = formulation.equation.assembly
-        objective = formulation.objective(weights, VOLUME_WEIGHT).convex(points, assembly)[2]
+        weights = CornerWeights(angle=1.0, stiffness=schedule.stiffness / worst)
+        assembly, volume_weight = formulation.equation.assembly, formulation.schedules.minimization.volume_weight
+        objective = formulation.objective(weights, volume_weight).convex(points, assembly)[2]
         normals = nodal_area_vectors(points, quads)
-        direction = solve_blocks(assembly.matrix, normals, formulation.projectors, _SOLVE, _SOLVE_ITERATIONS, _SHIFT)
+        limits = schedule.tolerance, schedule.iterations, schedule.shift
+        direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits)
         if not np.einsum("ij,ij->", direction, normals) > 0.0:
             return points
-        for halving in range(_HALVINGS):
+        for halving in range(schedule.halvings):
             trial = _move_by_volume(points, direction, quads, gap * 0.5**halving)
             if np.isfinite(objective.value(trial)) and is_valid(trial, formulation.cells)[valid].all():
                 points = trial

@@ -16,7 +16,7 @@ from .block_solver import BlockPreconditioner, solve_blocks
 from .conjugate_gradients import conjugate_gradients
 from .laplace_preconditioner import LaplacePreconditioner
 from .lbfgs import lbfgs
-from .newton import ConvexEquation, Equation, MatrixFreeEquation, newton, newton_step
+from .newton import ConvexEquation, Equation, MatrixFreeEquation, NewtonSchedule, newton, newton_step
 from .problem import Iterate, Preconditioner, Problem, line_search
 from .space import SERIAL, Space
 from .step_rounding import MESH_ROUNDING, PATCH_ROUNDING
@@ -32,6 +32,7 @@ __all__ = [
     "Iterate",
     "LaplacePreconditioner",
     "MatrixFreeEquation",
+    "NewtonSchedule",
     "Preconditioner",
     "Problem",
     "Space",

@@ -160,8 +160,8 @@ def _inverse(data, k, out, i):  # type: ignore[no-untyped-def]
             out[i, c, r] = (data[k, r1, c1] * data[k, r2, c2] - data[k, r1, c2] * data[k, r2, c1]) / det
 
 
-@loop
-def _forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
+@algebra
+def _substitute_forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
     """Solve (D + L) x = b."""
     for i in range(len(indptr) - 1):
         a0, a1, a2 = b[i, 0], b[i, 1], b[i, 2]
@@ -174,8 +174,8 @@ def _forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-
             x[i, c] = inverses[i, c, 0] * a0 + inverses[i, c, 1] * a1 + inverses[i, c, 2] * a2
 
 
-@loop
-def _backward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
+@algebra
+def _substitute_backward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
     """Solve (D + L^T) x = b; b becomes D x."""
     for i in range(len(indptr) - 2, -1, -1):
         for c in range(3):
@@ -207,14 +207,24 @@ def _scale(indptr, data, x, out):  # type: ignore[no-untyped-def]
 
 
 @loop
+def _forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
+    _substitute_forward(indptr, indices, data, inverses, b, x)
+
+
+@loop
+def _backward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
+    _substitute_backward(indptr, indices, data, inverses, b, x)
+
+
+@loop
 def _product(indptr, indices, data, inverses, p, out):  # type: ignore[no-untyped-def]
     """out = t + (D + L)^-1 (p - D t) with t = (D + L^T)^-1 p."""
     w, t = p.copy(), np.empty_like(p)
-    _backward(indptr, indices, data, inverses, w, t)
+    _substitute_backward(indptr, indices, data, inverses, w, t)
     for i in range(len(p)):
         for c in range(3):
             w[i, c] = p[i, c] - w[i, c]
-    _forward(indptr, indices, data, inverses, w, out)
+    _substitute_forward(indptr, indices, data, inverses, w, out)
     for i in range(len(p)):
         for c in range(3):
             out[i, c] += t[i, c]

@@ -3,28 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import Schedule, tuned
 from ..energy import Assembly
 from .block_solver import solve_blocks
 from .conjugate_gradients import conjugate_gradients
 from .problem import Iterate, Preconditioner, line_search
 from .step_rounding import round_direction
 
-__all__ = ["ConvexEquation", "Equation", "MatrixFreeEquation", "newton", "newton_step"]
+__all__ = ["ConvexEquation", "Equation", "MatrixFreeEquation", "NewtonSchedule", "newton", "newton_step"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_FORCING = 0.1  # largest tolerance of the exact equation; it falls with the root of the gradient
-_FROZEN_TOLERANCE = 1e-10  # of the equation with frozen normals
-_SOLVE_TOLERANCE, _SOLVE_ITERATIONS = 0.1, 50  # tolerance and limit of the truncated solves of the convex equation
-_SHIFTS = (1e-5, 1e-1)  # bounds of the shift that stands in for the curvature the convex Hessian leaves out
-_SHORT, _SHIFT_FACTOR = 0.3, 4.0  # steps below this get a larger shift next time, others a smaller one
+
+@dataclass(frozen=True)
+class NewtonSchedule(Schedule):
+    """Newton's method.
+
+    Attributes
+    ----------
+    forcing
+        Largest tolerance of the exact equation; it falls with the root of the gradient, so that convergence is fast.
+    frozen_tolerance
+        Of the equation with frozen normals, which is solved as it is meant.
+    tolerance, iterations
+        Of the convex equation: more is not worth it, as the next one is another.
+    shifts
+        Bounds of what is added to its diagonal, in traces: it stands in for the curvature that is left out.
+    short, shift_factor
+        Steps below this get a larger shift next time, others a smaller one, and by how much.
+    """
+
+    forcing: float = tuned(0.1, 0.0, 1.0)
+    frozen_tolerance: float = tuned(1e-10, 0.0, 1.0)
+    tolerance: float = tuned(0.1, 0.0, 1.0)
+    iterations: int = tuned(50)
+    shifts: tuple[float, float] = tuned((1e-5, 1e-1))
+    short: float = tuned(0.3, 0.0, 1.0)
+    shift_factor: float = tuned(4.0, 1.0)
 
 
 class Equation(Protocol):
@@ -83,11 +105,14 @@ class MatrixFreeEquation:
     frozen
         Normals are frozen, which gives the majorizing Hessian of the quaternionic energy (Gruber & Aulisa, volumetric
         remeshing): every full step lowers it, since the frozen energy lies above it, equation (5). Solved to rounding.
+    schedule
+        Tolerances.
     """
 
     preconditioner: Preconditioner
     first: float
     frozen: bool = False
+    schedule: NewtonSchedule = field(default_factory=NewtonSchedule)
     needs_gradients: bool = True
 
     def solve(self, current: Iterate) -> tuple[Iterate, Field]:
@@ -99,9 +124,10 @@ class MatrixFreeEquation:
         def product(field: Field) -> Field:
             return problem.project(problem.space.add(of(current.points, field)))
 
-        tolerance = _FROZEN_TOLERANCE
+        tolerance = self.schedule.frozen_tolerance
         if not self.frozen:
-            tolerance = min(_FORCING, np.sqrt(current.gradient_norm / self.first)) if self.first else _FORCING
+            progress = np.sqrt(current.gradient_norm / self.first) if self.first else 1.0
+            tolerance = min(self.schedule.forcing, progress)
         found = conjugate_gradients(product, self.preconditioner, -current.gradient, tolerance, space=problem.space)
         return current, found
 
@@ -124,22 +150,25 @@ class ConvexEquation:
         Directions are rounded to multiples of so many shortest edges of the cells, see
         :mod:`hexconformal.solver.step_rounding`; 0 for none.
     shift
-        Added to the diagonal blocks, relative to their trace.
+        Added to the diagonal blocks, relative to their trace; None for the least.
+    schedule
+        Tolerances and shifts.
     """
 
     assembly: Assembly
     projectors: Field
     cells: Ints
     rounding: float = 0.0
-    shift: float = _SHIFTS[0]
+    shift: float | None = None
+    schedule: NewtonSchedule = field(default_factory=NewtonSchedule)
     needs_gradients: bool = False
 
     def solve(self, current: Iterate) -> tuple[Iterate, Field]:
         """The iterate as it is seen from itself, and the direction from it."""
         current = self.convex(current)
-        direction = solve_blocks(
-            self.assembly.matrix, -current.gradient, self.projectors, _SOLVE_TOLERANCE, _SOLVE_ITERATIONS, self.shift
-        )
+        limits = self.schedule.tolerance, self.schedule.iterations
+        matrix, gradient = self.assembly.matrix, current.gradient
+        direction = solve_blocks(matrix, -gradient, self.projectors, *limits, self.added)
         if self.rounding > 0.0:
             rounded = round_direction(direction, current.points, self.cells, self.rounding)
             direction = current.problem.project(rounded)
@@ -155,6 +184,12 @@ class ConvexEquation:
 
     def after(self, step: float) -> ConvexEquation:
         """The equation with a larger shift after a short step, a smaller one after a long one."""
-        low, high = _SHIFTS
-        shift = min(high, _SHIFT_FACTOR * self.shift) if step < _SHORT else max(low, self.shift / _SHIFT_FACTOR)
+        low, high = self.schedule.shifts
+        factor = self.schedule.shift_factor
+        shift = min(high, factor * self.added) if step < self.schedule.short else max(low, self.added / factor)
         return replace(self, shift=shift)
+
+    @property
+    def added(self) -> float:
+        """What is added to the diagonal blocks."""
+        return self.schedule.shifts[0] if self.shift is None else self.shift

@@ -22,12 +22,6 @@ __all__ = ["improve_folded"]
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_WIDTHS = 0, 1  # rings of cells around the folded ones that move with them
-_SHARPNESS = 8.0, 16.0, 32.0, 64.0  # of the soft minimum
-_STEPS = 100  # at each
-_FLOOR, _FLOOR_WEIGHT = 0.2, 100.0  # scaled Jacobian that the others keep, where they have it
-_LOSS_WEIGHT = 0.05  # of what they lose above that
-
 
 def improve_folded(formulation: Formulation, points: Field, bad: Mask) -> Field:
     """Points at which the worst of some folded cells is better, no other cell is folded, and no valid one invalid.
@@ -35,7 +29,7 @@ def improve_folded(formulation: Formulation, points: Field, bad: Mask) -> Field:
     Only nodes inside the mesh move.
     """
     points = points.copy()
-    for width in _WIDTHS:
+    for width in formulation.schedules.folded.widths:
         for region in connected_regions(formulation.cells, node_rings(formulation.cells, len(points), bad, width)):
             patch, nodes = formulation.restricted(region & formulation.inner, points)
             if patch.free.any():
@@ -45,15 +39,16 @@ def improve_folded(formulation: Formulation, points: Field, bad: Mask) -> Field:
 
 def _improved(patch: Formulation, points: Field) -> Field:
     """The best of the iterates that are admissible."""
+    schedule = patch.schedules.folded
     first, valid = corner_scaled_jacobian(points, patch.cells), ValidCells(points, patch.cells)
     folded = first <= 0.0
-    floor = np.minimum(_FLOOR, 0.5 * first[~folded])
+    floor = np.minimum(schedule.floor, 0.5 * first[~folded])
     kept = corner_jacobians(points, patch.cells)[0][~folded]
     best, highest = points, float(first[folded].min(initial=1.0))
-    for sharpness in _SHARPNESS:
-        term = SoftMinimumTerm(patch.cells, folded, sharpness, kept, floor, _FLOOR_WEIGHT, _LOSS_WEIGHT)
+    for sharpness in schedule.sharpness:
+        term = SoftMinimumTerm(patch.cells, folded, sharpness, kept, floor, schedule.floor_weight, schedule.loss_weight)
         at = patch.problem(Objective((term,))).at(points)
-        for iterate in islice(lbfgs(at, np.copy, scaled=True), _STEPS):
+        for iterate in islice(lbfgs(at, np.copy, scaled=True), schedule.steps):
             if iterate.step == 0.0:
                 break
             points = iterate.points

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian, is_valid
 from ..energy import CornerWeights
-from ..formulation import Formulation, Iteration
+from ..formulation import Formulation, Iteration, UntanglingSchedule
 from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import Equation, newton_step
 
@@ -29,33 +29,27 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_MANY_FOLDED = 0.05  # share of folded cells from which the whole mesh is unfolded first
-_WHOLE_STEPS, _PATCH_STEPS = 15, 120
-_ROUNDS = 6  # of patches, each a ring of cells larger than before
-_FIRST_EPS = (1.0, 0.2, 5.0)  # starting eps of a patch's attempts, in smallest determinants
-_STUCK = 0.02  # eps over the smallest determinant at which a fold will not open any more
-_SHARES_BACK = np.linspace(0.1, 1.0, 10)  # to the input, where the worst cell has become worse
-_LEAST_SIGMA = 0.1  # sigma of equation (9) where the energy has hardly fallen
-
 
 def folded_cells(formulation: Formulation, points: Field) -> Mask:
     """(m,) cells with a corner whose determinant is not positive."""
     return np.asarray(formulation.measures(points).determinant <= 0.0)
 
 
-def untangle(formulation: Formulation, points: Field, patience: int = _ROUNDS) -> Iterator[Iteration]:
+def untangle(formulation: Formulation, points: Field, patience: int | None = None) -> Iterator[Iteration]:
     """Unfold the corners of all cells as far as possible.
 
-    Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before.
+    Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before
+    (default: as many as the schedule has).
     """
+    schedule = formulation.schedules.untangling
     bad, first, stalled = folded_cells(formulation, points), points, 0
-    if bad.mean() > _MANY_FOLDED:
+    if bad.mean() > schedule.many_folded:
         points = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
         yield Iteration("harmonic start", points)
-        for points in _unfold(formulation, points, 1.0, _WHOLE_STEPS):
+        for points in _unfold(formulation, points, 1.0, schedule.whole_steps):
             yield Iteration("untangle", points)
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
-    for width in range(_ROUNDS):
+    for width in range(schedule.rounds):
         before = _tangledness(formulation, points)
         if before[0] == 0 or stalled == patience:
             return
@@ -68,13 +62,20 @@ def untangle(formulation: Formulation, points: Field, patience: int = _ROUNDS) -
         stalled = 0 if _tangledness(formulation, points)[0] < before[0] else stalled + 1
 
 
-def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], bool]) -> Field:
+def pull_back(
+    points: Field,
+    start: Field,
+    cells: Ints,
+    near: Callable[[Field], bool],
+    schedule: UntanglingSchedule | None = None,
+) -> Field:
     """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
     Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
     around these are taken back by a share of their way, such that the fewest cells are inverted, never more than at the
     start; all of them go back where that is not to be had.
     """
+    schedule = UntanglingSchedule() if schedule is None else schedule
     first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
 
     def spoiled(trial: Field, quality: Field) -> Mask:
@@ -87,9 +88,9 @@ def pull_back(points: Field, start: Field, cells: Ints, near: Callable[[Field], 
     elif not worse.any():
         return points
     best, fewest = start, int((first <= 0.0).sum())
-    for width in range(_ROUNDS):
+    for width in range(schedule.rounds):
         nodes = node_rings(cells, len(points), worse, width)
-        for share in _SHARES_BACK:
+        for share in schedule.shares_back:
             trial = np.where(nodes[:, None], points + share * (start - points), points)
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
@@ -121,14 +122,17 @@ def harmonic(formulation: Formulation, points: Field, region: Mask) -> Field:
 
 def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: int) -> Iterator[Field]:
     """Newton steps at a falling eps until no corner is folded, the fold is stuck, or the steps are used up."""
-    eps, last = 0.0, (1.0, 1.0)
+    schedule, eps, last = formulation.schedules.untangling, 0.0, (1.0, 1.0)
     equation: Equation = formulation.equation
     for count in range(steps):
         smallest = float(formulation.measures(points).determinant.min())
         if smallest > 0.0:
             return
-        eps = _next_eps(eps, smallest, last, first_eps) if count else max(_least_eps(smallest), -first_eps * smallest)
-        if count > 8 and eps < -_STUCK * smallest:
+        if count:
+            eps = _next_eps(eps, smallest, last, schedule.least_sigma)
+        else:
+            eps = max(_least_eps(smallest), -first_eps * smallest)
+        if count > 8 and eps < -schedule.stuck * smallest:
             return
         problem = formulation.problem(formulation.objective(CornerWeights(eps=eps)))
         after, equation = newton_step(problem.start(points), equation)
@@ -142,10 +146,10 @@ def _least_eps(smallest: float) -> float:
     return float(np.sqrt(1e-8 + 0.04 * smallest**2))
 
 
-def _next_eps(eps: float, smallest: float, last: tuple[float, float], first_eps: float) -> float:
+def _next_eps(eps: float, smallest: float, last: tuple[float, float], least_sigma: float) -> float:
     """Equation (9), Garanzha et al. (2021): as much closer to zero as the last step has lowered the energy."""
     # Perfect cells have no energy to lose, and mirrored they are as perfect.
-    sigma = max(_LEAST_SIGMA, 1.0 - last[1] / last[0] if last[0] > 0.0 else 0.0)
+    sigma = max(least_sigma, 1.0 - last[1] / last[0] if last[0] > 0.0 else 0.0)
     m = (1.0 - sigma) * 0.5 * (smallest + np.sqrt(eps**2 + smallest**2))
     return float(2.0 * np.sqrt(m * (m - smallest))) if smallest < m else 1e-9
 
@@ -185,8 +189,8 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
         again = np.where(moving[:, None], first[nodes], start)
         starts += [again, harmonic(patch, again, everywhere)]
     for local in starts:
-        for first_eps in _FIRST_EPS:
-            steps = list(_unfold(patch, local, first_eps, _PATCH_STEPS))
+        for first_eps in patch.schedules.untangling.first_eps:
+            steps = list(_unfold(patch, local, first_eps, patch.schedules.untangling.patch_steps))
             attempt = steps[-1] if steps else local
             if _tangledness(patch, attempt) < amount and not folded_cells(patch, attempt)[protected].any():
                 best, amount = attempt, _tangledness(patch, attempt)

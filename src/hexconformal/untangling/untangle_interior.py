@@ -25,12 +25,6 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_WIDTHS = 0, 1, 2  # rings of cells around the invalid ones that move with them
-_ROUNDS, _STEPS = 12, 100  # eps per patch, and steps at each
-_FIRST_EPS, _SHRINK = 0.5, 0.5  # eps in smallest determinants, and how much smaller that share is each round
-_LARGER_EPS = 2.0  # where that has not been enough
-_LEAST_EPS = 1e-3
-
 
 def untangle_interior(formulation: Formulation, points: Field) -> Field:
     """Points at which cells are valid that were invalid though none of their corners is folded, as far as possible.
@@ -38,8 +32,10 @@ def untangle_interior(formulation: Formulation, points: Field) -> Field:
     Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
     invalid, and the boundary stays as near to the surface as it has to be.
     """
-    attempts = (formulation.inner, _FIRST_EPS), (formulation.free, _FIRST_EPS), (formulation.free, _LARGER_EPS)
-    for (movable, first_eps), width in product(attempts, _WIDTHS):
+    schedule = formulation.schedules.interior
+    inner, free, first_eps = formulation.inner, formulation.free, schedule.first_eps
+    attempts = (inner, first_eps), (free, first_eps), (free, schedule.larger_eps)
+    for (movable, first_eps), width in product(attempts, schedule.widths):
         regions = _invalid_inside(formulation, points)
         if not regions.any():
             break
@@ -60,15 +56,16 @@ def _invalid_inside(formulation: Formulation, points: Field) -> Mask:
 
 def _unfold(patch: Formulation, points: Field, first_eps: float) -> Field:
     """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
+    schedule = patch.schedules.interior
     valid, folded = is_valid(points, patch.cells), patch.measures(points).determinant <= 0.0
     weights, parts = _parts(patch.cells[~folded], len(points))
     moved = points
-    for k in range(_ROUNDS):
+    for k in range(schedule.rounds):
         worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
-        eps = max(_LEAST_EPS, first_eps * worst) * _SHRINK**k
+        eps = max(schedule.least_eps, first_eps * worst) * schedule.shrink**k
         inside = ComposedTerm(DistortionTerm(parts, weights.shape[0], eps=eps, quadrature="corners"), weights)
         at = patch.problem(patch.with_distortion(inside, 0.0)).at(moved)
-        for iterate in islice(lbfgs(at, np.copy, scaled=True), _STEPS):
+        for iterate in islice(lbfgs(at, np.copy, scaled=True), schedule.steps):
             if iterate.step == 0.0:
                 break
             moved = iterate.points

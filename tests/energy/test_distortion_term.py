@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 from differences import observed_order
-from hexconformal.energy.distortion_energy import DistortionEnergy
 from scipy.spatial.transform import Rotation
 
 from hexconformal import generate
 from hexconformal.common.errors import OptionError
 from hexconformal.elements.hexahedron import QUADRATURE_RULES, shape_gradients
+from hexconformal.energy.distortion_term import DistortionTerm
 from hexconformal.generate import box
 from hexconformal.kernel import threads
 from hexconformal.kernel.distortion import barrier_density, frame_density
 from hexconformal.mesh.topology import boundary_quads
 
-VOLUME_WEIGHT = 5
+SIZE = 5
 STEPS = (2e-3, 1e-3)
 
 
@@ -26,8 +26,8 @@ def rng():
 @pytest.fixture
 def mesh(rng):
     """A box with every node displaced by up to a fifth of a cell."""
-    points, cells = box((VOLUME_WEIGHT, VOLUME_WEIGHT, VOLUME_WEIGHT), (1.0, 1.0, 1.0))
-    return points + 0.2 / VOLUME_WEIGHT * rng.uniform(-1, 1, points.shape), cells
+    points, cells = box((SIZE, SIZE, SIZE), (1.0, 1.0, 1.0))
+    return points + 0.2 / SIZE * rng.uniform(-1, 1, points.shape), cells
 
 
 def targets(kind, m, rng):
@@ -51,7 +51,7 @@ def test_energies_against_numpy(mesh, rng, kind, eps, quadrature):
         j = j @ inverses
     frame = tuple(tuple(j[..., k, i] for k in range(3)) for i in range(3))
     density = frame_density(frame) if eps is None else barrier_density(frame, eps)
-    energies = DistortionEnergy(cells, len(points), scales, inverses, eps, quadrature).cell_energies(points)
+    energies = DistortionTerm(cells, len(points), scales, inverses, eps, quadrature).cell_energies(points)
     np.testing.assert_allclose(energies, scales * (density @ weights), rtol=1e-12)
 
 
@@ -61,7 +61,7 @@ def test_energies_against_numpy(mesh, rng, kind, eps, quadrature):
 def test_derivatives_against_differences(mesh, rng, kind, eps, quadrature):
     points, cells = mesh
     scales = rng.uniform(0.5, 2, len(cells)) if kind == "per cell" else None
-    distortion = DistortionEnergy(cells, len(points), scales, targets(kind, len(cells), rng), eps, quadrature)
+    distortion = DistortionTerm(cells, len(points), scales, targets(kind, len(cells), rng), eps, quadrature)
     variation = rng.uniform(-1, 1, points.shape)
     slope = np.vdot(distortion.value_gradient(points)[1], variation)
     assert observed_order(
@@ -78,14 +78,14 @@ def test_derivatives_against_differences(mesh, rng, kind, eps, quadrature):
 def test_the_frozen_form_has_the_gradient_of_the_energy(mesh, rng, kind, quadrature):
     points, cells = mesh
     scales = rng.uniform(0.5, 2, len(cells))
-    distortion = DistortionEnergy(cells, len(points), scales, targets(kind, len(cells), rng), quadrature=quadrature)
+    distortion = DistortionTerm(cells, len(points), scales, targets(kind, len(cells), rng), quadrature=quadrature)
     gradient = distortion.value_gradient(points)[1]
     np.testing.assert_allclose(distortion.frozen_product(points, points), gradient, atol=1e-12)
 
 
 def test_the_frozen_form_is_symmetric_and_above_the_exact_one(mesh, rng):
     points, cells = mesh
-    distortion = DistortionEnergy(cells, len(points))
+    distortion = DistortionTerm(cells, len(points))
     for _ in range(20):
         a, b = rng.normal(size=(2, *points.shape))
         one, other = distortion.frozen_product(points, a), distortion.frozen_product(points, b)
@@ -94,9 +94,9 @@ def test_the_frozen_form_is_symmetric_and_above_the_exact_one(mesh, rng):
 
 
 def test_constant_normals_and_fixed_boundary_leave_the_laplacian(rng):
-    points, cells = box((VOLUME_WEIGHT, VOLUME_WEIGHT, VOLUME_WEIGHT), (1.0, 2.0, 3.0))
+    points, cells = box((SIZE, SIZE, SIZE), (1.0, 2.0, 3.0))
     inside = np.all((points > 1e-9) & (points < points.max(axis=0) - 1e-9), axis=1)
-    distortion = DistortionEnergy(cells, len(points))
+    distortion = DistortionTerm(cells, len(points))
     field = rng.normal(size=points.shape) * inside[:, None]
     product, laplacian = distortion.frozen_product(points, field), 8 * (distortion.laplacian() @ field)
     np.testing.assert_allclose(product[inside], laplacian[inside], atol=1e-13 * np.abs(field).max())
@@ -109,8 +109,8 @@ def test_constant_normals_and_fixed_boundary_leave_the_laplacian(rng):
 def test_box_of_two_cubes():
     points, cells = box((6, 6, 6), (1.0, 1.0, 2.0))
     inverses = np.diag([1.0, 1.0, 0.5])[None, None]
-    assert DistortionEnergy(cells, len(points)).value_gradient(points)[0] == pytest.approx(24.0, rel=1e-13)
-    energy, gradient = DistortionEnergy(cells, len(points), inverses=inverses).value_gradient(points)
+    assert DistortionTerm(cells, len(points)).value_gradient(points)[0] == pytest.approx(24.0, rel=1e-13)
+    energy, gradient = DistortionTerm(cells, len(points), inverses=inverses).value_gradient(points)
     assert energy < 1e-28
     assert np.abs(gradient).max() < 1e-14
 
@@ -118,7 +118,7 @@ def test_box_of_two_cubes():
 @pytest.mark.parametrize(("eps", "degree"), [(None, 2), (0.0, 0)])
 def test_similarities(mesh, rng, eps, degree):
     points, cells = mesh
-    distortion = DistortionEnergy(cells, len(points), eps=eps)
+    distortion = DistortionTerm(cells, len(points), eps=eps)
     energy, gradient = distortion.value_gradient(points)
     rotation = Rotation.random(random_state=1).as_matrix()
     moved = 3.0 * points @ rotation.T + [1.0, -2.0, 5.0]
@@ -134,19 +134,19 @@ def test_similarities(mesh, rng, eps, degree):
 
 def test_order_of_cells_and_nodes(mesh, rng):
     points, cells = mesh
-    energy, gradient = DistortionEnergy(cells, len(points), eps=0.0).value_gradient(points)
+    energy, gradient = DistortionTerm(cells, len(points), eps=0.0).value_gradient(points)
     order = rng.permutation(len(points))
     place = np.empty_like(order)
     place[order] = np.arange(len(order))
     other = place[cells][rng.permutation(len(cells))]
-    other_energy, other_gradient = DistortionEnergy(other, len(points), eps=0.0).value_gradient(points[order])
+    other_energy, other_gradient = DistortionTerm(other, len(points), eps=0.0).value_gradient(points[order])
     assert other_energy == pytest.approx(energy, rel=1e-13)
     np.testing.assert_allclose(other_gradient, gradient[order], atol=1e-13 * np.abs(gradient).max())
 
 
 def test_node_outside_every_cell_feels_nothing(mesh):
     points, cells = mesh
-    distortion = DistortionEnergy(cells, len(points) + 1)
+    distortion = DistortionTerm(cells, len(points) + 1)
     points = np.vstack([points, [9.0, 9.0, 9.0]])
     assert not distortion.value_gradient(points)[1][-1].any()
     assert not distortion.frozen_product(points, points)[-1].any()
@@ -158,7 +158,7 @@ def test_same_bits_for_every_number_of_threads(mesh, rng, monkeypatch):
     results = []
     for count in (1, 2, 5):
         monkeypatch.setattr(threads, "thread_count", lambda count=count: count)
-        distortion = DistortionEnergy(cells, len(points), eps=0.0)
+        distortion = DistortionTerm(cells, len(points), eps=0.0)
         results.append(
             (
                 *distortion.value_gradient(points),
@@ -174,13 +174,13 @@ def test_same_bits_for_every_number_of_threads(mesh, rng, monkeypatch):
 
 def test_unknown_quadrature():
     with pytest.raises(OptionError, match="quadrature"):
-        DistortionEnergy(np.zeros((1, 8), np.int64), 8, quadrature="lobatto")
+        DistortionTerm(np.zeros((1, 8), np.int64), 8, quadrature="lobatto")
 
 
 def test_constant_normals_make_the_step_a_componentwise_harmonic_map():
     # A cube stretched along its axes has constant normals; only inner nodes are disturbed, along the axes.
     points, cells = generate.box((5, 5, 5))
-    energy = DistortionEnergy(cells, len(points))
+    energy = DistortionTerm(cells, len(points))
     laplacian = energy.laplacian()
     surface = np.unique(boundary_quads(cells)[0])
     inner = np.setdiff1d(np.arange(len(points)), surface)

@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
-from corner_problems import fixed_boundary_energy
+from corner_problems import fixed_boundary
 
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS
 from hexconformal.elements.validity import is_valid
-from hexconformal.regularization.improve_folded import _scaled_jacobians, improve_folded
+from hexconformal.energy.soft_minimum import corner_jacobians
+from hexconformal.untangling.improve_folded import improve_folded
 
 
 def swapped():
@@ -25,16 +26,16 @@ def test_the_worst_folded_cell_is_raised_and_no_other_spoiled(seed):
     # Where the search ends depends on the last digits: what is asserted holds from wherever it starts.
     points, cells = swapped()
     points = points + 1e-12 * np.random.default_rng(seed).normal(size=points.shape)
-    problem, before = fixed_boundary_energy(points, cells), corner_scaled_jacobian(points, cells)
+    formulation, before = fixed_boundary(points, cells), corner_scaled_jacobian(points, cells)
     bad, valid = before <= 0.0, is_valid(points, cells)
-    result = improve_folded(problem, points, bad)
+    result = improve_folded(formulation, points, bad)
     after = corner_scaled_jacobian(result, cells)
     assert before.min() == pytest.approx(-0.518, abs=1e-3)
     assert after.min() > before.min() + 0.3
     assert (after[~bad] > 0.05).all()
     assert after.mean() > before.mean() - 0.025
     assert is_valid(result, cells)[valid].all()
-    assert np.array_equal(result[~problem.free], points[~problem.free])
+    assert np.array_equal(result[~formulation.free], points[~formulation.free])
 
 
 def test_a_run_ends_with_it():
@@ -47,14 +48,14 @@ def test_a_run_ends_with_it():
     assert report.after.scaled_jacobian.mean > report.before.scaled_jacobian.mean + 0.05
 
 
-def test_derivatives_of_scaled_jacobians():
+def test_derivatives_ofcorner_jacobians():
     points, cells = generate.jittered(*generate.box((2, 2, 2)), 0.4, seed=0)
     direction = np.random.default_rng(1).normal(size=points.shape)
-    values, derivatives = _scaled_jacobians(points, cells)
+    values, derivatives = corner_jacobians(points, cells)
     np.testing.assert_allclose(values.min(axis=1), corner_scaled_jacobian(points, cells), atol=1e-14)
     edges = direction[cells[:, CORNER_NEIGHBOURS]] - direction[cells][:, :, None]
     expected, errors = (edges * derivatives).sum(axis=(2, 3)), []
     for h in (1e-3, 1e-4):
-        ahead, behind = (_scaled_jacobians(points + s * h * direction, cells)[0] for s in (1, -1))
+        ahead, behind = (corner_jacobians(points + s * h * direction, cells)[0] for s in (1, -1))
         errors.append(np.abs((ahead - behind) / (2 * h) - expected).max())
     assert errors[1] < 0.011 * errors[0]

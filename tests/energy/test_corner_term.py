@@ -1,18 +1,19 @@
-"""The corner energy and its convex Hessian, of meshes and of patches."""
+"""The corner term and its convex Hessian, of meshes and of patches."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from corner_problems import CUBES, all_free, dense, jittered_cubes
-from hexconformal.energy.corner_energy import CornerEnergy, Weights
-from hexconformal.energy.distortion_energy import DistortionEnergy
+from corner_problems import CUBES, convex, formulation_of, jittered_cubes
 
 from hexconformal import generate
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS, CORNERS
+from hexconformal.energy import CornerTerm, CornerWeights, DistortionTerm, Patch
 from hexconformal.kernel.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
 from hexconformal.mesh.topology import node_rings
-from hexconformal.regularization.untangle import folded_cells
+from hexconformal.untangling.untangle import folded_cells
 
-WEIGHTS = [Weights(), Weights(eps=0.1), Weights(0.05, 1.0), Weights(0.05, 1.0, 0.05)]
+WEIGHTS = [CornerWeights(), CornerWeights(eps=0.1), CornerWeights(0.05, 1.0), CornerWeights(0.05, 1.0, 0.05)]
 TARGETS = {
     "cubes": CUBES,
     "frames": np.linalg.inv(np.eye(3) + 0.2 * np.random.default_rng(5).normal(size=(1, 1, 3, 3))),
@@ -23,13 +24,15 @@ TARGETS = {
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_gradient_agrees_with_differences_to_second_order(weights, target):
     points, cells = jittered_cubes()
-    problem = CornerEnergy(cells, TARGETS[target], all_free(points))
-    _, gradient, _ = problem.value_gradient_hessian(points, weights)
+    term = CornerTerm(cells, TARGETS[target], weights)
+    value, gradient, _ = convex(term, points, cells)
+    assert value == pytest.approx(term.value(points), rel=1e-13)
+    np.testing.assert_array_equal(gradient, term.value_gradient(points)[1])
     direction = np.random.default_rng(0).normal(size=points.shape)
     slope = np.einsum("ij,ij->", gradient, direction)
     errors = []
     for step in (4e-4, 2e-4):
-        ahead, behind = (problem.value(points + s * step * direction, weights) for s in (1, -1))
+        ahead, behind = (term.value(points + s * step * direction) for s in (1, -1))
         errors.append(abs((ahead - behind) / (2 * step) - slope))
     assert errors[1] < 1e-4 * abs(slope) + 1e-6
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
@@ -39,8 +42,7 @@ def test_gradient_agrees_with_differences_to_second_order(weights, target):
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_hessian_is_symmetric_positive_semidefinite(weights, target):
     points, cells = jittered_cubes(3, 0.35)
-    _, _, matrix = CornerEnergy(cells, TARGETS[target], all_free(points)).value_gradient_hessian(points, weights)
-    full = dense(matrix)
+    full = convex(CornerTerm(cells, TARGETS[target], weights), points, cells)[2]
     assert np.abs(full - full.T).max() < 1e-12 * np.abs(full).max()
     values = np.linalg.eigvalsh(full)
     assert values[0] > -1e-12 * values[-1]
@@ -51,9 +53,8 @@ def test_hessian_is_symmetric_positive_semidefinite(weights, target):
 def test_hessian_is_semidefinite_where_cells_are_folded_too(eps, seed):
     # Where eps counts, the second derivative of the barrier alone is too small for that.
     points, cells = generate.jittered(*generate.box((2, 2, 2)), 1.5, seed=seed, valid=False, keep_boundary=False)
-    problem = CornerEnergy(cells, CUBES, all_free(points))
-    assert folded_cells(problem, points).sum() > 5
-    values = np.linalg.eigvalsh(dense(problem.value_gradient_hessian(points, Weights(eps=eps))[2]))
+    assert folded_cells(formulation_of(points, cells), points).sum() > 5
+    values = np.linalg.eigvalsh(convex(CornerTerm(cells, CUBES, CornerWeights(eps=eps)), points, cells)[2])
     assert values[0] > -1e-12 * values[-1]
 
 
@@ -76,7 +77,7 @@ def convex_second(f, d, constant):
 @pytest.mark.parametrize("weights", [weights for weights in WEIGHTS if weights.eps == 0.0])
 def test_hessian_is_the_convex_part_corner_by_corner(weights, target):
     points, cells = jittered_cubes(1, 0.3)
-    _, _, matrix = CornerEnergy(cells, TARGETS[target], all_free(points)).value_gradient_hessian(points, weights)
+    full = convex(CornerTerm(cells, TARGETS[target], weights), points, cells)[2]
     direction = np.random.default_rng(2).normal(size=points.shape)
     inverse = TARGETS[target][0, 0] if len(TARGETS[target]) else np.eye(3)
     expected = 0.0
@@ -96,19 +97,19 @@ def test_hessian_is_the_convex_part_corner_by_corner(weights, target):
         room = 1.0 - weights.stiffness * value
         slope = weights.angle / room**2
         expected += slope * second + 2.0 * weights.stiffness * slope / room * first**2
-    assert direction.ravel() @ dense(matrix) @ direction.ravel() == pytest.approx(expected, rel=1e-12)
+    assert direction.ravel() @ full @ direction.ravel() == pytest.approx(expected, rel=1e-12)
 
 
 def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
     # There q = 0 with no slope, and what is left out is the turning of the normals, which only lowers the energy.
     points, cells = generate.box((3, 3, 3))
     points = 3 * points
-    _, _, matrix = CornerEnergy(cells, CUBES, all_free(points)).value_gradient_hessian(points, Weights())
-    exact = DistortionEnergy(cells, len(points), eps=0.0, quadrature="corners")
-    full, ratios = dense(matrix), []
+    full = convex(CornerTerm(cells, CUBES), points, cells)[2]
+    exact = DistortionTerm(cells, len(points), eps=0.0, quadrature="corners")
+    ratios = []
     for seed in range(20):
         direction = np.random.default_rng(seed).normal(size=points.shape)
-        # The corner rule weighs a corner with 1/8, the corner energy with 1.
+        # The corner rule weighs a corner with 1/8, the corner term with 1.
         true = 8.0 * np.einsum("ij,ij->", direction, exact.second_product(points, direction))
         ratios.append(direction.ravel() @ full @ direction.ravel() / true)
     assert min(ratios) > 1.0
@@ -117,41 +118,53 @@ def test_hessian_lies_above_the_exact_one_where_the_mesh_is_perfect():
 
 def test_the_distortion_part_is_the_barrier_energy_at_the_corners():
     points, cells = jittered_cubes()
-    value = CornerEnergy(cells, CUBES, all_free(points)).value(points, Weights())
-    same = DistortionEnergy(cells, len(points), eps=0.0, quadrature="corners").value_gradient(points)[0]
+    value = CornerTerm(cells, CUBES).value(points)
+    same = DistortionTerm(cells, len(points), eps=0.0, quadrature="corners").value_gradient(points)[0]
     assert value == pytest.approx(8.0 * same, rel=1e-12)
 
 
 def test_angles_do_not_feel_edge_lengths():
     points, cells = generate.box((3, 3, 3))
-    problem = CornerEnergy(cells, CUBES, all_free(points))
-    assert problem.value(points**2 + points, Weights(0.0, 1.0)) == pytest.approx(0.0, abs=1e-11)
-    assert problem.value(points**2 + points, Weights(1.0, 0.0)) > 0.1
+    angles, whole = (CornerTerm(cells, CUBES, CornerWeights(*weights)) for weights in ((0.0, 1.0), (1.0, 0.0)))
+    assert angles.value(points**2 + points) == pytest.approx(0.0, abs=1e-11)
+    assert whole.value(points**2 + points) > 0.1
 
 
 def test_stiffness_forbids_what_is_worse_than_its_bound():
     points, cells = jittered_cubes()
-    problem = CornerEnergy(cells, CUBES, all_free(points))
-    worst = problem.measures(points).angle.max()
-    assert np.isfinite(problem.value(points, Weights(0.0, 1.0, 0.99 / worst)))
-    assert problem.value(points, Weights(0.0, 1.0, 1.01 / worst)) == np.inf
+    worst = CornerTerm(cells, CUBES).measures(points).angle.max()
+    assert np.isfinite(CornerTerm(cells, CUBES, CornerWeights(0.0, 1.0, 0.99 / worst)).value(points))
+    assert CornerTerm(cells, CUBES, CornerWeights(0.0, 1.0, 1.01 / worst)).value(points) == np.inf
 
 
 def test_folded_corners_are_infinite_without_eps_and_finite_with_it():
     points, cells = jittered_cubes()
     points[len(points) // 2] += 2.0
-    problem = CornerEnergy(cells, CUBES, all_free(points))
-    assert folded_cells(problem, points).any()
-    assert problem.value(points, Weights()) == np.inf
-    assert np.isfinite(problem.value(points, Weights(eps=0.5)))
+    assert folded_cells(formulation_of(points, cells), points).any()
+    assert CornerTerm(cells, CUBES).value(points) == np.inf
+    assert np.isfinite(CornerTerm(cells, CUBES, CornerWeights(eps=0.5)).value(points))
 
 
 def test_a_patch_sees_the_energy_of_its_own_cells_and_moves_its_own_nodes_only():
     points, cells = jittered_cubes(6)
-    problem = CornerEnergy(cells, CUBES, all_free(points))
     core = node_rings(cells, len(points), np.arange(len(cells)) == 100, 0)
-    patch, nodes = problem.restricted(core, points)
+    patch, nodes = formulation_of(points, cells).restricted(core, points)
     around = core[cells].any(axis=1)
-    whole = CornerEnergy(cells[around], CUBES, all_free(points)).value(points, Weights())
-    assert patch.value(points[nodes], Weights()) == pytest.approx(whole, rel=1e-13)
+    whole = CornerTerm(cells[around], CUBES).value(points)
+    assert patch.objective(CornerWeights()).value(points[nodes]) == pytest.approx(whole, rel=1e-13)
     assert np.array_equal(nodes[patch.free], np.flatnonzero(core))
+
+
+def test_cells_count_by_their_scales_in_a_patch_too():
+    points, cells = jittered_cubes(4)
+    rng = np.random.default_rng(3)
+    scales = rng.uniform(0.5, 2.0, len(cells))
+    frames = np.linalg.inv(np.eye(3) + 0.2 * rng.normal(size=(len(cells), 8, 3, 3)))
+    term = CornerTerm(cells, frames, CornerWeights(0.3, 1.0, 0.01), scales)
+    each = [replace(term, cells=cells[[c]], inverses=frames[[c]], scales=np.ones(1)) for c in range(len(cells))]
+    expected = scales * [one.value(points) for one in each]
+    assert term.value(points) == pytest.approx(expected.sum(), rel=1e-12)
+    moving = node_rings(cells, len(points), np.arange(len(cells)) == 20, 0)
+    patch = Patch.around(moving, cells, points)
+    assert 1 < len(patch.cells) < len(cells)
+    assert term.restricted(patch).value(points[patch.nodes]) == pytest.approx(expected[patch.cells].sum(), rel=1e-12)

@@ -1,23 +1,22 @@
-"""Tangled meshes are unfolded: by the corner energy, from a harmonic start, patch by patch, from farther away."""
+"""Tangled meshes are unfolded: by the barrier at corners, from a harmonic start, patch by patch, from farther away."""
 
 import numpy as np
 import pytest
-from corner_problems import CUBES, all_free, fixed_boundary_energy
-from hexconformal.energy.corner_energy import CornerEnergy
+from corner_problems import fixed_boundary, formulation_of
 
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
 from hexconformal.mesh.topology import boundary_quads
-from hexconformal.regularization.untangle import _unfold_patches, folded_cells, harmonic, pull_back, untangle
+from hexconformal.untangling.untangle import _unfold_patches, folded_cells, harmonic, pull_back, untangle
 
 
 def test_untangling_unfolds_every_cell():
     points, cells = generate.jittered(*generate.box((6, 6, 6)), 1.0, seed=0, valid=False)
-    problem = fixed_boundary_energy(points, cells)
-    assert folded_cells(problem, points).sum() > 50
-    *_, last = untangle(problem, points)
-    assert not folded_cells(problem, last.points).any()
+    formulation = fixed_boundary(points, cells)
+    assert folded_cells(formulation, points).sum() > 50
+    *_, last = untangle(formulation, points)
+    assert not folded_cells(formulation, last.points).any()
 
 
 def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_where_nothing_else_is_near():
@@ -40,8 +39,8 @@ def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_
 
 def test_the_harmonic_start_puts_inner_nodes_between_their_neighbours():
     points, cells = generate.jittered(*generate.box((4, 4, 4)), 0.5, seed=0, valid=False)
-    problem = fixed_boundary_energy(points, cells)
-    smooth = harmonic(problem, points, np.ones(len(points), dtype=bool))
+    formulation = fixed_boundary(points, cells)
+    smooth = harmonic(formulation, points, np.ones(len(points), dtype=bool))
     assert np.abs(smooth - generate.box((4, 4, 4))[0]).max() < 5e-3
     surface = np.unique(boundary_quads(cells)[0])
     assert np.array_equal(smooth[surface], points[surface])
@@ -56,7 +55,7 @@ class Wall:
     def relative_distance(self, points):
         return 2.0 * np.linalg.norm(points[self.node] - self.place)
 
-    def restricted(self, nodes, moving, points):
+    def restricted(self, patch):
         """As a patch that does not watch what is around it."""
         return
 
@@ -70,9 +69,9 @@ def test_patches_that_leave_the_surface_are_not_unfolded_and_the_others_are():
     cores = [np.arange(len(points)) == corner for corner in corners]
     for node, opened in (None, [True, True]), (corners[0], [False, True]), (corners[1], [True, False]):
         surface = None if node is None else Wall(node, tangled[node])
-        problem = CornerEnergy(cells, CUBES, all_free(points), surface)
-        found = _unfold_patches(problem, tangled, tangled, cores)
-        still = folded_cells(problem, found)
+        formulation = formulation_of(points, cells, barrier=surface)
+        found = _unfold_patches(formulation, tangled, tangled, cores)
+        still = folded_cells(formulation, found)
         assert [not still[(cells == corner).any(axis=1)].any() for corner in corners] == opened
 
 

@@ -1,0 +1,93 @@
+"""The numbers of the distance barrier, and what it makes of distances: equation (14)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import Schedule, tuned
+
+__all__ = ["BarrierSchedule", "Steep"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class BarrierSchedule(Schedule):
+    """The terms of equation (14), in distances t = r / bound.
+
+    Attributes
+    ----------
+    attraction
+        Factor of t^2, at nodes: without it thin bodies inflate.
+    steepness
+        k / (t1 - t0).
+    onset, wall
+        t0, and t1, which is never crossed from inside.
+    room
+        From what is outside to the wall behind it, over how far beyond t0 it is.
+    curve_bound
+        Of feature curves and corners, as a share of the bound: they are what one sees.
+    curve_attraction, curve_onset
+        As of the surface.
+    within
+        Share of the bound that leaves room for rounding.
+    tolerance
+        Of measured distances, in bounds.
+    watched
+        Bounds from which on places between the samples are watched.
+    spacing, least_spacing
+        Bounds between places that are compared on a quad: at first, at last.
+    reach
+        Longest edges of a quad between a place on it and the sample next to it.
+    """
+
+    attraction: float = tuned(30.0)
+    steepness: float = tuned(200.0)
+    onset: float = tuned(0.8, 0.0, 1.0)
+    wall: float = tuned(0.98, 0.0, 1.0)
+    room: float = tuned(2.0)
+    curve_bound: float = tuned(0.2, 0.0, 1.0)
+    curve_attraction: float = tuned(0.1)
+    curve_onset: float = tuned(0.7, 0.0, 1.0)
+    within: float = tuned(0.995, 0.0, 1.0)
+    tolerance: float = tuned(0.02, 0.0, 1.0)
+    watched: float = tuned(0.9, 0.0, 1.0)
+    spacing: float = tuned(2.0)
+    least_spacing: float = tuned(0.125)
+    reach: float = tuned(0.25)
+
+
+@dataclass(frozen=True, eq=False)
+class Steep:
+    """What the barrier makes of some distances."""
+
+    nodes: Ints
+    weights: Field
+    residuals: Field
+    t: Field  # distances in bounds
+    bound: float
+    attraction: Field | float  # (k,) factor of t^2
+    onset: float  # t0
+    directions: Callable[[], Field]  # (k, 3, 3) projection onto the directions in which the distance grows
+
+    def penalty(self, steepness: float, wall: float) -> tuple[float, Field, Field]:
+        """The terms of equation (14): their sum, each one's slope over the distance, and its second derivative."""
+        t = self.t
+        over, gap = np.maximum(t - self.onset, 0.0), wall - t
+        if gap.min(initial=1.0) <= 0.0:
+            return np.inf, t, t
+        k, r = steepness * (wall - self.onset), 1.0 / gap
+        value = k * (over**2 * r).sum() + (self.attraction * t**2).sum()
+        slopes = k * over * r * (2.0 + over * r) / np.maximum(t, 1e-300) + 2.0 * self.attraction
+        curvatures = 2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2 + self.attraction)
+        return float(value), slopes / self.bound**2, curvatures / self.bound**2
+
+    def wall_beyond(self, schedule: BarrierSchedule) -> float:
+        """The wall t1: in its place with all samples inside it, else behind the worst, with which it comes in."""
+        worst = float(self.t.max(initial=0.0))
+        return schedule.wall if worst < schedule.wall else worst + schedule.room * (worst - self.onset)

@@ -1,0 +1,93 @@
+"""A distance barrier is a function: what it is asked for does not change what it says."""
+
+import numpy as np
+import pytest
+from corner_problems import convex
+
+from hexconformal import generate
+from hexconformal.energy import Assembly, Patch
+from hexconformal.geometry.closest_point import SurfaceLocator
+from hexconformal.geometry.distance_barrier import DistanceBarrier
+from hexconformal.geometry.features import find_features
+from hexconformal.mesh.topology import boundary_quads
+
+POINTS, CELLS = generate.cylinder(4, 3, 6)
+BOUND = 0.05
+RNG = np.random.default_rng(5)
+HERE, THERE = (POINTS + 0.002 * RNG.normal(size=POINTS.shape) for _ in range(2))
+AFAR = POINTS + 0.08 * RNG.normal(size=POINTS.shape)
+
+
+def quads():
+    return boundary_quads(CELLS)[0]
+
+
+def around(reference):
+    """The barrier of the cylinder, or of one with a ball to slide on."""
+    original = SurfaceLocator(POINTS, quads())
+    if reference is None:
+        return DistanceBarrier.around(original, BOUND, find_features(POINTS, quads()))
+    return DistanceBarrier.around(original, BOUND, reference=SurfaceLocator(1.01 * POINTS, quads()))
+
+
+def patch():
+    moving = np.zeros(len(POINTS), dtype=bool)
+    moving[quads()[5]] = True
+    return Patch.around(moving, CELLS, HERE)
+
+
+def assembled(barrier, points):
+    return barrier.add_convex(points, np.zeros_like(points), Assembly.of_cells(CELLS, np.ones(len(points), dtype=bool)))
+
+
+CALLS = {
+    "value elsewhere": lambda barrier: barrier.value(THERE),
+    "value far away": lambda barrier: barrier.value(AFAR),
+    "gradient": lambda barrier: barrier.value_gradient(THERE),
+    "convex part": lambda barrier: assembled(barrier, AFAR),
+    "seen from elsewhere": lambda barrier: barrier.renewed(AFAR).value(AFAR),
+    "seen from the patch": lambda barrier: barrier.restricted(patch()).renewed(THERE[patch().nodes]),
+    "patch": lambda barrier: barrier.restricted(patch()).value_gradient(THERE[patch().nodes]),
+    "watching": lambda barrier: barrier.watching(AFAR).renewed(AFAR),
+    "second derivative": lambda barrier: barrier.second_product(THERE, AFAR - POINTS),
+    "distances": lambda barrier: (
+        barrier.relative_distance(AFAR),
+        barrier.farthest(AFAR),
+        barrier.exceeded(THERE),
+    ),
+}
+
+
+def said(barrier):
+    """All that a barrier says at a place."""
+    value, gradient = barrier.value_gradient(HERE)
+    cut = barrier.restricted(patch())
+    inside = cut.value_gradient(HERE[patch().nodes])
+    distance = barrier.relative_distance(HERE)
+    return [barrier.value(HERE), value, gradient, *convex(barrier, HERE, CELLS), *inside, distance, barrier.wall]
+
+
+@pytest.mark.parametrize("reference", [None, "another surface"])
+@pytest.mark.parametrize("seen", [False, True], ids=["new", "seen from elsewhere"])
+def test_no_call_changes_what_it_says(reference, seen):
+    barrier = around(reference).renewed(THERE) if seen else around(reference)
+    before = said(barrier)
+    assert np.isfinite(before[0])
+    for name, call in CALLS.items():
+        call(barrier)
+        for one, other in zip(before, said(barrier), strict=True):
+            np.testing.assert_array_equal(one, other, err_msg=name)
+
+
+def test_what_comes_of_it_is_another_one():
+    barrier = around(None)
+    wall, samples = barrier.wall, len(barrier.forward)
+    _, seen = assembled(barrier, AFAR)
+    assert seen.wall > wall == barrier.wall
+    assert np.array_equal(seen.measured_at, AFAR)
+    assert np.array_equal(barrier.measured_at, POINTS)
+    watching = barrier.watching(AFAR)
+    assert len(watching.forward) > samples == len(barrier.forward)
+    assert watching.spacing == 0.5 * barrier.spacing
+    with pytest.raises(AttributeError):
+        barrier.wall = 1.0
