@@ -5,6 +5,7 @@ import numpy as np
 import hexconformal as hc
 from hexconformal.elements.validity import is_valid
 from hexconformal.formulation.formulation import ValidCells
+from hexconformal.formulation.schedules import MinimizationSchedule, Schedules
 from hexconformal.generate import boundary_layer, box, jittered, sheared_cube
 from hexconformal.mesh.normalized_mesh import NormalizedMesh
 from hexconformal.regularization.boundary import Boundary
@@ -14,10 +15,10 @@ from hexconformal.regularization.setting import Setting
 from hexconformal.solver.admissible import boundary_directions
 
 
-def minimization(points, cells, boundary="fixed", **options):
+def minimization(points, cells, boundary="fixed", schedules=None, **options):
     """That of the distortion alone, with the mesh it is of."""
     normalized = NormalizedMesh(hc.HexMesh(points, cells))
-    setting = Setting(normalized, Options(boundary=boundary, **options))
+    setting = Setting(normalized, Options(boundary=boundary, **options), schedules or Schedules())
     admissible = boundary_directions(normalized.points, normalized.quads, boundary)
     formulation = setting.formulation(Boundary(admissible))
     run = Minimization(
@@ -80,9 +81,9 @@ def test_newton_takes_over_from_lbfgs():
     assert phases[-1] == "newton"
 
 
-def test_newton_takes_over_after_so_many_iterations_at_the_latest(monkeypatch):
-    monkeypatch.setattr("hexconformal.regularization.minimize._HANDOVER", 3)
-    run, _ = minimization(*sheared_cube(6), boundary="fixed", emphasis="mean", gradient_tolerance=1e-10)
+def test_newton_takes_over_after_so_many_iterations_at_the_latest():
+    early = Schedules(minimization=MinimizationSchedule(handover=3))
+    run, _ = minimization(*sheared_cube(6), schedules=early, emphasis="mean", gradient_tolerance=1e-10)
     assert [step.phase for step, _ in zip(run, range(4), strict=False)] == ["lbfgs"] * 3 + ["newton"]
 
 

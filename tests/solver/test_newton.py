@@ -39,9 +39,9 @@ def test_a_rounded_step_forgets_rounding_in_its_input_and_stays_admissible():
 def test_a_short_step_gets_a_larger_shift_next_time_and_a_long_one_a_smaller():
     points, cells = jittered_cubes(2)
     equation = fixed_boundary(points, cells).equation
-    assert equation.after(1.0).shift == equation.shift == 1e-5
-    assert equation.after(0.25).shift == 4.0 * equation.shift
-    assert equation.after(0.25).after(0.5).shift == equation.shift
+    assert equation.after(1.0).added == equation.added == 1e-5
+    assert equation.after(0.25).added == 4.0 * equation.added
+    assert equation.after(0.25).after(0.5).added == equation.added
     for _ in range(20):
         equation = equation.after(0.25)
-    assert equation.shift == 0.1
+    assert equation.added == 0.1

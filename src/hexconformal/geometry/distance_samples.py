@@ -120,8 +120,10 @@ class Samples:
             places = np.einsum("kj,kji->ki", weights, moved.points[nodes])
             there = _closest(other, places, self.near[which], far)
             return Distances(nodes, weights, places - there.positions, there.distances, other, there.faces)
-        # The moved surface is new each time: nothing is prepared for no samples.
-        there = _closest(moved if len(which) else other, self.places[which], self.near[which], far)
+        if len(which) == 0:  # the moved surface is new each time: nothing is prepared for nothing
+            none = np.empty((0, moved.faces.shape[1]))
+            return Distances(none.astype(np.int64), none, np.empty((0, 3)), np.empty(0), moved, np.empty(0, np.int64))
+        there = _closest(moved, self.places[which], self.near[which], far)
         residuals = there.positions - self.places[which]
         return Distances(moved.faces[there.faces], there.weights, residuals, there.distances, moved, there.faces)
 
