@@ -178,7 +178,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.solver.lbfgs": (
-        ("solver/test_line_search.py",),
+        ("solver/test_line_search.py", "solver/test_lbfgs.py"),
         [
             ("_LEAST_CURVATURE = 1e-10", "_LEAST_CURVATURE = -1e10"),
             ("accumulate(q, -factors[-1], y)", "accumulate(q, factors[-1], y)"),
