@@ -105,7 +105,8 @@ class Minimization:
             ):
                 if following.step == 0.0:
                     break
-                slow = slow + 1 if following.decrease < self._stall * at.energy else 0
+                # What a step wins may be lost again where normals are renewed: it is the whole that counts.
+                slow = slow + 1 if at.energy - following.energy < self._stall * at.energy else 0
                 at = following
                 valid.grow(at.points)
                 yield self._told(phase, at, first)
