@@ -240,8 +240,8 @@ def test_included_files_are_read_and_their_text_is_kept(tmp_path):
         ("*END INSTANCE\n", "END INSTANCE is out of place"),
         ("*NSET, NSET=A\nB\n*NSET, NSET=B\nA\n", "'[AB]' refers to itself"),
         ("*NSET, NSET=A, INSTANCE=I\n1\n", "the instance 'I', which is not there"),
-        ("*INCLUDE, INPUT=../b.inp\n", "not in its folder"),
-        ("*INCLUDE, INPUT=b.inp\n", "'b.inp', which is not there"),
+        ("*INCLUDE, INPUT=../b.inp\n", "outside its folder"),
+        ("*INCLUDE, INPUT=b.inp\n", "'b.inp', which does not exist"),
         ("*INCLUDE, INPUT=a.inp\n", "too deep, or too often"),
     ],
 )

@@ -14,7 +14,7 @@ from ..convert import to_pyvista
 from ..format_tools.captured_output import captured_output, captured_vtk_messages
 from ..format_tools.file_checks.memory import require_memory
 from ..format_tools.file_checks.vtk_file_checks import check_last_array, check_reader_survives
-from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml
+from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml, pieces_of
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import file_head
 from ..pyvista_mesh import check_cell_nodes, to_polydata
@@ -156,5 +156,5 @@ def _has_more_digits(array: NDArray[Any]) -> bool:
 
 
 VTK_GRID = Format("VTK", (".vtk", ".vtu"), _read, _write)
-VTK_READ_ONLY = Format("VTK", (".pvtu", ".vti", ".vtr", ".vts"), _read)
+VTK_READ_ONLY = Format("VTK", (".pvtu", ".vti", ".vtr", ".vts"), _read, files_named=pieces_of)
 VTK_POLYDATA = Format("VTK", (".vtp",), _read, _write_polydata, surfaces_only=True)
