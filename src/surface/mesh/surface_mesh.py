@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
@@ -74,6 +75,10 @@ class SurfaceMesh:
     def notes(self) -> tuple[str, ...]:
         """Changes and omissions when the mesh was converted, in words."""
         return self.origin.selection.notes if isinstance(self.origin, (MeshioOrigin, PyvistaOrigin)) else ()
+
+    def named_nodes(self) -> Mapping[str, NDArray[Any]]:
+        """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
+        return ChainMap(dict(self.point_data), getattr(self.origin, "node_groups", {}))
 
     def replaced(
         self,

@@ -42,7 +42,7 @@ def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
 
 
 def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
-    """(n,) nodes that the user holds: None, booleans, ids, or the name of a point array that is not zero there.
+    """(n,) nodes that the user holds: None, booleans, ids, or the name of a set, a group or a point array.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
     >>> held_nodes(SurfaceMesh(np.eye(3), [[0, 1, 2]], {"wall": [0, 0, 1]}), "wall")
     array([False, False,  True])
     """
-    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.named_nodes() if isinstance(fixed, str) else None)
     if mask.ndim != 1:
         raise OptionError("fixed must have one boolean per point: on a surface nodes are held as a whole")
     return mask
