@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from numbers import Integral, Real
@@ -91,7 +92,7 @@ def require_numbers(options: Any, *names: str, optional: Sequence[str] = ()) -> 
 
 
 def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
-    """Refuse fields of options that are no whole numbers, or negative; those that are optional may be None."""
+    """Refuse fields that are no whole numbers, negative or too large; those that are optional may be None."""
     for name in (*names, *optional):
         value = getattr(options, name)
         if value is None and name in optional:
@@ -100,6 +101,8 @@ def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> N
             raise OptionError(f"{name} must be a whole number, not {shortened(value)}")
         if value < 0:
             raise OptionError(f"{name} must be 0 or more, not {value!r}")
+        if int(value) > sys.maxsize:
+            raise OptionError(f"{name} must be at most {sys.maxsize}, not {value!r}")
 
 
 def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> None:

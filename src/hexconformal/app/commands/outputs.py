@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...common import OptionError, OutputPlace, check_writable, companion_file, require_distinct_places, same_file
+from ...common import (
+    OptionError,
+    OutputPlace,
+    WriteError,
+    check_writable,
+    companion_file,
+    require_distinct_places,
+    same_file,
+)
 from ...io import files_named_by
 from ...plots import PICTURE_EXTENSIONS, require_rendering
 from ...runs import series_place
@@ -98,6 +107,9 @@ def check_paths(outputs: Sequence[str | None], inputs: Mapping[Path, str], overw
     WriteError
         If a folder is missing or cannot be written to.
     """
+    for path in outputs:
+        if path is not None and path.endswith((os.sep, os.altsep or os.sep)):
+            raise WriteError(f"cannot write {path}: this is the name of a folder")
     first = outputs[0] if outputs else None
     places = []
     for path in outputs:
