@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import OptionError, first_ids
+from .errors import OptionError, first_ids, first_names
 
 __all__ = [
     "array_of_numbers",
@@ -162,7 +162,7 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     """
     if isinstance(value, str) and arrays is not None:
         if value not in arrays:
-            known = ", ".join(map(repr, arrays)) or "none"
+            known = first_names(map(repr, arrays)) or "none"
             raise OptionError(f"{name}={value!r} names no point array or group of the file; there are: {known}")
         value = np.asarray(arrays[value]) != 0
     try:
