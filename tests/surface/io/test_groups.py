@@ -96,7 +96,7 @@ def test_many_groups_take_no_more_than_their_file(sheet, tmp_path):
     path.write_text(obj(sheet, many, "\n".join(f"o {k}\nf 1 2 3" for k in range(20_000))))
     groups = surface.read(path).origin.file.cell_groups
     assert sum(map(len, groups.values())) == 40_000
-    with pytest.raises(OptionError, match="there are: .* and 39990 more"):
+    with pytest.raises(OptionError, match=r"there are: .* and 39990 more"):
         held_nodes(surface.read(path), "wall")
 
 
