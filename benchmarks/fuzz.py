@@ -34,7 +34,6 @@ LIMIT = 60.0  # seconds for one file
 MEMORY = 6 << 30  # bytes a process may ask for
 WORDS = [b"-1", b"0", b"1", b"99999999999", b"2147483647", b"4294967295", b"nan", b"1e308", b"1e999", b"x", b""]
 NUMBERS = [0, 1, -1, 2**31 - 1, 2**32 - 1, 2**40, 2**62, -(2**31)]
-REFUSED = ("only.h5m",)  # sound files that meshio writes so that it cannot read them
 BYTES = [0x00, 0xFF, 0x7F, 0x80, *b'09-. \n"<>/']
 
 
@@ -101,17 +100,22 @@ def samples(folder: Path) -> list[Path]:
 
 
 def _only_read(folder: Path) -> Iterator[Path]:
-    """Files of the formats that are read alone, as meshio writes them, and pieces in files of their own."""
+    """Files of the formats that are read alone, most as meshio writes them, and pieces in files of their own."""
+    import h5py
     import meshio
 
     import hexconformal as hc
     from hexconformal.generate import box, jittered
 
     points, cells = jittered(*box((2, 2, 2)), 0.2)
-    for name in ("only.avs", "only.dat", "only.f3grid", "only.h5m", "only.mdpa", "only.su2", "only.tec"):
+    for name in ("only.avs", "only.dat", "only.f3grid", "only.mdpa", "only.su2", "only.tec"):
         yield from _written(folder / name, meshio.Mesh(points, [("hexahedron", cells)]))
     for name in ("only.vol", "only.lb8.ugrid"):
         yield from _written(folder / name, meshio.Mesh(points, [("hexahedron", cells)]))
+    with h5py.File(folder / "only.h5m", "w") as file:  # meshio reads hexahedra in it, but leaves them out of its own
+        file["tstt/nodes/coordinates"] = points
+        file["tstt/elements/Hex8/connectivity"] = cells + 1
+    yield folder / "only.h5m"
     hc.write(folder / "piece.vtu", hc.HexMesh(points, cells))
     array = '<PPoints><PDataArray type="Float64" NumberOfComponents="3"/></PPoints><Piece Source="piece.vtu"/>'
     text = f'<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid>{array}</PUnstructuredGrid></VTKFile>'
@@ -349,7 +353,7 @@ def main() -> int:
                 paths[-1].write_bytes(mutant(data, rng, sample.name))
             found = verdicts([sample, *paths], folder)
             sound = found.pop(sample)
-            if sound != ("ReadError" if sample.name in REFUSED else "mesh"):
+            if sound != "mesh":
                 failures.append(f"{sample.name}, sound: {sound}")
             bad = {path: what for path, what in found.items() if what.startswith("!")}
             kinds = Counter(found.values())

@@ -9,6 +9,7 @@ The main job is one call::
     hc.write("better.vtu", result.mesh)
 """
 
+from . import current_folder as current_folder  # before all others
 from . import generate
 from .common import MeshError, OptionError, ReadError, WriteError
 from .io import as_hex_mesh, read, write

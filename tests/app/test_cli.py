@@ -59,7 +59,11 @@ def test_help_has_examples(command, capsys):
         ("orient part.vtu part.vtu", 2, "--overwrite"),
         ("check missing.vtu", 1, "missing.vtu does not exist"),
         ("demo part.vtu", 1, "cannot make the folder part.vtu"),
-        ("demo --size 1", 2, "size must be 2 or more"),
+        ("demo --size 1", 2, "size must be 2 to 1000"),
+        ("demo --size 99999999999999999999", 2, "size must be 2 to 1000"),
+        ("regularize part.vtu out.vtu --max-iterations 99999999999999999999", 2, "max_iterations must be at most"),
+        ("regularize part.vtu out.vtu/", 1, "cannot write out.vtu/: this is the name of a folder"),
+        ("quality part.vtu --json q.json/", 1, "cannot write q.json/: this is the name of a folder"),
     ],
 )
 def test_errors_are_one_readable_line(here, capsys, words, code, said):

@@ -29,7 +29,14 @@ def trapped(tmp_path):
     return tmp_path
 
 
-def run(folder, *words):
+def run(folder, *words, as_module=False):
+    if as_module:
+        paths = os.pathsep.join(path for path in sys.path if os.path.isabs(path))
+        command = [sys.executable, "-m", "hexconformal", *words]
+        environment = {**os.environ, "PYTHONPATH": paths}
+        return subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
+        )
     # As the installed program is: its own folder is the first to import from, the current one is none.
     paths = "\n".join(path for path in sys.path if os.path.isabs(path))
     command = [sys.executable, "-I", "-c", PROGRAM, paths, *words]
@@ -44,6 +51,14 @@ def test_modules_in_the_current_folder_are_not_run(trapped, words):
     assert not (trapped / "mark").exists(), (trapped / "mark").read_text()
     assert not (trapped / "machine_code").exists()
     assert ran.returncode == 0 or "graphics driver" in ran.stderr, ran.stderr
+
+
+def test_nor_by_python_m(trapped):
+    for name in ("site", "os", "sitecustomize", "usercustomize", "encodings", "re", "hexconformal"):
+        (trapped / f"{name}.py").unlink()  # Python itself imports these before the program can prevent it
+    ran = run(trapped, "check", "part.vtk", as_module=True)
+    assert not (trapped / "mark").exists(), (trapped / "mark").read_text()
+    assert ran.returncode == 0, ran.stderr
 
 
 def test_a_child_has_the_modules_of_its_parent_but_those_of_the_current_folder(trapped, monkeypatch):

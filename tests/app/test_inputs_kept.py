@@ -81,6 +81,57 @@ def test_what_would_replace_an_input_is_refused_by_name(here, capsys, words, sai
     assert {path: path.read_bytes() for path in here.rglob("*") if path.is_file()} == files
 
 
+PIECES = (
+    '<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid><PPoints><PDataArray type="Float64" NumberOfComponents="3"/>'
+    '</PPoints><Piece Source="parts_frames/parts_0001.vtu"/></PUnstructuredGrid></VTKFile>'
+)
+
+
+@pytest.fixture
+def named(here):
+    """Inputs that name other files: an HDF5 file, a piece, one that is included and one that is referred to."""
+    pytest.importorskip("h5py")
+    mesh = hc.read("part.vtu")
+    hc.write("in.xdmf", mesh)
+    hc.write("whole.inp", mesh)
+    nodes, elements = (here / "whole.inp").read_text().split("*ELEMENT", 1)
+    (here / "nodes.txt").write_text(nodes)
+    (here / "in.inp").write_text(f"*INCLUDE, INPUT=nodes.txt\n*ELEMENT{elements}*AMPLITUDE, NAME=A, INPUT=load.csv\n")
+    (here / "load.csv").write_text("0., 1.\n")
+    (here / "parts_frames").mkdir()
+    shutil.copy("part.vtu", "parts_frames/parts_0001.vtu")
+    (here / "in.pvtu").write_text(PIECES)
+    return here
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("regularize in.xdmf out.vtu --history in.h5", "in.h5 is a file that the input names already: write elsewhere"),
+        ("orient in.xdmf in.xmf", "in.xmf would replace in.h5, which is a file that the input names"),
+        ("regularize in.pvtu parts_frames/parts_0001.vtu --overwrite", "is a file that the input names already: write"),
+        ("regularize in.pvtu out.vtu --frames parts.pvd", "parts.pvd would replace parts_frames/parts_0001.vtu"),
+        ("move in.pvtu first --motion lid.csv --frames parts.pvd --overwrite", "parts.pvd would replace parts_frames"),
+        ("regularize in.inp out.vtu --report nodes.txt", "nodes.txt is a file that the input names"),
+        ("quality in.inp --json load.csv", "load.csv is a file that the input names"),
+        ("regularize part.vtu out.vtu --surface in.xdmf --plot in.h5", "a file that the file of --surface names"),
+    ],
+)
+def test_files_that_an_input_names_are_kept_too(named, capsys, words, said):
+    files = {path: path.read_bytes() for path in named.rglob("*") if path.is_file()}
+    assert run(words) == 2
+    assert said in error_line(capsys)
+    assert {path: path.read_bytes() for path in named.rglob("*") if path.is_file()} == files
+
+
+def test_a_file_is_replaced_with_its_numbers_where_that_is_asked_for(named, capsys):
+    assert run("orient in.xdmf in.xdmf --overwrite") == 0
+    assert run("orient in.inp in.inp --overwrite") == 0
+    assert hc.read("in.xdmf").cells.tolist() == hc.read("in.inp").cells.tolist() == hc.read("part.vtu").cells.tolist()
+    assert (named / "nodes.txt").exists()
+    assert capsys.readouterr().err == ""
+
+
 def test_a_series_keeps_the_file_that_its_mesh_was_read_from(here):
     mesh = hc.read("run_frames/run_0003.vtu")
     with Series("run.pvd") as series, pytest.raises(OptionError, match="which the mesh was read from"):

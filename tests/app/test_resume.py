@@ -218,7 +218,8 @@ def test_signals_that_are_ignored_stay_so_and_others_get_their_handlers_back():
         (lambda run: (run / "history.csv").write_bytes(b"\xff\xfe\0"), "lid", "cannot go on with the history"),
         (lambda run: (run / "run.pvd").unlink(), "lid", "cannot go on with the series"),
         (lambda run: (run / "run.pvd").write_text("<VTKFile>"), "lid", "cannot go on with the series"),
-        (lambda run: (run / "run_frames" / "run_0002.vtu").unlink(), "lid", "missing: run_frames/run_0002.vtu"),
+        (lambda run: (run / "run_frames" / "run_0002.vtu").unlink(), "lid", "missing: 1 (run_frames/run_0002.vtu)"),
+        (lambda run: (run / "run.pvd").write_text("<VTKFile/>"), "lid", "it lists no frames"),
         (lambda run: (run / "checkpoint.npz").write_bytes(b"x"), "lid", "cannot read the checkpoint"),
         (lambda run: without(run / "checkpoint.npz", "prescribed"), "lid", "is damaged (KeyError: 'prescribed')"),
         (lambda run: without(run / "checkpoint.npz", "problem"), "lid", "cannot read the checkpoint"),
@@ -227,8 +228,10 @@ def test_signals_that_are_ignored_stay_so_and_others_get_their_handlers_back():
 def test_a_damaged_folder_or_another_table_is_a_clear_error(damage, boundary, said, here, capsys):
     assert move("run") == 0
     damage(here / "run")
+    files = {path: path.read_bytes() for path in here.rglob("*") if path.is_file()}
     assert move("run", "--resume", boundary=boundary) in (1, 2)
     assert said in error_line(capsys)
+    assert {path: path.read_bytes() for path in here.rglob("*") if path.is_file()} == files
 
 
 def cut(path):

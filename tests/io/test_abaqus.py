@@ -121,7 +121,7 @@ def test_abaqus_deck_keeps_all_but_coordinates(tmp_path):
     [
         (" 84, 0., 1., 2., 0., 0., 1.", "", "not there: 1 .ids 84"),
         (" 84, 0., 1., 2.", " 83, 0., 1., 2.", "numbered twice"),
-        ("*Material, name=Steel", "*Include, input=b.inp", "includes"),
+        ("*Material, name=Steel", "*Include, input=b.inp", "does not exist"),
         (" lower, upper", " lower, uper", "'uper'"),
         (" 82, 1., 0., 2.", " 82, 1., 0., x", "could not convert"),
         ("81, 82, 83, 84", "81, 82, 83", "8 nodes each: one has too few"),

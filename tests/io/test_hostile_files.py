@@ -185,7 +185,11 @@ def test_files_outside_the_folder_are_refused_unless_allowed(tmp_path):
     (sent / "up.pvtu").write_text(PIECES.format(3, '<Piece Source="../secret/a.vtu"/>'))
     os.symlink("../secret/a.vtu", sent / "link.vtu")
     (sent / "link.pvtu").write_text(PIECES.format(3, '<Piece Source="link.vtu"/>'))
-    for name in ("up.xdmf", "whole.xdmf", "up.pvtu", "link.pvtu"):
+    hc.write(secret / "a.inp", hc.HexMesh(*box((1, 1, 1))))
+    os.symlink("../secret/a.inp", sent / "link.txt")
+    for name, included in (("up.inp", "../secret/a.inp"), ("whole.inp", secret / "a.inp"), ("link.inp", "link.txt")):
+        (sent / name).write_text(f"*INCLUDE, INPUT={included}\n")
+    for name in ("up.xdmf", "whole.xdmf", "up.pvtu", "link.pvtu", "up.inp", "whole.inp", "link.inp"):
         with pytest.raises(hc.ReadError, match="outside its folder"):
             hc.read(sent / name)
         with outside_references_allowed():

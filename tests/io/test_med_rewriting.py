@@ -61,12 +61,63 @@ def test_all_of_a_med_file_but_coordinates_stays(tmp_path):
     np.testing.assert_array_equal(io.read(written).points, points * [1, 2, 3] + 1 / 3)
 
 
-def test_what_med_loses_with_new_arrays_is_told(tmp_path):
+def test_new_arrays_become_fields_beside_those_that_came(tmp_path):
+    path, written = tmp_path / "a.med", tmp_path / "b.med"
+    points = med_file(path)
+    new = {"point_data": {"moved by": np.arange(81.0).reshape(27, 3)}, "cell_data": {"more": np.arange(8) / 7}}
+    assert io.write(written, io.read(path).replaced(points=points * 2, **new)) == []
+    old, all_of_it = everything(path), everything(written)
+    assert [name.rsplit("/", 1)[1] for name in old if old[name] != all_of_it[name]] == ["COO"]
+    again = io.read(written)
+    np.testing.assert_array_equal(again.point_data["moved by"], new["point_data"]["moved by"])
+    np.testing.assert_array_equal(again.cell_data["more"], new["cell_data"]["more"])
+    np.testing.assert_array_equal(again.cell_data["SIG"], np.arange(8) / 3)
+    # Once more: what was written then is replaced, as it has neither times nor units.
+    assert io.write(path, again.replaced(cell_data={"more": np.ones(8)})) == []
+    np.testing.assert_array_equal(io.read(path).cell_data["more"], np.ones(8))
+    assert everything(path).keys() == all_of_it.keys()
+
+
+@pytest.mark.parametrize(
+    "arrays", [{"SIG": np.ones(8)}, {"tag": np.arange(8)}, {"a/b": np.ones(8)}, {"n" * 65: np.ones(8)}]
+)
+def test_what_med_loses_with_arrays_that_are_no_new_fields_is_told(arrays, tmp_path):
     path = tmp_path / "a.med"
     med_file(path)
-    mesh = io.read(path)
-    lost = io.write(path, mesh.replaced(cell_data={"more": np.ones(8)}))
+    lost = io.write(path, io.read(path).replaced(cell_data=arrays))
+    assert "names, units and times of the med file" in lost
+
+
+def test_a_field_with_a_time_is_not_replaced_without_a_word(tmp_path):
+    path = tmp_path / "a.med"
+    med_file(path)
+    with h5py.File(path, "r+") as file:
+        file["CHA/SIG"].attrs["UNI"] = np.bytes_("")
+    lost = io.write(path, io.read(path).replaced(cell_data={"SIG": np.ones(8)}))
     assert lost == ["names, units and times of the med file"]
-    again = io.read(path)
-    np.testing.assert_array_equal(again.cell_data["more"], np.ones(8))
-    np.testing.assert_array_equal(again.cell_data["SIG"], np.arange(8) / 3)
+
+
+def test_medcoupling_reads_what_is_written(tmp_path):
+    medcoupling = pytest.importorskip("medcoupling")
+    cells = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
+    mesh = medcoupling.MEDCouplingUMesh("bloc béton", 3)
+    mesh.setCoords(medcoupling.DataArrayDouble(block(1)[0][np.argsort(cells[0])].tolist()))
+    mesh.allocateCells(1)
+    mesh.insertNextCell(medcoupling.NORM_HEXA8, [0, 3, 2, 1, 4, 7, 6, 5])
+    mesh.finishInsertingCells()
+    field = medcoupling.MEDCouplingFieldDouble(medcoupling.ON_CELLS, medcoupling.ONE_TIME)
+    field.setName("SIG")
+    field.setMesh(mesh)
+    field.setTime(1.5, 3, 0)
+    field.setArray(medcoupling.DataArrayDouble([2.0]))
+    medcoupling.WriteField(str(tmp_path / "a.med"), field, True)
+    new = {"point_data": {"moved_by": np.arange(24.0).reshape(8, 3)}, "cell_data": {"quality": np.array([0.5])}}
+    assert io.write(tmp_path / "b.med", io.read(tmp_path / "a.med").replaced(**new)) == []
+    found = medcoupling.MEDFileData(str(tmp_path / "b.med"))
+    times = {field.getName(): field.getTimeSteps() for field in found.getFields()}
+    assert times == {"SIG": [(3, 0, 1.5)], "moved_by": [(-1, -1, 0.0)], "quality": [(-1, -1, 0.0)]}
+    whole = found.getMeshes()[0]
+    kinds = {"moved_by": medcoupling.ON_NODES, "quality": medcoupling.ON_CELLS}
+    for name, expected in (*new["point_data"].items(), *new["cell_data"].items()):
+        values = found.getFields()[name][0].getFieldOnMeshAtLevel(kinds[name], 0, whole).getArray()
+        np.testing.assert_array_equal(values.toNumPyArray(), expected)

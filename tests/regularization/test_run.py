@@ -124,3 +124,17 @@ def test_messages_name_cells_and_nodes_by_their_ids_in_the_mesh():
     sizes[[5, 7]] = -1.0
     with pytest.raises(hc.OptionError, match=r"2 \(ids 5, 7\)"):
         hc.regularize((points, cells), sizes=sizes)
+
+
+def test_the_barrier_has_no_energy_while_corners_are_inverted():
+    points, cells = generate.box((2, 2, 2))
+    points[13] += [0.45, 0.45, 0.1]  # through the planes of corners, while the Gauss points stay on their side
+    run = hc.Regularization((points, cells), hc.Options(quadrature="gauss"))
+    assert np.isfinite(DistortionEnergy(cells, len(points), eps=0.0, quadrature="gauss").cell_energies(points)).all()
+    first, *others = run
+    assert first.inverted > 0
+    assert all(np.isnan(record.energy) == (record.inverted > 0) for record in [first, *others])
+    assert others[-1].inverted == 0
+    told = hc.regularize((points, cells), boundary="fixed", energy="quaternionic").history[0]
+    assert told.inverted > 0
+    assert np.isfinite(told.energy)

@@ -23,7 +23,7 @@ class OutputPlace:
     comes_with
         Tells of another path whether it would be written, or removed, along with the file.
     replaces
-        The input that it may replace, if any.
+        The input that it may replace, if any, and with it what comes with it.
     advice
         To do where it is an input.
     """
@@ -36,6 +36,10 @@ class OutputPlace:
     def harms(self, other: Path) -> bool:
         """Whether writing here would change or remove another file."""
         return same_file(self.path, other) or self.comes_with(other)
+
+    def may_replace(self, other: Path) -> bool:
+        """Whether it is meant to replace another file."""
+        return self.replaces is not None and (same_file(self.replaces, other) or self.comes_with(other))
 
 
 def same_file(one: Path, other: Path) -> bool:
@@ -70,7 +74,7 @@ def require_distinct_places(outputs: Iterable[OutputPlace], inputs: Mapping[Path
     seen: list[OutputPlace] = []
     for place in outputs:
         for path, name in inputs.items():
-            if place.harms(path) and not (place.replaces is not None and same_file(place.replaces, path)):
+            if place.harms(path) and not place.may_replace(path):
                 raise OptionError(f"{place.path} {_relation(place, path)} {name} already: {place.advice}")
         for other in seen:
             for one, two in ((place, other.path), (other, place.path)):

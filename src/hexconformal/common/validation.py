@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from numbers import Integral, Real
@@ -11,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import OptionError, first_ids
+from .errors import OptionError, first_ids, first_names
 
 __all__ = [
     "array_of_numbers",
@@ -91,7 +92,7 @@ def require_numbers(options: Any, *names: str, optional: Sequence[str] = ()) -> 
 
 
 def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
-    """Refuse fields of options that are no whole numbers, or negative; those that are optional may be None."""
+    """Refuse fields that are no whole numbers, negative or too large; those that are optional may be None."""
     for name in (*names, *optional):
         value = getattr(options, name)
         if value is None and name in optional:
@@ -100,6 +101,8 @@ def require_counts(options: Any, *names: str, optional: Sequence[str] = ()) -> N
             raise OptionError(f"{name} must be a whole number, not {shortened(value)}")
         if value < 0:
             raise OptionError(f"{name} must be 0 or more, not {value!r}")
+        if int(value) > sys.maxsize:
+            raise OptionError(f"{name} must be at most {sys.maxsize}, not {value!r}")
 
 
 def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> None:
@@ -159,7 +162,7 @@ def as_mask(value: Any, count: int, name: str, arrays: Mapping[str, NDArray[Any]
     """
     if isinstance(value, str) and arrays is not None:
         if value not in arrays:
-            known = ", ".join(map(repr, arrays)) or "none"
+            known = first_names(map(repr, arrays)) or "none"
             raise OptionError(f"{name}={value!r} names no point array or group of the file; there are: {known}")
         value = np.asarray(arrays[value]) != 0
     try:

@@ -23,6 +23,8 @@ __all__ = ["DistortionTerm"]
 
 Field = NDArray[np.float64]
 
+_FOLDED = 1e60  # an energy beyond this is that of a folded point, which is huge rather than not a number
+
 
 @dataclass(frozen=True, eq=False)
 class DistortionTerm(Term):
@@ -111,13 +113,13 @@ class DistortionTerm(Term):
         return energies
 
     def value(self, points: Field) -> float:
-        """Energy at the points (n, 3); not finite where a corner is folded and the energy is a barrier."""
-        return float(self.cell_energies(points).sum())
+        """Energy at the points (n, 3); infinite where a point of the quadrature is folded and the energy is a barrier."""
+        total = float(self.cell_energies(points).sum())
+        return total if total < _FOLDED else float("inf")
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """Energy at the points (n, 3) and its gradient (n, 3)."""
-        energy = float(self.cell_energies(points).sum())
-        return energy, self._gathered()
+        return self.value(points), self._gathered()
 
     def _second_product(self, points: Field, variation: Field, eps: float) -> Field:
         parallel_ranges(

@@ -17,7 +17,7 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_DIFFERENCE = 1e-6  # step of differences of gradients, relative to the points: half the digits are left of each
+_DIFFERENCE = 1e-6  # step of differences of gradients where edges are about 1: half of the digits are left
 
 
 @dataclass(frozen=True, eq=False)

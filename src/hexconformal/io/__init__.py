@@ -7,7 +7,7 @@ there; what several of them share is in `format_tools`. Imports `common`,
 
 from .convert import to_pyvista
 from .format_tools.file_checks.references import outside_references_allowed
-from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, read_contents
+from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_named_by, read_contents
 from .formats.vtk import write_vtk
 from .meshio_mesh import MeshioOrigin
 from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles
@@ -29,6 +29,7 @@ __all__ = [
     "cell_nodes",
     "cell_offsets",
     "cell_table",
+    "files_named_by",
     "from_vtk",
     "library_of",
     "outside_references_allowed",

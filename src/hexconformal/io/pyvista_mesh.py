@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,10 +57,14 @@ class PyvistaOrigin:
 
     @property
     def node_groups(self) -> NodeGroups:
-        """Nodes by the names of cell arrays."""
+        """Nodes by the names of cell arrays, and of groups of cells in the file."""
         grid = self.source.cast_to_unstructured_grid()
         nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
-        return cell_array_groups(grid.n_points, dict(grid.cell_data), cell_offsets(grid), nodes)
+        groups = cell_array_groups(grid.n_points, dict(grid.cell_data), cell_offsets(grid), nodes)
+        for name, runs in ({} if self.file is None else self.file.cell_groups).items():
+            for run in runs:
+                groups.add(name, partial(_nodes_of_run, grid, run))
+        return groups
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
@@ -238,3 +243,7 @@ def check_cell_nodes(dataset: Any) -> None:
         odd = np.flatnonzero((expected > 0) & (expected != sizes))
         if len(odd):
             raise MeshError(f"cells must have as many nodes as their type; others: {first_ids(odd)}")
+
+
+def _nodes_of_run(grid: Any, run: range) -> NDArray[np.int64]:
+    return cell_nodes(grid, np.arange(run.start, run.stop))[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,8 @@ class SourceFile:
         it counts from 0.
     cell_labels
         What it calls its cells, of all types, in their order (0 for those it has no number for); None likewise.
+    cell_groups
+        Cells in groups that the file names, as runs of rows, where what is read from it has no place for them.
     model
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     """
@@ -42,6 +45,7 @@ class SourceFile:
     data: bytes = field(default=b"", repr=False)
     node_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
+    cell_groups: Mapping[str, Sequence[range]] = field(default_factory=dict, repr=False, compare=False)
     model: tuple[str, ...] = ()
 
 

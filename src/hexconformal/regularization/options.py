@@ -197,8 +197,8 @@ class Record:
     phase
         The solver at work.
     energy
-        The summed distortion, in the mesh's own units; NaN where cells are inverted still. Raising the worst cells may
-        raise it.
+        The summed distortion, in the mesh's own units; NaN where the barrier is infinite, since cells are inverted
+        still. Raising the worst cells may raise it.
     gradient
         Norm of its admissible gradient, relative to the input's; NaN where other things are minimized with it.
     step

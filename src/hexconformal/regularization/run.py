@@ -230,7 +230,10 @@ class Regularization:
 
     def _record(self, iteration: Iteration) -> Record:
         scaled_jacobian = corner_scaled_jacobian(iteration.points, self._normalized.cells)
+        inverted = int((scaled_jacobian <= 0).sum())
         energy = self._setting.energy(iteration.points) if np.isnan(iteration.energy) else iteration.energy
+        if inverted and self.options.energy == "barrier":
+            energy = float("nan")  # rounding may leave a flat corner a finite one
         return Record(
             iteration=len(self.history),
             phase=iteration.phase,
@@ -239,7 +242,7 @@ class Regularization:
             step=iteration.step,
             min_scaled_jacobian=float(scaled_jacobian.min()),
             mean_scaled_jacobian=float(scaled_jacobian.mean()),
-            inverted=int((scaled_jacobian <= 0).sum()),
+            inverted=inverted,
             seconds=time.perf_counter() - self._began,
         )
 

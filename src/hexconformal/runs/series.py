@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any
 from xml.etree import ElementTree
 
-from ..common import OptionError, OutputPlace, WriteError, check_writable, same_file, save_atomically
+from ..common import OptionError, OutputPlace, WriteError, check_writable, first_names, same_file, save_atomically
 from ..mesh import HexMesh
 
 __all__ = ["Series", "frames_folder", "series_place"]
@@ -124,8 +124,10 @@ class Series:
             raise WriteError(f"cannot go on with the series {self.path}: {problem}") from problem
         frames = [frame for frame in frames if frame[0] <= until]
         missing = [name for _, name in frames if not (self.path.parent / name).is_file()]
-        if missing:
-            raise WriteError(f"cannot go on with the series {self.path}: frames that are missing: {', '.join(missing)}")
+        if missing or not frames:
+            names = f"frames that are missing: {len(missing)} ({first_names(missing)})"
+            reason = names if missing else "it lists no frames"
+            raise WriteError(f"cannot go on with the series {self.path}: {reason}")
         return frames
 
     def _next_number(self) -> int:

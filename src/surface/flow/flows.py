@@ -27,7 +27,8 @@ class Flow:
     conserve
         "area", "volume", both or none, kept at every step by a scalar multiplier each.
     fixed
-        Further nodes that stay: (n,) booleans, node ids, or the name of a point array that is not zero there.
+        Further nodes that stay: (n,) booleans, node ids, or a name: of a set or group of the file, or of a point array
+        that is not zero there.
 
     Raises
     ------

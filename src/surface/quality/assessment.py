@@ -160,7 +160,8 @@ class Quality:
 
     def _described(self, place: int) -> WorstCell:
         x, y, z = self.corners(place).mean(axis=0).tolist()
-        number = place if self.mesh.rows is None else int(self.mesh.rows[place])
+        labels = self.mesh.rows if self.mesh.cell_labels is None else self.mesh.cell_labels
+        number = place if labels is None else labels[place].item()
         return WorstCell(number, float(self.conformality[place]), float(self.min_angle[place]), (x, y, z))
 
     def arrays(self) -> dict[str, Floats]:

@@ -42,7 +42,7 @@ def require_sound(mesh: SurfaceMesh) -> tuple[str, ...]:
 
 
 def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
-    """(n,) nodes that the user holds: None, booleans, ids, or the name of a point array that is not zero there.
+    """(n,) nodes that the user holds: None, booleans, ids, or the name of a set, a group or a point array.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
     >>> held_nodes(SurfaceMesh(np.eye(3), [[0, 1, 2]], {"wall": [0, 0, 1]}), "wall")
     array([False, False,  True])
     """
-    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.point_data)
+    mask = as_mask(fixed, len(mesh.points), "fixed", mesh.named_nodes() if isinstance(fixed, str) else None)
     if mask.ndim != 1:
         raise OptionError("fixed must have one boolean per point: on a surface nodes are held as a whole")
     return mask
@@ -63,12 +63,12 @@ def held_nodes(mesh: SurfaceMesh, fixed: Any) -> NDArray[np.bool_]:
 def require_numbers(mesh: SurfaceMesh) -> None:
     """Raise a MeshError unless all points are finite and all nodes are points: without that nothing can be measured."""
     wrong = []
-    bad, text = unusable_points(mesh.points)
+    bad, text = unusable_points(mesh.points, mesh.node_labels)
     if len(bad):
         wrong.append(text)
     bad = _cells_where(mesh, lambda table: ((table < 0) | (table >= len(mesh.points))).any(axis=1))
     if len(bad):
-        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad)}"
+        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {_named(mesh, bad)}"
         used = mesh.cells.nodes()
         if used[0] == 1 and used[-1] == len(mesh.points):
             text += "; ids start at 1 here, subtract 1"
@@ -81,10 +81,11 @@ def _nodes(mesh: SurfaceMesh) -> list[str]:
     wrong = []
     bad = _cells_where(mesh, lambda table: (np.diff(np.sort(table, axis=1), axis=1) == 0).any(axis=1))
     if len(bad):
-        wrong.append(f"cells with a repeated node: {first_ids(bad)}; remove them, or make triangles of quadrilaterals")
+        advice = "remove them, or make triangles of quadrilaterals"
+        wrong.append(f"cells with a repeated node: {_named(mesh, bad)}; {advice}")
     bad = _cells_where(mesh, _repeated)
     if len(bad):
-        wrong.append(f"cells with the same nodes as an earlier one: {first_ids(bad)}; remove them")
+        wrong.append(f"cells with the same nodes as an earlier one: {_named(mesh, bad)}; remove them")
     return wrong
 
 
@@ -101,16 +102,18 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
     non_manifold = edges.counts > 2
     if non_manifold.any():
         cells = np.unique(edges.cells[non_manifold])
-        names = ", ".join(str(tuple(nodes)) for nodes in edges.nodes[non_manifold][:3].tolist())
+        nodes = edges.nodes[non_manifold][:3]
+        labels = nodes if mesh.node_labels is None else mesh.node_labels[nodes]
+        names = ", ".join(str(tuple(pair)) for pair in labels.tolist())
         wrong.append(
             f"edges of more than two cells (non-manifold): {int(non_manifold.sum())} (nodes {names}), at cells "
-            f"{first_ids(_ids(mesh, cells[cells >= 0]))}; remesh the sheets one by one"
+            f"{_named(mesh, cells[cells >= 0])}; remesh the sheets one by one"
         )
     odd = (edges.counts == 2) & (edges.cells < 0).any(axis=1)
     if odd.any():
         cells = np.unique(edges.cells[odd].max(axis=1))
         wrong.append(
-            f"neighbours that disagree on which side is out: {first_ids(_ids(mesh, cells))}; turn them round "
+            f"neighbours that disagree on which side is out: {_named(mesh, cells)}; turn them round "
             "(a surface with one side, such as a Moebius strip, cannot be remeshed)"
         )
     return wrong
@@ -118,8 +121,8 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
 
 def _areas(mesh: SurfaceMesh) -> list[str]:
     areas = cell_areas(mesh.points, mesh.cells)
-    flat = _ids(mesh, np.flatnonzero(areas <= _NO_AREA * areas.mean()))
-    return [f"cells without area: {first_ids(flat)}; remove them, or merge their nodes"] if len(flat) else []
+    flat = np.flatnonzero(areas <= _NO_AREA * areas.mean())
+    return [f"cells without area: {_named(mesh, flat)}; remove them, or merge their nodes"] if len(flat) else []
 
 
 def _warnings(mesh: SurfaceMesh) -> list[str]:
@@ -129,21 +132,25 @@ def _warnings(mesh: SurfaceMesh) -> list[str]:
     used = np.zeros(len(mesh.points), dtype=bool)
     used[mesh.cells.nodes()] = True
     if not used.all():
-        notes.append(f"points in no cell (kept): {first_ids(np.flatnonzero(~used))}")
+        notes.append(f"points in no cell (kept): {first_ids(np.flatnonzero(~used), mesh.node_labels)}")
     nodes = np.flatnonzero(used)
     places = mesh.points[nodes] - mesh.points[nodes].mean(axis=0)
     distances = np.asarray(cKDTree(places).query(places, k=2)[0])[:, 1]
     close = np.asarray(distances <= _COINCIDENCE * np.abs(places).max())
     if close.any():
-        notes.append(f"points that coincide with another: {first_ids(nodes[close])}; if they are one, merge them")
+        named = first_ids(nodes[close], mesh.node_labels)
+        notes.append(f"points that coincide with another: {named}; if they are one, merge them")
     return notes
 
 
 def _cells_where(mesh: SurfaceMesh, bad: Callable[[Ints], ArrayLike]) -> Ints:
-    """Ids, in the input, of the cells whose nodes make `bad` true."""
-    return _ids(mesh, np.flatnonzero(np.concatenate([np.asarray(bad(table)) for table in mesh.cells.groups()])))
+    """Positions, with triangles first, of the cells whose nodes make `bad` true."""
+    return np.flatnonzero(np.concatenate([np.asarray(bad(table)) for table in mesh.cells.groups()]))
 
 
-def _ids(mesh: SurfaceMesh, cells: Ints) -> Ints:
-    """Ids of cells in the input, from positions with triangles first."""
-    return cells if mesh.rows is None else np.sort(mesh.rows[cells])
+def _named(mesh: SurfaceMesh, cells: Ints) -> str:
+    """Cells by their ids in the input, in its order, from positions with triangles first."""
+    if mesh.rows is None:
+        return first_ids(cells)
+    cells = cells[np.argsort(mesh.rows[cells])]
+    return first_ids(cells, mesh.rows if mesh.cell_labels is None else mesh.cell_labels)

@@ -65,7 +65,8 @@ class Options:
     boundary
         Nodes of open boundaries: "slide" along them, or "fixed".
     fixed
-        Nodes that stay: (n,) booleans, node ids, or the name of a point array that is not zero there.
+        Nodes that stay: (n,) booleans, node ids, or a name: of a set or group of the file, or of a point array that
+        is not zero there.
 
     Raises
     ------

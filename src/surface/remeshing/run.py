@@ -150,7 +150,8 @@ class Remeshing:
         elif self._best_iteration < len(self.history) - 1:
             self._reason += f"; iteration {self._best_iteration} is the best that is nowhere worse than the input"
         if len(self._held_for_best):
-            self._notes.append(f"nodes held, whose cells would be spoiled: {first_ids(self._held_for_best)}")
+            nodes = first_ids(self._held_for_best, self.mesh.node_labels)
+            self._notes.append(f"nodes held, whose cells would be spoiled: {nodes}")
 
     def _hold_spoiled_cells(self) -> bool:
         """Hold the nodes of spoiled cells in the next descent, at first for its beginning; False if all are held."""

@@ -31,7 +31,7 @@ def add_input(parser: ArgumentParser) -> None:
 def add_outside_references(parser: ArgumentParser) -> None:
     """Add the flag that lets files name others in any folder."""
     parser.add_argument(
-        "--outside-references", action="store_true", help="let IN name files outside its folder (.xdmf, .pvtu)"
+        "--outside-references", action="store_true", help="let IN name files outside its folder (.xdmf, .pvtu, .inp)"
     )
 
 

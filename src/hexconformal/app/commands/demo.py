@@ -23,6 +23,7 @@ from .regularize import RegularizeJob
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 _TOLERANCE = 1e-12
+_LARGEST = 1000
 
 
 SUMMARY = "Make a cube of skewed cells regular. Leaves meshes, a ParaView series, a picture and a report in a folder."
@@ -66,12 +67,12 @@ def _run_demo(folder: str | os.PathLike[str], size: int, progress: Progress) -> 
     Raises
     ------
     OptionError
-        If there is nothing to see: fewer than two cells along an edge.
+        If there is nothing to see: fewer than two cells along an edge; or too many for any machine.
     WriteError
         If the folder cannot be made or written to.
     """
-    if size < 2:
-        raise OptionError(f"size must be 2 or more cells along an edge, not {size}")
+    if not 2 <= size <= _LARGEST:
+        raise OptionError(f"size must be 2 to {_LARGEST} cells along an edge, not {size}")
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...common import OptionError, OutputPlace, check_writable, companion_file, require_distinct_places, same_file
+from ...common import (
+    OptionError,
+    OutputPlace,
+    WriteError,
+    check_writable,
+    companion_file,
+    require_distinct_places,
+    same_file,
+)
+from ...io import files_named_by
 from ...plots import PICTURE_EXTENSIONS, require_rendering
 from ...runs import series_place
 
@@ -68,7 +78,7 @@ class Outputs:
 
 
 def named_inputs(mesh: str, **others: Any) -> dict[Path, str]:
-    """The files that a command reads, with what they are, for messages.
+    """The files that a command reads, those that they name too, with what they are, for messages.
 
     Parameters
     ----------
@@ -81,6 +91,9 @@ def named_inputs(mesh: str, **others: Any) -> dict[Path, str]:
     for option, given in others.items():
         if isinstance(given, str) and Path(given).is_file():
             named.setdefault(Path(given), f"the file of --{option}")
+    for path, what in list(named.items()):
+        for part in files_named_by(path):
+            named.setdefault(part, f"a file that {what} names")
     return named
 
 
@@ -94,13 +107,18 @@ def check_paths(outputs: Sequence[str | None], inputs: Mapping[Path, str], overw
     WriteError
         If a folder is missing or cannot be written to.
     """
+    for path in outputs:
+        if path is not None and path.endswith((os.sep, os.altsep or os.sep)):
+            raise WriteError(f"cannot write {path}: this is the name of a folder")
     first = outputs[0] if outputs else None
     places = []
     for path in outputs:
         if path is not None and path == first:
-            source = next(iter(inputs), None)
-            advice = "add --overwrite to replace it"
-            places.append(replace(_place_of(Path(path)), replaces=source if overwrite else None, advice=advice))
+            place, source = _place_of(Path(path)), next(iter(inputs), None)
+            if source is not None and same_file(source, place.path):
+                advice = "add --overwrite to replace it"
+                place = replace(place, replaces=source if overwrite else None, advice=advice)
+            places.append(place)
             first = None  # the same again is another output
         elif path is not None:
             places.append(_place_of(Path(path)))

@@ -46,7 +46,7 @@ def run(arguments: Namespace) -> int:
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
         kind, mesh = read_any_mesh(arguments)
-        odd, text = unusable_points(mesh.points, getattr(mesh, "node_labels", None))
+        odd, text = unusable_points(mesh.points, mesh.node_labels)
         if len(odd):
             raise MeshError(f"{arguments.input}: {text}")
         if arguments.output is not None:

@@ -49,7 +49,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         " than this are sharp: their nodes stay on them (default %(default)g)",
     )  # fmt: skip
     add_choice(shape, "boundary", "nodes of open boundaries", ("slide", "fixed"), Options)
-    shape.add_argument("--fixed", metavar="NAME", help="point array whose nonzero nodes stay")
+    shape.add_argument(
+        "--fixed", metavar="NAME", help="set or group of the file whose nodes stay, or a point array where it is not 0"
+    )
     shape.add_argument(
         "--project", action=BooleanOptionalAction, default=Options.project, help="put the nodes back onto the input"
         " surface; without, the constraint alone keeps the shape (default: yes)",

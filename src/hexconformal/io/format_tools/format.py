@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,6 +37,8 @@ class Format:
         Gives a file that was read the points, and the new arrays, of a mesh, and leaves all else as it is: such a file
         is written as it came. Returns the bytes of the file, and what could not be kept, in words; or None where the
         file must be written anew. None for formats whose files always are.
+    files_named
+        The files that one of this format names, which are read with it.
     surfaces_only
         Whether it has no volumes.
     """
@@ -47,6 +49,7 @@ class Format:
     write: Callable[[Path, Any], list[str]] | None = None
     capabilities: Capabilities | None = None
     put_points: Callable[[SourceFile, Any], tuple[bytes, list[str]] | None] | None = None
+    files_named: Callable[[Path], Iterable[Path]] = lambda path: ()
     surfaces_only: bool = False
 
     def save(self, target: Path, mesh: Any) -> list[str]:

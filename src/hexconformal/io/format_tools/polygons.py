@@ -26,7 +26,10 @@ _FACES = (5, 7, 9)  # VTK's triangles, polygons and quadrilaterals
 
 @dataclass
 class Polygons:
-    """Points (n, 3); polygons as ``sizes`` (m,) and ``nodes``, one after the other; arrays; what the file keeps."""
+    """Points (n, 3); polygons as ``sizes`` (m,) and ``nodes``, one after the other; arrays; groups (runs of rows).
+
+    `model` is what only the file keeps.
+    """
 
     points: NDArray[np.float64]
     sizes: NDArray[np.int64]
@@ -34,6 +37,7 @@ class Polygons:
     point_data: dict[str, Any] = field(default_factory=dict)
     cell_data: dict[str, Any] = field(default_factory=dict)
     model: tuple[str, ...] = ()
+    groups: dict[str, list[range]] = field(default_factory=dict)
 
     @property
     def starts(self) -> NDArray[np.int64]:
@@ -122,7 +126,8 @@ def polygon_format(
 
 def _read(name: str, read: Callable[[Path], Polygons], path: Path) -> FileContents:
     polygons = read(path)
-    return FileContents(polygons.grid(), SourceFile(path, name, data=path.read_bytes(), model=polygons.model))
+    file = SourceFile(path, name, data=path.read_bytes(), cell_groups=polygons.groups, model=polygons.model)
+    return FileContents(polygons.grid(), file)
 
 
 def _write(write: Callable[[Path, Polygons], list[str]], target: Path, mesh: Any) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...common import MeshError
 from ..format_tools.file_checks.hdf5_checks import check_hdf5
 from ..format_tools.format import Format
 from ..source_file import FileContents
@@ -21,7 +22,15 @@ from .stl import STL
 from .vtk import VTK_GRID, VTK_POLYDATA, VTK_READ_ONLY
 from .xdmf import XDMF
 
-__all__ = ["FORMATS", "READ_EXTENSIONS", "SURFACE_EXTENSIONS", "WRITE_EXTENSIONS", "Format", "read_contents"]
+__all__ = [
+    "FORMATS",
+    "READ_EXTENSIONS",
+    "SURFACE_EXTENSIONS",
+    "WRITE_EXTENSIONS",
+    "Format",
+    "files_named_by",
+    "read_contents",
+]
 
 _ALL = (
     ABAQUS,
@@ -47,6 +56,17 @@ FORMATS: dict[str, Format] = {extension: form for form in _ALL for extension in 
 READ_EXTENSIONS = tuple(sorted(key for key, form in FORMATS.items() if not form.surfaces_only))
 WRITE_EXTENSIONS = tuple(key for key in READ_EXTENSIONS if FORMATS[key].write is not None)
 SURFACE_EXTENSIONS = tuple(sorted(FORMATS))
+
+
+def files_named_by(path: Path) -> list[Path]:
+    """The files that a file names, which are read with it; none where it cannot be read: that is told by reading it."""
+    form = FORMATS.get(path.suffix.lower())
+    if form is None or not path.is_file():
+        return []
+    try:
+        return [named for named in form.files_named(path) if named.is_file()]
+    except (MeshError, OSError, ValueError):
+        return []
 
 
 def read_contents(path: Path, extension: str) -> FileContents:

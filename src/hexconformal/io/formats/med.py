@@ -25,6 +25,10 @@ _CAPABILITIES = Capabilities(
     cell_arrays="all",
 )
 _MODEL = ("names, units and times",)
+_NO_STEP, _NO_PROFILE, _REALS = "-0000000000000000001-0000000000000000001", "MED_NO_PROFILE_INTERNAL", 6
+_LONGEST_NAME = 64  # bytes
+_SOLIDS = {"hexahedron": "MAI.HE8", "hexahedron20": "MAI.H20"}  # what new arrays are on
+_TYPE_BITS = {"MAI.HE8": 1 << 13, "MAI.H20": 1 << 19}
 # Where the format has the nodes that VTK names in turn: it goes round the bottom, and the top, the other way.
 _NODE_ORDERS = {
     "tetra": [0, 2, 1, 3],
@@ -44,19 +48,77 @@ def _read(path: Path) -> FileContents:
 
 
 def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
-    """The file with other coordinates: names, units, times, groups and fields stay; None if arrays changed."""
-    if any(changed_arrays(mesh)):
-        return None
+    """The file with other coordinates and new fields: names, units, times, groups and other fields stay.
+
+    None if arrays changed that cannot be put into it.
+    """
     import h5py
 
+    of_points, of_cells = changed_arrays(mesh)
     copy = io.BytesIO(file.data)
     with h5py.File(copy, "r+") as data:
         (whole,) = data["ENS_MAA"].values()
         step = whole if "NOE" in whole else next(iter(whole.values()))
+        # MED looks groups up by the order in which they were made.
+        fields = data["CHA"] if "CHA" in data else data.create_group("CHA", track_order=True)
+        if not all(_can_be_put(fields, *item) for item in (*of_points.items(), *of_cells.items())):
+            return None
+        out = to_meshio(mesh)[0]
         coordinates = step["NOE"]["COO"]
-        points = to_meshio(mesh)[0].points
-        coordinates[...] = points[:, : coordinates.size // len(points)].ravel(order="F").astype(coordinates.dtype)
+        coordinates[...] = out.points[:, : coordinates.size // len(out.points)].ravel(order="F")
+        for name, array in of_points.items():
+            _put_field(fields, whole.name.rpartition("/")[2], name, [("NOE", array)])
+        for name in of_cells:
+            pairs = zip(out.cells, out.cell_data[name], strict=True)
+            parts = [(_SOLIDS[block.type], array) for block, array in pairs if block.type in _SOLIDS]
+            _put_field(fields, whole.name.rpartition("/")[2], name, parts)
     return copy.getvalue(), []
+
+
+def _can_be_put(fields: Any, name: str, array: Any) -> bool:
+    """Whether an array may become a field: of reals, and there is none of its name, or one without times and units."""
+    fits = array.dtype.kind == "f" and array.ndim <= 2 and len(name.encode()) <= _LONGEST_NAME and "/" not in name
+    if not fits or name not in fields:
+        return bool(fits)
+    steps = list(fields[name].values())
+    return len(steps) == 1 and steps[0].attrs.get("PDT", 0.0) <= 0.0 and not fields[name].attrs.get("UNI", b"").strip()
+
+
+def _put_field(fields: Any, mesh_name: str, name: str, parts: list[tuple[str, Any]]) -> None:
+    """Write a field without a time, with its values on each support, in the place of one that is there."""
+    if name in fields:
+        del fields[name]
+    field = fields.create_group(name, track_order=True)
+    width = 1 if parts[0][1].ndim == 1 else parts[0][1].shape[1]
+    texts = {"MAI": mesh_name, "NOM": " " * 16 * width, "UNI": " " * 16 * width, "UNT": ""}
+    for key, text in texts.items():
+        field.attrs.create(key, np.bytes_(text.encode()))
+    field.attrs.update({"NCO": width, "TYP": _REALS})
+    step = field.create_group(_NO_STEP, track_order=True)
+    step.attrs.update({"NDT": -1, "NOR": -1, "PDT": 0.0, "RDT": -1, "ROR": -1})
+    # From 4.1 on MED looks up here what there are values on: kinds of entities, types, whether at all times the same.
+    on_nodes = parts[0][0] == "NOE"
+    field.attrs.update(dict.fromkeys(("LAA", "LNA" if on_nodes else "LCA"), 1))
+    for group in (field, step):
+        _put_bits(group, "LEN", 1 << (3 if on_nodes else 0))
+        _put_bits(group, "LGN" if on_nodes else "LGC", 1 if on_nodes else sum(_TYPE_BITS[key] for key, _ in parts))
+    for support, array in parts:
+        where = step.create_group(support, track_order=True)
+        where.attrs.create("GAU", np.bytes_(b""))
+        where.attrs.create("PFL", np.bytes_(_NO_PROFILE))
+        values = where.create_group(_NO_PROFILE)
+        values.attrs.create("GAU", np.bytes_(b""))
+        values.attrs.update({"NBR": len(array), "NGA": 1})
+        values.create_dataset("CO", data=np.asarray(array, np.float64).ravel(order="F"))
+
+
+def _put_bits(group: Any, name: str, bits: int) -> None:
+    """Give a group an attribute of bits, which MED does not take integers for."""
+    import h5py
+
+    kind = h5py.h5t.STD_B32LE
+    attribute = h5py.h5a.create(group.id, name.encode(), kind, h5py.h5s.create(h5py.h5s.SCALAR))
+    attribute.write(np.array(bits, dtype=np.uint32), mtype=kind)
 
 
 def _write(target: Path, mesh: Any) -> list[str]:

@@ -23,6 +23,7 @@ def _read(path: Path) -> Polygons:
     points: list[list[float]] = []
     faces: list[list[int]] = []
     others: dict[str, int] = {}
+    groups = {"o": _Groups(), "g": _Groups()}
     # A backslash continues a line.
     for line in decoded(path.read_bytes()).replace("\\\r\n", " ").replace("\\\n", " ").splitlines():
         word, *rest = line.partition("#")[0].split() or [""]
@@ -32,9 +33,31 @@ def _read(path: Path) -> Polygons:
             ids = [int(corner.partition("/")[0]) for corner in rest]
             # They count from 1, or back from the last vertex so far.
             faces.append([i - 1 if i > 0 else len(points) + i if i < 0 else -1 for i in ids])
-        elif word in _KEPT:
+        elif word in groups:
+            groups[word].begin(rest if word == "g" else [" ".join(rest)], len(faces))
+        if word in _KEPT:
             others[word] = others.get(word, 0) + 1
-    return Polygons.from_lists(points, faces, tuple(f"{count} {_KEPT[word]}" for word, count in others.items()))
+    polygons = Polygons.from_lists(points, faces, tuple(f"{count} {_KEPT[word]}" for word, count in others.items()))
+    for found in groups.values():
+        found.begin([], len(faces))
+        for name, runs in found.runs.items():
+            polygons.groups.setdefault(name, []).extend(runs)
+    return polygons
+
+
+class _Groups:
+    """Runs of faces by the names of the groups that they are in."""
+
+    def __init__(self) -> None:
+        self.runs: dict[str, list[range]] = {}
+        self._names: set[str] = set()
+        self._start = 0
+
+    def begin(self, names: list[str], count: int) -> None:
+        """After `count` faces others follow, which are in these groups."""
+        for name in self._names if count > self._start else ():
+            self.runs.setdefault(name, []).append(range(self._start, count))
+        self._names, self._start = {name for name in names if name}, count
 
 
 def _put_points(data: bytes, points: NDArray[np.float64]) -> tuple[bytes, list[str]]:

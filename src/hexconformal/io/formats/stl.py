@@ -22,9 +22,24 @@ def _read(path: Path) -> Polygons:
     """Read a stereolithography file; its triangles repeat their points, which are joined where they are equal."""
     data = path.read_bytes()
     points, corners = _joined(_corners(data))
-    names = re.findall(rb"(?im)^[ \t]*solid[ \t]+(\S[^\r\n]*)", data) if _is_text(data) else []
-    model = (f"solids {', '.join(decoded(name).strip() for name in names)}",) if names else ()
-    return Polygons(points, np.full(len(corners) // 3, 3), corners, model=model)
+    groups = _solids(data) if _is_text(data) else {}
+    model = (f"solids {', '.join(groups)}",) if groups else ()
+    return Polygons(points, np.full(len(corners) // 3, 3), corners, model=model, groups=groups)
+
+
+def _solids(data: bytes) -> dict[str, list[range]]:
+    """Runs of facets by the names of the solids that they are in."""
+    groups: dict[str, list[range]] = {}
+    name, start, count = "", 0, 0
+    for match in re.finditer(rb"(?im)^[ \t]*(?:(facet)\b|(?:end)?solid\b[ \t]*([^\r\n]*))", data):
+        if match[1]:
+            count += 1
+            continue
+        if name and count > start:
+            groups.setdefault(name, []).append(range(start, count))
+        is_head = not match[0].lstrip().lower().startswith(b"end")
+        name, start = decoded(match[2]).strip() if is_head else "", count
+    return groups
 
 
 def _put_points(data: bytes, points: NDArray[np.float64]) -> tuple[bytes, list[str]]:

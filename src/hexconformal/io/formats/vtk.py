@@ -14,7 +14,7 @@ from ..convert import to_pyvista
 from ..format_tools.captured_output import captured_output, captured_vtk_messages
 from ..format_tools.file_checks.memory import require_memory
 from ..format_tools.file_checks.vtk_file_checks import check_last_array, check_reader_survives
-from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml
+from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml, pieces_of
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import file_head
 from ..pyvista_mesh import check_cell_nodes, to_polydata
@@ -22,7 +22,8 @@ from ..source_file import FileContents, SourceFile
 
 __all__ = ["VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
 
-_OLDEST, _NEWEST = 42, 51  # the layouts of .vtk files, as VTK's writer numbers them
+_BEFORE_5, _SINCE_5 = 42, 51  # the layouts of .vtk files, as VTK's writer numbers them
+_VERSION = "4.2"  # of files that came from elsewhere: most programs read no newer layout
 _TEXT_DIGITS = 11
 _SHARE_READ, _SHARE_WRITTEN = 4, 6  # memory that VTK takes, over what arrays and file have
 
@@ -62,7 +63,7 @@ def _legacy_layout(path: Path) -> tuple[str, bool]:
     """The version of a .vtk file, and whether it is text; other formats of VTK have none that matters."""
     if path.suffix.lower() != ".vtk":
         return "", False
-    match = re.match(rb"#[^\n]*Version\s+([\d.]+)[^\n]*\n[^\n]*\n\s*(\w+)", file_head(path))
+    match = re.match(rb"#[^\n]*Version\s+(\d\.\d)[^\n]*\n[^\n]*\n\s*(\w+)", file_head(path))
     return (match[1].decode(), match[2].upper() == b"ASCII") if match else ("", False)
 
 
@@ -73,8 +74,7 @@ def _write(target: Path, mesh: Any) -> list[str]:
         return lost
     file = getattr(mesh.origin, "file", None)
     version, as_text = ("", False) if file is None or file.format != "VTK" else (file.version, file.ascii)
-    # Most programs read no newer layout than that of VTK before 5, so it is left only for those that came in a newer.
-    return lost + write_vtk(target, grid, _NEWEST if version.startswith("5") else _OLDEST, as_text)
+    return lost + write_vtk(target, grid, version or _VERSION, as_text)
 
 
 def _write_polydata(target: Path, mesh: Any) -> list[str]:
@@ -83,7 +83,7 @@ def _write_polydata(target: Path, mesh: Any) -> list[str]:
     return lost
 
 
-def write_vtk(target: Path, grid: Any, legacy_version: int = _OLDEST, as_text: bool = False) -> list[str]:
+def write_vtk(target: Path, grid: Any, legacy_version: str = _VERSION, as_text: bool = False) -> list[str]:
     """Write a pyvista dataset in the format of the target's extension.
 
     By way of memory: on a full disk VTK's own writing crashes, or leaves half a file without a word.
@@ -95,7 +95,7 @@ def write_vtk(target: Path, grid: Any, legacy_version: int = _OLDEST, as_text: b
     grid
         The dataset.
     legacy_version, as_text
-        Of a .vtk file: the layout (42 or 51), and whether it is text.
+        Of a .vtk file: what its first line says, some programs read one version only, and whether it is text.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def write_vtk(target: Path, grid: Any, legacy_version: int = _OLDEST, as_text: b
         if legacy:
             writer = vtkDataSetWriter()
             (writer.SetFileTypeToASCII if as_text else writer.SetFileTypeToBinary)()
-            writer.SetFileVersion(legacy_version)
+            writer.SetFileVersion(_SINCE_5 if legacy_version.startswith("5") else _BEFORE_5)
         else:
             writer = (vtkXMLPolyDataWriter if grid.IsA("vtkPolyData") else vtkXMLUnstructuredGridWriter)()
             writer.SetDataModeToBinary()
@@ -125,6 +125,8 @@ def write_vtk(target: Path, grid: Any, legacy_version: int = _OLDEST, as_text: b
     if bad:
         raise WriteError(bad[0].splitlines()[0])
     data = text if isinstance(text, bytes) else text.encode()
+    if legacy and not legacy_version.startswith("5"):
+        data = data.replace(f" {_VERSION}\n".encode(), f" {legacy_version}\n".encode(), 1)
     if not (legacy and as_text):
         target.write_bytes(data)
         return []
@@ -156,5 +158,5 @@ def _has_more_digits(array: NDArray[Any]) -> bool:
 
 
 VTK_GRID = Format("VTK", (".vtk", ".vtu"), _read, _write)
-VTK_READ_ONLY = Format("VTK", (".pvtu", ".vti", ".vtr", ".vts"), _read)
+VTK_READ_ONLY = Format("VTK", (".pvtu", ".vti", ".vtr", ".vts"), _read, files_named=pieces_of)
 VTK_POLYDATA = Format("VTK", (".vtp",), _read, _write_polydata, surfaces_only=True)

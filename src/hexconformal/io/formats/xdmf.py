@@ -27,7 +27,7 @@ _CAPABILITIES = Capabilities(
 
 
 def _read(path: Path) -> FileContents:
-    _check(path)
+    _check_files(path)
     with parsing("xdmf") as output:
         import meshio
 
@@ -42,8 +42,17 @@ def _read(path: Path) -> FileContents:
     return checked_contents(mesh, SourceFile(path, "xdmf"), output)
 
 
-def _check(path: Path) -> None:
+def _check_files(path: Path) -> None:
     """Raise a ReadError if the file declares entities, or names files outside its folder, or damaged ones."""
+    for name, kind in _names(path).items():
+        if kind == "HDF":
+            check_hdf5_beside(path, name)
+        else:
+            referenced_file(path, name)
+
+
+def _names(path: Path) -> dict[str, str]:
+    """Names of the files that one names, and of which kind they are: "HDF" or "Binary"."""
     formats: list[str] = []
     words: list[str] = []
 
@@ -54,10 +63,8 @@ def _check(path: Path) -> None:
     def end(name: str) -> None:
         reference = "".join(words).strip()
         kind = formats.pop()
-        if kind == "HDF":
-            files.setdefault(reference.partition(":")[0])
-        elif kind == "Binary":
-            referenced_file(path, reference)
+        if kind in ("HDF", "Binary"):
+            names.setdefault(reference.partition(":")[0] if kind == "HDF" else reference, kind)
         words.clear()
 
     def text(piece: str) -> bool:
@@ -65,10 +72,13 @@ def _check(path: Path) -> None:
             words.append(piece)
         return formats[-1] in ("HDF", "Binary")
 
-    files: dict[str, None] = {}
+    names: dict[str, str] = {}
     parse_xml(path.read_bytes(), begin, end, characters=text)
-    for name in files:
-        check_hdf5_beside(path, name)
+    return names
+
+
+def _files_named(path: Path) -> list[Path]:
+    return [path.parent / name for name in _names(path)]
 
 
 def _write(target: Path, mesh: Any) -> list[str]:
@@ -78,4 +88,4 @@ def _write(target: Path, mesh: Any) -> list[str]:
     return lost
 
 
-XDMF = Format("xdmf", (".xdmf", ".xmf"), _read, _write, _CAPABILITIES)
+XDMF = Format("xdmf", (".xdmf", ".xmf"), _read, _write, _CAPABILITIES, files_named=_files_named)

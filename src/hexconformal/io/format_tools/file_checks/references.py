@@ -17,7 +17,8 @@ _ALLOWED = ContextVar("outside references are allowed", default=False)
 
 @contextmanager
 def outside_references_allowed(allowed: bool = True) -> Iterator[None]:
-    """Inside, files that are read may name others (the HDF5 file of an .xdmf, pieces of a .pvtu) in any folder.
+    """Inside, files that are read may name others (the HDF5 file of an .xdmf, pieces of a .pvtu, what an .inp
+    includes) in any folder.
 
     Otherwise these must be in the folder of the file that names them, or below: who sends a mesh shall not choose what
     else is read on this machine.

@@ -13,7 +13,7 @@ from ....common import ReadError
 from .references import referenced_file
 from .xml_checks import parse_xml
 
-__all__ = ["MOST_IMPLICIT_POINTS", "check_vtk_xml"]
+__all__ = ["MOST_IMPLICIT_POINTS", "check_vtk_xml", "pieces_of"]
 
 MOST_IMPLICIT_POINTS = 1 << 24  # those of images are in no file: so many there may be in any case
 
@@ -47,6 +47,11 @@ def check_vtk_xml(path: Path) -> int:
     if 8 * tuples * check.components > sum(piece.most for piece in checks):
         raise ReadError("it announces more components than its pieces can hold")
     return sum(piece.announced for piece in checks)
+
+
+def pieces_of(path: Path) -> list[Path]:
+    """The files that an XML file names as its pieces."""
+    return [path.parent / name for name in _Check(path).pieces] if path.suffix.lower().startswith(".pvt") else []
 
 
 class _Check:

@@ -15,7 +15,7 @@ from ...meshio_mesh import MeshioOrigin
 from ...source_file import FileContents, SourceFile
 from .deck import Deck
 from .elements import ELEMENT_NAMES
-from .includes import with_included_files
+from .includes import files_of_deck, with_included_files
 from .lines import split_lines
 from .mesh import mesh_of
 from .read_deck import read_deck
@@ -32,8 +32,7 @@ def _read(path: Path) -> FileContents:
     with parsing("abaqus") as output:
         if _is_avs_ucd(file_head(path)):
             raise ReadError("this is an AVS UCD file: give it the extension .avs")
-        # Bytes that are not UTF-8, and endings of lines, come out as they came in.
-        text, notes = with_included_files(path.read_bytes().decode("utf-8", "surrogateescape"), path)
+        text, notes = with_included_files(path)
         deck = read_deck(split_lines(text))
         found = mesh_of(deck, len(text))
     file = SourceFile(
@@ -108,5 +107,11 @@ def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
 
 
 ABAQUS = Format(
-    "abaqus", (".inp",), _read, _write, _CAPABILITIES, put_points=through_meshio(_put_points, _CAPABILITIES)
+    "abaqus",
+    (".inp",),
+    _read,
+    _write,
+    _CAPABILITIES,
+    put_points=through_meshio(_put_points, _CAPABILITIES),
+    files_named=files_of_deck,
 )

@@ -5,24 +5,35 @@ from __future__ import annotations
 from pathlib import Path
 
 from ....common import ReadError, first_names
+from ...format_tools.file_checks.references import referenced_file
 from .lines import keyword_line, line_ending, sections, split_lines
 
-__all__ = ["with_included_files"]
+__all__ = ["files_of_deck", "with_included_files"]
 
 _MESH_KEYWORDS = ("NODE", "ELEMENT", "NSET", "ELSET", "NGEN", "ELGEN", "SYSTEM")
 _DEPTH, _COUNT = 5, 1000  # Abaqus itself allows five levels
 _REPEATS, _FREE = 4, 1_000_000  # how often the text of a file may be repeated; characters that are no matter
 
 
-def with_included_files(text: str, path: Path) -> tuple[str, list[str]]:
+def files_of_deck(path: Path) -> list[Path]:
+    """The files that a deck includes, and those that it refers to."""
+    text = _text_of(path)
+    includer = _Includer(path, len(text))
+    includer.expanded(text, 0)
+    return [path.parent / name for name in (*includer.read, *includer.others)]
+
+
+def with_included_files(path: Path) -> tuple[str, list[str]]:
     """The text of a deck with that of the files that it includes, and remarks on these.
 
     Raises
     ------
     ReadError
-        If a file is missing, lies outside the folder of the deck, or the files include one another without end.
+        If a file is missing, lies outside the folder of the deck and that is not allowed, or the files include one
+        another without end.
     """
-    includer = _Includer(path.parent, len(text))
+    text = _text_of(path)
+    includer = _Includer(path, len(text))
     whole = includer.expanded(text, 0)
     notes = []
     if includer.read:
@@ -33,10 +44,10 @@ def with_included_files(text: str, path: Path) -> tuple[str, list[str]]:
 
 
 class _Includer:
-    def __init__(self, folder: Path, size: int) -> None:
+    def __init__(self, deck: Path, size: int) -> None:
         self.read: dict[str, int] = {}
         self.others: dict[str, None] = {}
-        self._folder = folder.resolve()
+        self._deck = deck
         self._size, self._count, self._own_size = size, 0, size
 
     def expanded(self, text: str, depth: int) -> str:
@@ -50,7 +61,7 @@ class _Includer:
             if section.keyword not in ("INCLUDE", *_MESH_KEYWORDS):
                 self.others[name] = None
                 continue
-            included = self.expanded(self._text_of(name, depth), depth + 1)
+            included = self.expanded(self._included(name, depth), depth + 1)
             ending = line_ending(lines[section.head])
             head = ""
             if section.keyword != "INCLUDE":
@@ -62,18 +73,19 @@ class _Includer:
             lines[section.head] = head + included + ("" if included.endswith(("\n", "\r")) else ending)
         return "".join(lines)
 
-    def _text_of(self, name: str, depth: int) -> str:
-        path = (self._folder / name).resolve()
-        if not path.is_relative_to(self._folder):
-            raise ReadError(f"the deck includes {name!r}, which is not in its folder: put it there")
-        if not path.is_file():
-            raise ReadError(f"the deck includes {name!r}, which is not there")
+    def _included(self, name: str, depth: int) -> str:
+        path = referenced_file(self._deck, name)
         self._count += 1
         if depth >= _DEPTH or self._count > _COUNT:
             raise ReadError(f"files are included in one another too deep, or too often: {name!r}; put them into one")
-        text = path.read_bytes().decode("utf-8", "surrogateescape")
+        text = _text_of(path)
         self.read[name] = len(text)
         self._size += len(text)
         if self._size > _REPEATS * (self._own_size + sum(self.read.values())) + _FREE:
             raise ReadError(f"the same files are included again and again: {name!r}; put them into one")
         return text
+
+
+def _text_of(path: Path) -> str:
+    """The text of a file; bytes that are no UTF-8, and endings of lines, come out as they came in."""
+    return path.read_bytes().decode("utf-8", "surrogateescape")

@@ -50,7 +50,7 @@ def write(target: Path, mesh: Any) -> list[str]:
     properties, changed = _property_numbers(out, tags)
     if changed:
         lost.append(f"the numbers of {changed} groups of cells (numbered anew, to be different)")
-    lines = ["$ Materials, thicknesses and areas are placeholders.", "BEGIN BULK"]
+    lines = ["$ The solution, materials, thicknesses and areas are placeholders.", "SOL 101", "CEND", "BEGIN BULK"]
     lines += _property_cards(properties, tag_names(out))
     points = np.pad(out.points, ((0, 0), (0, 3 - out.points.shape[1])))
     for label, point in zip(labels.tolist(), points.tolist(), strict=True):
