@@ -90,4 +90,3 @@ class Setting:
     def ids(self, cells: Mask) -> Ints:
         """Ids that cells (m,) have in the mesh."""
         return np.sort(self.normalized.cell_ids[cells])
-
