@@ -29,7 +29,7 @@ def test_no_digits_are_lost_far_away():
 def test_along_a_straight_way_the_simpson_mean_gives_the_change_of_volume_exactly():
     points, cells = jittered_ball()
     quads = boundary_quads(cells)[0]
-    area_vectors = partial(nodal_area_vectors, quads=quads)
+    area_vectors = partial(nodal_area_vectors, faces=quads)
     way = 0.2 * np.random.default_rng(0).normal(size=points.shape)
     change = enclosed_volume(points + way, quads) - enclosed_volume(points, quads)
     simpson = np.einsum("ij,ij->", simpson_mean(area_vectors, points, points + way), way)

@@ -259,7 +259,7 @@ def test_same_features_in_every_unit_and_order():
         ({"angle": 0.0}, "between 0 and 180"),
         ({"tolerance": -1.0}, "must be 0 or more"),
         ({"tolerance": float("nan")}, "must be 0 or more"),
-        ({"tags": [1, 2]}, "one per boundary quad"),
+        ({"tags": [1, 2]}, "one per boundary face"),
     ],
 )
 def test_options_that_make_no_sense(options, text):

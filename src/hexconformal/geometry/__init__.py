@@ -4,27 +4,42 @@ Belongs here: the geometry of surfaces that both packages need. Imports `common`
 `elements`, `mesh`, `energy` and `io`.
 """
 
-from .area_vectors import enclosed_volume, nodal_area_vectors, simpson_mean
+from .area_vectors import enclosed_volume, face_area_vectors, nodal_area_vectors, simpson_mean, unit_vectors
+from .areas import area_gradient, corner_angles, face_areas, mean_edge_length, nodal_areas, slivers
 from .closest_point import ClosestPoints, SurfaceLocator
 from .closest_point_kernels import closest_on_triangle
-from .crack_fronts import kept_edges
 from .distance_barrier import DistanceBarrier
-from .features import Features, find_features
+from .edges import EdgeTable, edge_table
+from .faces import Faces, corner_triangles, fan_triangles
+from .features import Features, find_features, kept_edges
 from .hausdorff import distance_between, hausdorff
 from .surface_tags import surface_tags
 
 __all__ = [
     "ClosestPoints",
     "DistanceBarrier",
+    "EdgeTable",
+    "Faces",
     "Features",
     "SurfaceLocator",
+    "area_gradient",
     "closest_on_triangle",
+    "corner_angles",
+    "corner_triangles",
     "distance_between",
+    "edge_table",
     "enclosed_volume",
+    "face_area_vectors",
+    "face_areas",
+    "fan_triangles",
     "find_features",
     "hausdorff",
     "kept_edges",
+    "mean_edge_length",
     "nodal_area_vectors",
+    "nodal_areas",
     "simpson_mean",
+    "slivers",
     "surface_tags",
+    "unit_vectors",
 ]

@@ -1,7 +1,7 @@
 """Constraints that keep the shape: features, the saddle-point problem (17, 18), projection, distance from the input.
 
 Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `hexconformal.kernel`,
-`hexconformal.elements`, `hexconformal.mesh`, `hexconformal.energy`, `hexconformal.geometry`, `mesh` and `energy`.
+`hexconformal.geometry`, `hexconformal.mesh`, `hexconformal.energy`, `mesh` and `energy`.
 """
 
 from .features import CORNER, SMOOTH, Features, find_features, held_projectors

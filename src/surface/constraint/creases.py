@@ -7,9 +7,10 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.geometry import EdgeTable, Faces, face_area_vectors, slivers, unit_vectors
 from hexconformal.mesh import connected_components, face_edges
 
-from ..mesh import Cells, EdgeTable, Floats, Ints, area_vectors, slivers, unit_vectors
+from ..mesh import Floats, Ints
 
 __all__ = ["curve_ends", "find_creases"]
 
@@ -19,7 +20,7 @@ _ROUNDING = 1e-9  # radians
 _BESIDE = 0.2  # of the angle: by how much the surface bends beside a crease of many corners, if it is noise
 
 
-def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, turn: float) -> NDArray[np.bool_]:
+def find_creases(points: Floats, cells: Faces, table: EdgeTable, angle: float, turn: float) -> NDArray[np.bool_]:
     """Find the edges that are sharp and make up creases.
 
     Creases go past a sliver on one side. Taken for noise are edges that lead nowhere, groups that are small, or short
@@ -45,11 +46,10 @@ def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, t
     return _without_noise(points, table, creased, angles, _BESIDE * angle, turn)
 
 
-def _dihedral_angles(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
+def _dihedral_angles(points: Floats, cells: Faces, table: EdgeTable) -> Floats:
     """(e,) degrees between the normals on both sides of each edge, 0 where there are not two sides."""
-    vectors = area_vectors(points, cells)
-    inside = (table.counts == 2) & (table.cells >= 0).all(axis=1)
-    a, b = table.cells[inside].T
+    vectors = face_area_vectors(points, cells)
+    a, b = table.sides.T
     normals = unit_vectors(vectors)
     around, confirmed = np.zeros_like(vectors), np.zeros(len(vectors), dtype=bool)
     np.add.at(around, a, vectors[b])
@@ -57,15 +57,15 @@ def _dihedral_angles(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
     alike = (normals[a] * normals[b]).sum(axis=1) > np.cos(_ALIKE)
     confirmed[a[alike]] = confirmed[b[alike]] = True
     # The normal of a sliver is noise, unless a neighbour has the same: it takes that of its neighbours.
-    sliver = np.concatenate([slivers(points, table) for table in (cells.triangles, cells.quads)])
+    sliver = slivers(points, cells)
     normals = np.where((sliver & ~confirmed)[:, None], unit_vectors(around), normals)
     result = np.zeros(len(table.nodes))
-    result[inside] = np.degrees(np.arccos(np.clip((normals[a] * normals[b]).sum(axis=1), -1.0, 1.0)))
+    result[table.manifold] = np.degrees(np.arccos(np.clip((normals[a] * normals[b]).sum(axis=1), -1.0, 1.0)))
     return result
 
 
 def _without_detours(
-    points: Floats, cells: Cells, edges: Ints, sharp: NDArray[np.bool_], border: NDArray[np.bool_]
+    points: Floats, cells: Faces, edges: Ints, sharp: NDArray[np.bool_], border: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Lead creases past a sliver on one side, where they go round it or zigzag: all its nodes on them, it stays one."""
     near: dict[int, set[int]] = defaultdict(set)
@@ -74,7 +74,7 @@ def _without_detours(
         near[b].add(a)
     on = np.zeros(len(points), dtype=bool)
     on[edges[sharp | border]] = True
-    thin = cells.triangles[slivers(points, cells.triangles) & on[cells.triangles].all(axis=1)]
+    thin = cells.triangles[slivers(points, cells)[: len(cells.triangles)] & on[cells.triangles].all(axis=1)]
     keys, width = edges @ [len(points), 1], [len(points), 1]
     sides = np.sort(face_edges(thin), axis=1).reshape(-1, 3, 2)
     thin = thin[~border[np.searchsorted(keys, sides @ width)].any(axis=1)]
@@ -157,13 +157,17 @@ def _without_noise(
     kept, count = sharp.copy(), len(points)
     ids = np.flatnonzero(sharp)
     group = _groups(table.nodes[ids], count)
-    at_node, at_cell = np.full(count, -1), np.full(int(table.cells.max(initial=-1)) + 1, -1)
-    at_node[table.nodes[ids]] = at_cell[table.cells[ids]] = group[:, None]
-    others = np.flatnonzero(~sharp & (table.counts == 2) & (table.cells >= 0).all(axis=1))
+    at_node, at_cell = np.full(count, -1), np.full(int(table.sides.max(initial=-1)) + 1, -1)
+    at_node[table.nodes[ids]] = group[:, None]
+    inside = sharp[table.manifold]
+    of_edge = np.full(len(sharp), -1)
+    of_edge[ids] = group
+    at_cell[table.sides[inside]] = of_edge[table.manifold[inside]][:, None]
+    others = table.manifold[~inside]
     corner, bent = curve_ends(points, table.nodes[ids], turn), bends[others] > least
     number = int(group.max(initial=-1)) + 1
     noise = _mostly(at_node, corner, number)
-    noise &= _mostly(at_cell[table.cells[others]], np.stack([bent, bent], axis=1), number)
+    noise &= _mostly(at_cell[table.sides[~inside]], np.stack([bent, bent], axis=1), number)
     kept[ids[noise[group]]] = False
     return kept
 

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import OptionError, first_ids
+from hexconformal.geometry import EdgeTable, Faces, edge_table, unit_vectors
 from hexconformal.mesh import connected_components
 
-from ..mesh import Cells, EdgeTable, Floats, Ints, edge_table, unit_vectors
+from ..mesh import Floats, Ints
 from .creases import curve_ends, find_creases
 
 __all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "find_features", "held_projectors"]
@@ -45,7 +46,7 @@ class Features:
 
 def find_features(
     points: Floats,
-    cells: Cells,
+    cells: Faces,
     angle: float | None = 50.0,
     edges: ArrayLike | None = None,
     fixed: NDArray[np.bool_] | None = None,
@@ -78,7 +79,7 @@ def find_features(
     Examples
     --------
     >>> x, y = np.meshgrid(np.arange(3.0), np.arange(3.0))
-    >>> grid = Cells(np.empty((0, 3), np.int64), np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]))
+    >>> grid = Faces(np.empty((0, 3), np.int64), np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]))
     >>> find_features(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), grid).kind
     array([2, 1, 2, 1, 0, 1, 2, 1, 2], dtype=int8)
     """
@@ -128,8 +129,7 @@ def _curves(edges: Ints, kind: NDArray[np.int8]) -> Ints:
 
 def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
     """(m,) patch of each cell: cells are joined across edges that are not sharp."""
-    inside = ~sharp & (table.cells >= 0).all(axis=1)
-    return connected_components(table.cells[inside], count)
+    return connected_components(table.sides[~sharp[table.manifold]], count)
 
 
 def held_projectors(vectors: Floats, points: Floats, features: Features) -> Floats:

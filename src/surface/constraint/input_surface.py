@@ -5,11 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.elements import face_area_vectors
-from hexconformal.geometry import ClosestPoints, SurfaceLocator
+from hexconformal.geometry import (
+    ClosestPoints,
+    Faces,
+    SurfaceLocator,
+    edge_table,
+    face_area_vectors,
+    fan_triangles,
+    unit_vectors,
+)
 from hexconformal.mesh import corner_incidences, face_edges, unique_edges
 
-from ..mesh import Cells, Floats, Ints, area_vectors, fan_triangles, unit_vectors
+from ..mesh import Floats, Ints
 
 __all__ = ["InputSurface", "corner_normals"]
 
@@ -33,7 +40,7 @@ class InputSurface:
         Whether at least one is that turns over because it comes closer to another sheet of the input than to its own.
     """
 
-    def __init__(self, points: Floats, cells: Cells) -> None:
+    def __init__(self, points: Floats, cells: Faces) -> None:
         self._cells = cells
         vertices, self._faces, self._owners = fan_triangles(points, cells)
         self._surface = SurfaceLocator(vertices, self._faces)
@@ -75,9 +82,10 @@ class InputSurface:
         """(n,) nodes of cells with samples farther than `bound` from the input, or closest to such samples of it."""
         result = np.zeros(len(points), dtype=bool)
         far = self._surface.closest(samples(points, self._cells)).distances > bound
-        at, between, *inside = np.split(far, np.cumsum([len(self._cells.nodes()), len(self._cells.edges())]))
-        result[self._cells.nodes()[at]] = True
-        result[self._cells.edges()[between]] = True
+        nodes, edges = self._cells.nodes(), edge_table(self._cells).nodes
+        at, between, *inside = np.split(far, np.cumsum([len(nodes), len(edges)]))
+        result[nodes[at]] = True
+        result[edges[between]] = True
         there = self._moved(points).closest(self._samples)
         cells = np.concatenate(inside)
         cells[self._owners[there.faces[there.distances > bound]]] = True
@@ -110,7 +118,7 @@ class InputSurface:
         bad[owners[behind > np.maximum(limit[owners], self._accepted[1])]] = True
         out = np.zeros(len(points), dtype=bool)
         out[self._nodes] = above > np.maximum(bound * (1 + _MARGIN), self._accepted[2])
-        bad |= np.concatenate([out[table].any(axis=1) for table in (self._cells.triangles, self._cells.quads)])
+        bad |= self._cells.any_of(out)
         self._measured, self._turned = points, self._against(points, found)
         over = self._turned & ~self._accepted_turned
         if not self.forbid_turning:
@@ -133,14 +141,14 @@ class InputSurface:
     def _on_other_sheets(self, points: Floats, over: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(m,) cells turned over only because another sheet of the input is closest, not the one they came from."""
         ids = np.flatnonzero(over)
-        below = self._surface.closest_by_walk(_centres(points, self._cells)[ids], self._accepted_faces[ids])
+        below = self._surface.closest_by_walk(self._cells.centres(points)[ids], self._accepted_faces[ids])
         result = np.zeros_like(over)
-        result[ids] = (area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
+        result[ids] = (face_area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
         return result
 
     def _against(self, points: Floats, below: ClosestPoints) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against that of the input, of which the closest points are given."""
-        own = area_vectors(points, self._cells)
+        own = face_area_vectors(points, self._cells)
         turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
         # All facets that share the corners between which a place on an edge or at a node lies.
         offsets, incidences = self._corners
@@ -156,7 +164,7 @@ class InputSurface:
         return np.asarray(turned)
 
     def _closest_to_centres(self, points: Floats) -> ClosestPoints:
-        found = self._surface.closest(_centres(points, self._cells), self._centre_faces)
+        found = self._surface.closest(self._cells.centres(points), self._centre_faces)
         self._centre_faces = found.faces
         return found
 
@@ -184,10 +192,6 @@ def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
     return unit_vectors(sums)[inverse.ravel()].reshape(-1, 3, 3)
 
 
-def samples(points: Floats, cells: Cells) -> Floats:
+def samples(points: Floats, cells: Faces) -> Floats:
     """Nodes, edge midpoints and cell centres of a surface."""
-    return np.concatenate([points[cells.nodes()], points[cells.edges()].mean(axis=1), _centres(points, cells)])
-
-
-def _centres(points: Floats, cells: Cells) -> Floats:
-    return np.concatenate([points[table].mean(axis=1) for table in cells.groups()])
+    return np.concatenate([points[cells.nodes()], points[edge_table(cells).nodes].mean(axis=1), cells.centres(points)])

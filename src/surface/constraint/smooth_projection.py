@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexconformal.geometry import closest_on_triangle
+from hexconformal.geometry import Faces, closest_on_triangle, fan_triangles, unit_vectors
 from hexconformal.kernel import add, algebra, combine, dot, loop, parallel_ranges, scale, subtract
 from hexconformal.mesh import corner_incidences
 
-from ..mesh import Cells, Floats, Ints, fan_triangles, unit_vectors
+from ..mesh import Floats, Ints
 from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
 from .input_surface import corner_normals
 
@@ -101,7 +101,7 @@ class SmoothProjection:
         (n,) the facet that each node lies on, where its next projection begins; -1 for nodes without a cell.
     """
 
-    def __init__(self, points: Floats, cells: Cells, features: Features) -> None:
+    def __init__(self, points: Floats, cells: Faces, features: Features) -> None:
         count = len(points)
         self.points, faces, owners = fan_triangles(points, cells)
         patches = features.patches[owners]

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import MeshError, OptionError, as_mask, first_ids, unusable_points
+from hexconformal.geometry import edge_table, face_areas
 
-from ..mesh import Ints, SurfaceMesh, cell_areas, edge_table
+from ..mesh import Ints, SurfaceMesh
 
 __all__ = ["held_nodes", "require_numbers", "require_sound"]
 
@@ -100,15 +101,15 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
     edges = edge_table(mesh.cells)
     non_manifold = edges.counts > 2
     if non_manifold.any():
-        cells = np.unique(edges.cells[non_manifold])
+        cells = np.unique(mesh.cells.owners[non_manifold[edges.of_corners]])
         names = ", ".join(str(tuple(nodes)) for nodes in edges.nodes[non_manifold][:3].tolist())
         wrong.append(
             f"edges of more than two cells (non-manifold): {int(non_manifold.sum())} (nodes {names}), at cells "
-            f"{first_ids(_ids(mesh, cells[cells >= 0]))}; remesh the sheets one by one"
+            f"{first_ids(_ids(mesh, cells))}; remesh the sheets one by one"
         )
-    odd = (edges.counts == 2) & (edges.cells < 0).any(axis=1)
-    if odd.any():
-        cells = np.unique(edges.cells[odd].max(axis=1))
+    odd = edges.sides[~edges.opposed]
+    if len(odd):
+        cells = np.unique(odd.max(axis=1))
         wrong.append(
             f"neighbours that disagree on which side is out: {first_ids(_ids(mesh, cells))}; turn them round "
             "(a surface with one side, such as a Moebius strip, cannot be remeshed)"
@@ -117,7 +118,7 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
 
 
 def _areas(mesh: SurfaceMesh) -> list[str]:
-    areas = cell_areas(mesh.points, mesh.cells)
+    areas = face_areas(mesh.points, mesh.cells)
     flat = _ids(mesh, np.flatnonzero(areas <= _NO_AREA * areas.mean()))
     return [f"cells without area: {first_ids(flat)}; remove them, or merge their nodes"] if len(flat) else []
 
@@ -141,7 +142,7 @@ def _warnings(mesh: SurfaceMesh) -> list[str]:
 
 def _cells_where(mesh: SurfaceMesh, bad: Callable[[Ints], ArrayLike]) -> Ints:
     """Ids, in the input, of the cells whose nodes make `bad` true."""
-    return _ids(mesh, np.flatnonzero(np.concatenate([np.asarray(bad(table)) for table in mesh.cells.groups()])))
+    return _ids(mesh, np.flatnonzero(mesh.cells.where(bad)))
 
 
 def _ids(mesh: SurfaceMesh, cells: Ints) -> Ints:
