@@ -12,7 +12,7 @@ from .distance_barrier import DistanceBarrier
 from .edges import EdgeTable, edge_table
 from .faces import Faces, corner_triangles, fan_triangles
 from .features import Features, find_features, kept_edges
-from .hausdorff import distance_between, hausdorff
+from .hausdorff import distance_between, faces_beyond, hausdorff
 from .surface_tags import surface_tags
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "enclosed_volume",
     "face_area_vectors",
     "face_areas",
+    "faces_beyond",
     "fan_triangles",
     "find_features",
     "hausdorff",

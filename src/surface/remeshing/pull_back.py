@@ -36,9 +36,11 @@ def _local_fractions(problem: RemeshingProblem, points: Floats, bound: float, ri
     """(n, 1) fraction of its displacement that each node keeps so that no cell is out of bounds."""
     fractions = np.ones((len(points), 1))
     for _ in range(_MAX_ROUNDS):
-        too_far = problem.input_surface.nodes_out_of_bounds(_interpolated(problem, points, fractions), bound)
-        if not too_far.any():
+        cells = problem.input_surface.cells_beyond(_interpolated(problem, points, fractions), bound)
+        if not cells.any():
             break
+        too_far = np.zeros(len(points), dtype=bool)
+        too_far[problem.cells.corners_of(cells)] = True
         for _ in range(rings):
             too_far = problem.with_neighbours(too_far)
         fractions[too_far] *= _SHRINKAGE
