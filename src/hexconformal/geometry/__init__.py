@@ -11,11 +11,14 @@ from .closest_point_kernels import closest_on_triangle
 from .distance_barrier import DistanceBarrier
 from .edges import EdgeTable, edge_table
 from .faces import Faces, corner_triangles, fan_triangles
-from .features import Features, find_features, kept_edges
+from .features import CORNER, CURVE, SMOOTH, Features, find_creases, find_features, kept_edges, nonmanifold_nodes
 from .hausdorff import distance_between, faces_beyond, hausdorff
 from .surface_tags import surface_tags
 
 __all__ = [
+    "CORNER",
+    "CURVE",
+    "SMOOTH",
     "ClosestPoints",
     "DistanceBarrier",
     "EdgeTable",
@@ -33,12 +36,14 @@ __all__ = [
     "face_areas",
     "faces_beyond",
     "fan_triangles",
+    "find_creases",
     "find_features",
     "hausdorff",
     "kept_edges",
     "mean_edge_length",
     "nodal_area_vectors",
     "nodal_areas",
+    "nonmanifold_nodes",
     "simpson_mean",
     "slivers",
     "surface_tags",

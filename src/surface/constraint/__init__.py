@@ -4,17 +4,14 @@ Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `h
 `hexconformal.geometry`, `hexconformal.mesh`, `hexconformal.energy`, `mesh` and `energy`.
 """
 
-from .features import CORNER, SMOOTH, Features, find_features, held_projectors
+from .features import find_features, held_projectors
 from .input_surface import InputSurface
 from .saddle_point import NORMALS, ConstrainedSystem, constrained_system
 from .smooth_projection import SmoothProjection
 
 __all__ = [
-    "CORNER",
     "NORMALS",
-    "SMOOTH",
     "ConstrainedSystem",
-    "Features",
     "InputSurface",
     "SmoothProjection",
     "constrained_system",

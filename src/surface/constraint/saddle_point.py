@@ -18,11 +18,11 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from hexconformal.energy import BlockMatrix
-from hexconformal.geometry import Faces, nodal_area_vectors, nodal_areas, simpson_mean
+from hexconformal.geometry import Faces, Features, nodal_area_vectors, nodal_areas, simpson_mean
 
 from ..energy import SurfaceEnergy
 from ..mesh import Floats
-from .features import Features, held_projectors
+from .features import held_projectors
 
 __all__ = ["NORMALS", "ConstrainedSystem", "constrained_system", "constraint_normals", "displacement"]
 

@@ -10,12 +10,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexconformal.geometry import Faces, closest_on_triangle, fan_triangles, unit_vectors
+from hexconformal.geometry import (
+    CORNER,
+    CURVE,
+    SMOOTH,
+    Faces,
+    Features,
+    closest_on_triangle,
+    fan_triangles,
+    unit_vectors,
+)
 from hexconformal.kernel import add, algebra, combine, dot, loop, parallel_ranges, scale, subtract
 from hexconformal.mesh import corner_incidences
 
 from ..mesh import Floats, Ints
-from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
+from .features import curve_tangents
 from .input_surface import corner_normals
 
 __all__ = ["SmoothProjection"]

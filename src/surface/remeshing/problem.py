@@ -7,10 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.geometry import Faces, area_gradient, edge_table, face_areas, nodal_area_vectors, unit_vectors
+from hexconformal.geometry import (
+    CORNER,
+    SMOOTH,
+    Faces,
+    Features,
+    area_gradient,
+    edge_table,
+    face_areas,
+    nodal_area_vectors,
+    unit_vectors,
+)
 from hexconformal.mesh import connected_components
 
-from ..constraint import CORNER, SMOOTH, Features, InputSurface, SmoothProjection
+from ..constraint import InputSurface, SmoothProjection
 from ..energy import Barrier, SurfaceEnergy
 from ..mesh import Floats, Ints
 

@@ -5,9 +5,9 @@ import pytest
 from meshes.surfaces import no_cells, quad_cube, scattered_sphere
 
 import surface
-from hexconformal.geometry import Faces
-from surface.constraint.creases import _lead_past, _without_spurs
-from surface.constraint.features import CORNER, CURVE, SMOOTH, find_features
+from hexconformal.geometry import CORNER, CURVE, SMOOTH, Faces
+from hexconformal.geometry.features.creases import _lead_past, _without_spurs
+from surface.constraint.features import find_features
 
 
 def roof(n=12, rows=4):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +15,13 @@ from .chains import Chains, chains
 from .crack_fronts import crack_fronts
 from .dihedral_angles import dihedral_angles, filtered_normals, rounded_edges, stair_steps
 
-__all__ = ["Features", "find_features"]
+__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "find_features", "nonmanifold_nodes"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+SMOOTH, CURVE, CORNER = 0, 1, 2
 
 _CONTINUED = 0.6  # share of the angle down to which a crease goes on, once found
 _SHORTEST, _SHORTEST_BESIDE = 5, 15  # edges of a curve with a free end, alone, and beside others that are kept
@@ -30,16 +32,16 @@ _ROUNDED = (0.3, 0.01)  # curves may be rounded off if the surface may move so f
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Feature curves and corners of a boundary, and the smooth patches between them.
+    """Feature curves and corners of a surface, and the smooth patches between them.
 
     Attributes
     ----------
+    kind
+        (n,) SMOOTH, CURVE, or CORNER, which belongs to no single curve or patch.
     edges
         (k, 2) nodes of the feature edges.
     curves
         (k,) curve of each feature edge; a curve runs from corner to corner, or is closed.
-    corners
-        Nodes that belong to no single curve or patch, ascending.
     patches
         (f,) smooth patch of each face.
     soft
@@ -49,12 +51,30 @@ class Features:
         What was found and decided, and why, in words.
     """
 
+    kind: NDArray[np.int8]
     edges: Ints
     curves: Ints
-    corners: Ints
     patches: Ints
-    soft: bool
-    reason: str
+    soft: bool = False
+    reason: str = ""
+
+    @property
+    def corners(self) -> Ints:
+        """Nodes that are corners, ascending."""
+        return np.flatnonzero(self.kind == CORNER)
+
+    @classmethod
+    def along(cls, points: Floats, faces: Faces, edges: EdgeTable, chosen: Ints, stops: Mask) -> Features:
+        """Features along chosen edges, ids of a table, with curves that end where they must, and at some nodes (n,)."""
+        nodes = edges.nodes[chosen]
+        curves = chains(points, nodes, stops)
+        free = np.ones(len(edges.nodes), dtype=bool)
+        free[chosen] = False
+        kind = np.full(len(points), SMOOTH, dtype=np.int8)
+        kind[nodes] = CURVE
+        kind[curves.corners | stops] = CORNER
+        patches = connected_components(edges.sides[free[edges.manifold]], len(faces))
+        return cls(kind, nodes, curves.labels, patches)
 
 
 def find_features(
@@ -117,7 +137,7 @@ def find_features(
         raise OptionError(f"tolerance must be 0 or more, not {tolerance}")
     faces = Faces.of(faces)
     edges = edge_table(faces)
-    nonmanifold = _nonmanifold_nodes(faces, edges, len(points))
+    nonmanifold = nonmanifold_nodes(faces, edges, len(points))
     fronts = np.zeros(len(edges.manifold), dtype=bool) if cells is None else crack_fronts(points, faces, edges, cells)
     kept = fronts | (False if tags is None else _changes(tags, edges, len(faces)))
     stops = nonmanifold.copy()
@@ -128,18 +148,13 @@ def find_features(
         why = f"by {' and '.join(by)}, none by angle: {why}" if soft else f"by {', '.join(by)} and angle: {why}"
         soft, chosen = False, np.union1d(chosen[:0] if soft else chosen, edges.manifold[kept])
     chosen = np.union1d(chosen, edges.nonmanifold)
-    nodes = edges.nodes[chosen]
-    curves = chains(points, nodes, nonmanifold)
-    free = np.ones(len(edges.nodes), dtype=bool)
-    free[chosen] = False
-    patches = connected_components(edges.sides[free[edges.manifold]], len(faces))
-    corners = np.flatnonzero(curves.corners | nonmanifold)
-    count = int(curves.labels.max(initial=-1)) + 1
-    found = f"{count} curves, {len(corners)} corners, {int(patches.max(initial=-1)) + 1} patches"
-    return Features(nodes, curves.labels, corners, patches, soft, f"{found}, {'soft' if soft else 'kept'}: {why}")
+    found = Features.along(points, faces, edges, chosen, nonmanifold)
+    counts = [int(labels.max(initial=-1)) + 1 for labels in (found.curves, found.patches)]
+    what = f"{counts[0]} curves, {len(found.corners)} corners, {counts[1]} patches"
+    return replace(found, soft=soft, reason=f"{what}, {'soft' if soft else 'kept'}: {why}")
 
 
-def _nonmanifold_nodes(faces: Faces, edges: EdgeTable, count: int) -> Mask:
+def nonmanifold_nodes(faces: Faces, edges: EdgeTable, count: int) -> Mask:
     """(n,) nodes where several sheets of the surface meet, other than along a curve of nonmanifold edges."""
     flat, corners, after = edges.of_corners, faces.corners, faces.around(1)
     order = np.argsort(flat, kind="stable")
