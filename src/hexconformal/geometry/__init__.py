@@ -7,7 +7,7 @@ Belongs here: the geometry of surfaces that both packages need. Imports `common`
 from .area_vectors import enclosed_volume, face_area_vectors, nodal_area_vectors, simpson_mean, unit_vectors
 from .areas import area_gradient, corner_angles, face_areas, mean_edge_length, nodal_areas, slivers
 from .closest_point import ClosestPoints, SurfaceLocator
-from .closest_point_kernels import closest_on_triangle
+from .closest_point_kernels import walk
 from .distance_barrier import DistanceBarrier
 from .edges import EdgeTable, edge_table
 from .faces import Faces, corner_triangles, fan_triangles
@@ -26,7 +26,6 @@ __all__ = [
     "Features",
     "SurfaceLocator",
     "area_gradient",
-    "closest_on_triangle",
     "corner_angles",
     "corner_triangles",
     "distance_between",
@@ -48,4 +47,5 @@ __all__ = [
     "slivers",
     "surface_tags",
     "unit_vectors",
+    "walk",
 ]

@@ -23,7 +23,7 @@ from ..mesh import Floats, Ints
 __all__ = ["InputSurface", "corner_normals"]
 
 _MARGIN = 0.08  # of the bound
-_ACCURACY, _TOLERANCE = 1e-3, 1e-6  # of distances between all places: relative, or in diagonals, what is more
+_ACCURACY, _TOLERANCE = 1e-3, 2e-5  # of distances between all places: relative, or in diagonals, what is more
 # Where edges of the input are looked at, and how much more than the bound is left there: the quarters are for edges so
 # long that more than their midpoints may be uncovered.
 _ON_EDGES = ((0.5, 1.0), (0.25, 1.08), (0.75, 1.08))
