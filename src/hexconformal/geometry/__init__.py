@@ -1,7 +1,7 @@
-"""Surfaces: edges, patches, feature curves, closest points, distances, area vectors, the distance barrier (14).
+"""Surfaces: faces, edges, patches, feature curves, closest points, distances, areas, the distance barrier (14).
 
-Belongs here: the geometry of surfaces that both packages need. Imports `common`, `kernel`,
-`elements`, `mesh`, `energy` and `io`.
+Belongs here: the geometry of surfaces of triangles and quadrilaterals, once for both packages. Imports `common`,
+`kernel`, `elements`, `mesh`, `energy` and `io`.
 """
 
 from .area_vectors import enclosed_volume, face_area_vectors, nodal_area_vectors, simpson_mean, unit_vectors

@@ -35,8 +35,8 @@ def face_area_vectors(points: Field, faces: Faces | Ints) -> Field:
     Examples
     --------
     >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    >>> face_area_vectors(square, Faces(np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]]))).tolist()
-    [[0.0, 0.0, 0.5], [0.0, 0.0, 1.0]]
+    >>> face_area_vectors(square, Faces(np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])))[:, 2]
+    array([0.5, 1. ])
     """
     faces = Faces.of(faces)
     x, y = points[faces.triangles], points[faces.quads]

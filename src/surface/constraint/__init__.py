@@ -1,4 +1,4 @@
-"""Constraints that keep the shape: features, the saddle-point problem (17, 18), projection, distance from the input.
+"""Constraints that keep the shape: what holds nodes, the saddle-point problem (17, 18), projection.
 
 Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `hexconformal.kernel`,
 `hexconformal.geometry`, `hexconformal.mesh`, `hexconformal.energy`, `mesh` and `energy`.

@@ -1,7 +1,7 @@
 """Pull a surface back towards its input until it is within its bound.
 
-While a run goes on distances are measured at nodes and centres, at its end at more places. Nodes of the cells that are
-too far away go back step by step; if that spoils cells, their neighbours do so too, and at last all nodes.
+While a run goes on distances are measured at nodes and centres, at its end between all places. Nodes of the cells that
+are too far away go back step by step; if that spoils cells, their neighbours do so too, and at last all nodes.
 """
 
 from __future__ import annotations
