@@ -126,7 +126,7 @@ def test_cells_of_too_few_nodes_are_named(tmp_path):
     points, cells = box((1, 1, 1))
     grid = pv.UnstructuredGrid(np.r_[8, cells[0], 7, cells[0, :7]], np.array([12, 12]), points)
     grid.save(tmp_path / "a.vtu")
-    with pytest.raises(hc.MeshError, match=r"not that of their type: 1 \(ids 1\)"):
+    with pytest.raises(hc.MeshError, match=r"as many nodes as their type; others: 1 \(ids 1\)"):
         hc.read(tmp_path / "a.vtu")
 
 

@@ -219,9 +219,9 @@ def test_sides_of_curved_cells_are_curved(tmp_path):
     top = nodes[:, [4, 5, 6, 7, *range(12, 16)]]
     source = meshio.Mesh(np.vstack([points, middles]), [("hexahedron20", nodes), ("quad8", top)])
     source.cell_data = {"gmsh:physical": [np.array([1]), np.array([2])]}
-    io.write(tmp_path / "a.e", as_hex_mesh(source, linearise=True))
+    io.write(tmp_path / "a.e", as_hex_mesh(source, linearize=True))
     assert contents(tmp_path / "a.e")[3]["side_ss1"][3] == [TOP]
-    back = io.read(tmp_path / "a.e", linearise=True).origin.source
+    back = io.read(tmp_path / "a.e", linearize=True).origin.source
     np.testing.assert_array_equal(back.cells_dict["quad8"], top)
 
 

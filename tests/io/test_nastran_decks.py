@@ -228,7 +228,7 @@ def curved():
 
 
 def test_decks_are_written_with_properties_and_known_cards(tmp_path):
-    mesh = as_hex_mesh(curved(), linearise=True)
+    mesh = as_hex_mesh(curved(), linearize=True)
     lost = io.write(tmp_path / "a.bdf", mesh)
     assert "the numbers of 1 groups of cells (numbered anew, to be different)" in lost
     text = (tmp_path / "a.bdf").read_text()
@@ -236,7 +236,7 @@ def test_decks_are_written_with_properties_and_known_cards(tmp_path):
     assert "PSOLID  4       4" in text
     assert "PSHELL  5       5" in text
     assert max(map(len, text.splitlines())) <= 80
-    back = io.read(tmp_path / "a.bdf", linearise=True)
+    back = io.read(tmp_path / "a.bdf", linearize=True)
     assert back.cell_data["nastran:ref"].tolist() == [3, 4]
     for ours, theirs in zip(mesh.origin.source.cells, back.origin.source.cells, strict=True):
         assert ours.type == theirs.type
@@ -247,11 +247,11 @@ def test_decks_are_written_with_properties_and_known_cards(tmp_path):
 
 def test_nastrans_own_order_of_twenty_nodes(tmp_path):
     """Nodes 13 to 16 of the card are on the upright edges, those of the top come last."""
-    io.write(tmp_path / "a.bdf", as_hex_mesh(curved(), linearise=True))
+    io.write(tmp_path / "a.bdf", as_hex_mesh(curved(), linearize=True))
     text = (tmp_path / "a.bdf").read_text()
     lines = text[text.index("CHEXA") :].splitlines()[:3]
     nodes = [int(line[k : k + 8]) for line in lines for k in range(8, min(len(line), 72), 8) if line[k : k + 8].strip()]
-    x = as_hex_mesh(curved(), linearise=True).points[np.array(nodes[2:]) - 1]
+    x = as_hex_mesh(curved(), linearize=True).points[np.array(nodes[2:]) - 1]
     for place, (a, b) in enumerate([(0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)], 12):
         np.testing.assert_array_equal(x[place], (x[a] + x[b]) / 2)
 
@@ -282,7 +282,7 @@ def test_numbers_fit_their_field(width):
 
 def test_pynastran_reads_what_is_written(tmp_path):
     bdf = pytest.importorskip("pyNastran.bdf.bdf")
-    io.write(tmp_path / "a.bdf", as_hex_mesh(curved(), linearise=True))
+    io.write(tmp_path / "a.bdf", as_hex_mesh(curved(), linearize=True))
     points, cells = block(2)
     (tmp_path / "in.bdf").write_text(HEAD + SYSTEMS + grids("small", points, "5") + elements("small", cells) + TAIL)
     mesh = io.read(tmp_path / "in.bdf")

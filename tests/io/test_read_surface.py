@@ -67,7 +67,7 @@ def test_separate_triangles_are_joined(tmp_path):
 
 def test_what_is_no_surface_is_refused(tmp_path):
     pv.Line().save(tmp_path / "line.vtp")
-    with pytest.raises(MeshError, match="no faces"):
+    with pytest.raises(MeshError, match="this one has none"):
         io.read_surface(tmp_path / "line.vtp")
     sphere = pv.Sphere()
     sphere.points[7] = np.nan

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
+from .barrier_directions import distance_projectors, identities, normal_projectors
 from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
@@ -38,8 +39,9 @@ _ONSET = 0.8  # t0
 _WALL = 0.98  # t1, never crossed from inside
 _WITHIN = 0.995  # share of the bound that leaves room for rounding
 _TOLERANCE = 0.02  # of measured distances, in bounds
-_NEAR, _WATCHED = 0.5, 0.9  # bounds from which on quads are looked at closely, and places on them watched
-_SPACING, _LEAST_SPACING = 2.0, 0.5  # bounds between samples of quads looked at closely: at first, at last
+_WATCHED = 0.9  # bounds from which on places are watched
+_SPACING, _LEAST_SPACING = 2.0, 0.125  # bounds between samples of quads looked at closely: at first, at last
+_REACH = 0.25  # longest edges of a quad between a place on it and the sample next to it
 _ROOM = 2.0  # from what is outside to the wall behind it, over how far beyond t0 it is
 _CURVE_BOUND = 0.2  # of feature curves and corners, as a share of the bound
 _CURVE_ATTRACTION, _CURVE_ONSET = 0.1, 0.7
@@ -202,14 +204,20 @@ class DistanceBarrier:
         # Samples half-way to the corners lay on triangles.
         faces, weights = self._sample_faces[: self._count], self._sample_weights[: self._count]
         weights = bilinear_weights(weights @ [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-        self._sample_weights = weights
-        self._target_samples = np.einsum("sj,sji->si", weights, original[quads[faces]])
+        places = np.einsum("sj,sji->si", weights, original[quads[faces]])
+        self._sample_weights = np.concatenate([weights, self._sample_weights[self._count :]])
+        self._target_samples = np.concatenate([places, self._target_samples[self._count :]])
         there = faces, weights
-        which = np.unique(np.concatenate([faces for faces, _ in self._beyond(_NEAR, points, there)]))
+        x = points[quads]
+        reach = _REACH * np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1)
+        may_be = self._beyond(_WATCHED * self.bound - reach, points, there)
+        which = np.unique(np.concatenate([faces for faces, _ in may_be]))
         dense = dense_samples(original, quads, which, self._spacing * self.bound)
         # Where that is not enough they are closer together next time.
         self._spacing = max(0.5 * self._spacing, _LEAST_SPACING)
-        (ahead, ahead_weights), (behind, behind_weights) = self._beyond(_WATCHED, points, dense)
+        (ahead, ahead_weights), (behind, behind_weights) = self._beyond(
+            np.full(len(quads), _WATCHED * self.bound), points, dense
+        )
         places = np.einsum("sj,sji->si", behind_weights, original[quads[behind]])
         for name, new in (
             ("_sample_faces", ahead), ("_sample_weights", ahead_weights), ("_at_node", np.zeros(len(ahead), bool)),
@@ -217,15 +225,15 @@ class DistanceBarrier:
             ("_forward_distances", np.full(len(ahead), np.inf)), ("_backward_distances", np.full(len(behind), np.inf)),
             ("_forward_active", np.ones(len(ahead), bool)), ("_backward_active", np.ones(len(behind), bool)),
         ):  # fmt: skip
-            setattr(self, name, np.concatenate([getattr(self, name)[: self._count], new]))
+            setattr(self, name, np.concatenate([getattr(self, name), new]))
 
-    def _beyond(self, share: float, points: Field, samples: tuple[Ints, Field]) -> list[tuple[Ints, Field]]:
-        """The samples, faces and weights, that are farther away than a share of the bound: forward, backward."""
+    def _beyond(self, least: Field, points: Field, samples: tuple[Ints, Field]) -> list[tuple[Ints, Field]]:
+        """The samples, faces and weights, that are farther away than a distance (q,): forward, backward."""
         faces, weights = samples
         moved, found = self.original.with_points(points), []
         for this, that in ((moved, self.original), (self.original, moved)):
             places = np.einsum("sj,sji->si", weights, this.points[this.faces[faces]])
-            far = that.closest(places, faces).distances > share * self.bound
+            far = that.closest(places, faces).distances > least[faces]
             found.append((faces[far], weights[far]))
         return found
 
@@ -265,14 +273,14 @@ class DistanceBarrier:
             ends = self._curves.points[self._curves.edges[there.faces]]
             yield _Samples(
                 self._edge_nodes, self._edge_weights, places - there.positions, there.distances,
-                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_normal_projectors, ends, there.weights),
+                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(normal_projectors, ends, there.weights),
             )  # fmt: skip
         if len(self._corners):
             residuals = x[self._corners] - self.original.points[self._corners]
             nodes = np.column_stack([self._corners, self._corners])
             yield _Samples(
                 nodes, np.tile([1.0, 0.0], (len(nodes), 1)), residuals, np.linalg.norm(residuals, axis=1),
-                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(_identities, len(nodes)),
+                bound, _CURVE_ATTRACTION, _CURVE_ONSET, partial(identities, len(nodes)),
             )  # fmt: skip
 
     def _forward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Samples, Ints]:
@@ -284,7 +292,7 @@ class DistanceBarrier:
         residuals = places - there.positions
         return _Samples(
             nodes, weights, residuals, there.distances, self.bound, _ATTRACTION * self._at_node[samples], _ONSET,
-            partial(_distance_projectors, residuals, there.distances, self.bound, surface, there.faces),
+            partial(distance_projectors, residuals, there.distances, self.bound, surface, there.faces),
         ), there.faces  # fmt: skip
 
     def _backward(self, x: Field, samples: Ints, everywhere: bool) -> tuple[_Samples, Ints]:
@@ -294,7 +302,7 @@ class DistanceBarrier:
         residuals = there.positions - self._target_samples[samples]
         return _Samples(
             moved.faces[there.faces], there.weights, residuals, there.distances, self.bound, 0.0, _ONSET,
-            partial(_distance_projectors, residuals, there.distances, self.bound, moved, there.faces),
+            partial(distance_projectors, residuals, there.distances, self.bound, moved, there.faces),
         ), there.faces  # fmt: skip
 
     def _closest(
@@ -324,27 +332,3 @@ class DistanceBarrier:
 def _wall_beyond(worst: float, onset: float) -> float:
     """The wall t1: in its place with all samples inside it, else behind the worst, so that it comes in with that."""
     return _WALL if worst < _WALL else worst + _ROOM * (worst - onset)
-
-
-def _distance_projectors(
-    residuals: Field, distances: Field, bound: float, surface: SurfaceLocator | BilinearSurface, faces: Ints
-) -> Field:
-    """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
-    x = surface.points[surface.faces[faces]]
-    normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
-    far = distances > 1e-9 * bound
-    normals[far] = residuals[far]
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    return np.einsum("ki,kj->kij", normals, normals)
-
-
-def _normal_projectors(ends: Field, weights: Field) -> Field:
-    """1 - t t^T of straight edges (k, 2, 3); 1 where the closest point is one of the ends."""
-    tangent = ends[:, 1] - ends[:, 0]
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
-    inside = (weights.min(axis=1) > 0.0)[:, None, None]
-    return np.asarray(np.eye(3) - inside * np.einsum("ki,kj->kij", tangent, tangent))
-
-
-def _identities(count: int) -> Field:
-    return np.broadcast_to(np.eye(3), (count, 3, 3))

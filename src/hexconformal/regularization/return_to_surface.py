@@ -17,7 +17,9 @@ __all__ = ["return_to_surface"]
 
 Field = NDArray[np.float64]
 
-_ROUNDS, _STEPS = 4, 8
+_ROUNDS, _STEPS = 24, 8  # with other samples or another steepness, and of Newton's method in each
+_WATCHES, _KEEPING = 8, 4  # of the rounds take in samples; the first of them spoil no cell
+_STEEPER = 4.0
 
 
 def return_to_surface(
@@ -40,18 +42,19 @@ def return_to_surface(
     ------
     (n, 3) points after each step; none where the surface is within its bound.
     """
-    watching = 0
-    for _ in range(3 * _ROUNDS):
-        # What the samples see comes back by itself; only then others are looked for.
-        if watching or barrier.relative_distance(points) <= 1.0:
-            if watching == 2 * _ROUNDS or not barrier.exceeded(points):
-                return
+    watched = 0
+    for _ in range(_ROUNDS):
+        if barrier.relative_distance(points) > 1.0:
+            barrier.steepness *= _STEEPER
+        elif watched == _WATCHES or not barrier.exceeded(points):
+            return
+        else:
+            # What the samples see comes back by itself; only then others are looked for.
             barrier.watch(points)
-            watching += 1
-        barrier.steepness *= 4.0
-        kept = keeps_worst and 0 < watching <= _ROUNDS
+            watched += 1
+        kept = keeps_worst and 0 < watched <= _KEEPING
         weights = stiffened(corner_energy, points) if kept else Weights(volume=VOLUME_WEIGHT)
         for points, _ in islice(projected_newton(corner_energy, points, weights), _STEPS):
             yield points
-            if watching and barrier.relative_distance(points) < 1.0:
+            if watched and barrier.relative_distance(points) < 1.0:
                 break

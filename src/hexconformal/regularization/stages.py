@@ -38,6 +38,7 @@ _GOOD_ENOUGH = 0.98  # smallest scaled Jacobian that need not be raised
 _MANY_CELLS = 200_000  # cells up to which those of the whole mesh are raised; beyond, patches around the worst
 _PATIENCE = 1  # rounds of patches without success before other features are tried
 _WIDER_BOUNDS = 0.05, 0.1, 0.2  # diagonals that the boundary may move to unfold the cells that resist
+_SHARES_BACK = np.linspace(0.1, 0.9, 9)  # of the way to earlier points within the bound
 _RETURN_STEEPNESS = 12.5  # steepness of the barrier on the way back from there
 _DISTORTION_STEPS = 2  # on the whole distortion, before the angles take over
 _TARGET_SIZES_WEIGHT = 25.0  # weight of sizes that were asked for, beside those of the input
@@ -207,9 +208,19 @@ class Stages:
             back = points
             for back in return_to_surface(corner_energy, barrier, points, self._options.raises_worst):
                 yield Iteration("return to the surface", back)
-            if back is not points and barrier.exceeded(back):
-                within = (earlier for earlier in reversed(self._earlier) if not barrier.exceeded(earlier))
-                yield Iteration("return to the surface", next(within, back))
+            if barrier.exceeded(back):
+                yield Iteration("return to the surface", self._towards_earlier(back))
+
+    def _towards_earlier(self, points: Field) -> Field:
+        """Points on the way back to the last ones within the bound: the first that are so, without spoiling a cell."""
+        cells = self._normalized.cells
+        valid = is_valid(points, cells)
+        earlier = next((earlier for earlier in reversed(self._earlier) if self._within_bound(earlier)), points)
+        for share in _SHARES_BACK:
+            trial = points + share * (earlier - points)
+            if self._within_bound(trial) and is_valid(trial, cells)[valid].all():
+                return trial
+        return earlier
 
     def brought_back(self, points: Field) -> Field:
         """The points with the boundary within its bound, as nearly as can be, where the run was left before it was."""

@@ -23,17 +23,16 @@ def put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
     """The file with the points of a meshio.Mesh, and with those of its arrays that are new or were changed."""
     # On the disk: in a file that is made in memory, HDF5 forgets the order of the variables.
     with TemporaryDirectory() as folder:
-        before, after = Path(folder) / "before.e", Path(folder) / "after.e"
-        require_disk_space(after, mesh, len(file.data))
-        before.write_bytes(file.data)
-        lost = _put_into(before, after, mesh)
-        return after.read_bytes(), lost
+        path = Path(folder) / "mesh.e"
+        require_disk_space(path, mesh, len(file.data))
+        lost = _copy_with_points(file.data, path, mesh)
+        return path.read_bytes(), lost
 
 
-def _put_into(before: Path, after: Path, mesh: Any) -> list[str]:
+def _copy_with_points(content: bytes, path: Path, mesh: Any) -> list[str]:
     import netCDF4
 
-    with opened(before) as old, netCDF4.Dataset(after, "w", format=old.data_model) as new:
+    with opened(content) as old, netCDF4.Dataset(path, "w", format=old.data_model) as new:
         times = max(length_of(old, "time_step"), 1)
         nodal = _Variables(old, "nod", {name: [array] for name, array in mesh.point_data.items()})
         count = len(element_blocks(old))

@@ -1,11 +1,10 @@
-"""netCDF files, with what Exodus has in them: texts, lists of ids and names, names of components."""
+"""netCDF files in memory, with what Exodus has in them: texts, lists of ids and names, names of components."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,16 +28,16 @@ _SMALL = 10_000_000  # bytes that any file may ask for
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """A netCDF file for reading; raises a ReadError if it claims more than it can hold."""
+def opened(content: bytes) -> Iterator[Any]:
+    """A netCDF file whose bytes are in memory, for reading; raises a ReadError if it claims more than it can hold."""
     import netCDF4
 
-    data = netCDF4.Dataset(path.absolute(), "r")
+    data = netCDF4.Dataset("memory", "r", memory=content)
     try:
         data.set_auto_maskandscale(False)
         if data.groups:
             raise ReadError(f"files with several groups are not supported: {', '.join(data.groups)}")
-        limit = max(_SMALL, _COMPRESSION * path.stat().st_size)
+        limit = max(_SMALL, _COMPRESSION * len(content))
         for name, variable in data.variables.items():
             if int(np.prod(variable.shape, dtype=object)) > limit:
                 raise ReadError(f"{name} is said to have {variable.shape} values, more than the file can hold")

@@ -21,15 +21,17 @@ Ints = NDArray[np.int64]
 
 def read(path: Path) -> FileContents:
     """Read a file."""
-    with parsing("exodus") as output, opened(path) as data:
-        reader = _Reader(data)
-        mesh = reader.mesh()
-        labels = _labels(data, "node", length_of(data, "num_nodes"))
-        model = _model(data)
-        cell_labels = _labels(data, "elem", reader.element_count)
+    with parsing("exodus") as output:
+        content = path.read_bytes()
+        with opened(content) as data:
+            reader = _Reader(data)
+            mesh = reader.mesh()
+            labels = _labels(data, "node", length_of(data, "num_nodes"))
+            model = _model(data)
+            cell_labels = _labels(data, "elem", reader.element_count)
     sides = sum(len(block.data) for block in mesh.cells) - len(cell_labels)
     cell_labels = np.append(cell_labels, np.zeros(sides, dtype=np.int64))
-    file = SourceFile(path, "exodus", data=path.read_bytes(), node_labels=labels, cell_labels=cell_labels, model=model)
+    file = SourceFile(path, "exodus", data=content, node_labels=labels, cell_labels=cell_labels, model=model)
     contents = checked_contents(mesh, file, output)
     return FileContents(contents.data, file, tuple(reader.notes))
 
