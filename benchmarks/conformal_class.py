@@ -29,7 +29,7 @@ from scipy.sparse.linalg import splu
 
 import surface
 from surface.flow import Evolution, Moment, Stepping, Willmore
-from surface.mesh.geometry import Floats, Ints
+from surface.mesh import Floats, Ints
 
 HEADER = "| surface | step | time | energy | angles | by remeshing alone | K at least | a triangle stretched by K |"
 REGULAR = {3: 1 / np.sqrt(3) * np.ones(3), 4: np.array([1.0, 0.0, 1.0])}  # cotangents; halves of squares

@@ -24,11 +24,11 @@ from machine import described
 from matplotlib.figure import Figure
 
 import surface
+from hexconformal.geometry import enclosed_volume, mean_edge_length, nodal_areas, unit_vectors
 from surface.constraint.features import find_features
 from surface.constraint.saddle_point import constraint_normals, displacement
 from surface.energy.distortion_energy import Quaternionic
 from surface.energy.target import target_shapes
-from surface.mesh.geometry import enclosed_volume, mean_edge_length, nodal_areas, unit_vectors
 
 ROOT = Path(__file__).resolve().parents[1]
 EPS = 10.0 ** np.arange(-10, 3)

@@ -21,8 +21,9 @@ import numpy as np
 from machine import described
 
 import surface
+from hexconformal.geometry import Faces, face_area_vectors, nodal_area_vectors, unit_vectors
 from surface.flow import Evolution, Flow, MeanCurvature, Stepping, Willmore
-from surface.mesh.geometry import Cells, Floats, area_vectors, nodal_area_vectors, unit_vectors
+from surface.mesh import Floats
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 from meshes.surfaces import scattered_sphere
@@ -59,11 +60,11 @@ def sheared_torus(n: int = 72, m: int = 28, seed: int = 0) -> Any:
 MADE = {"potato": potato, "sheared torus": sheared_torus}
 
 
-def upside_down(points: Floats, cells: Cells) -> int:
+def upside_down(points: Floats, cells: Faces) -> int:
     """Number of cells whose normal points against the sum of those at its nodes."""
     normals = unit_vectors(nodal_area_vectors(points, cells))
     around = np.concatenate([normals[table].sum(axis=1) for table in (cells.triangles, cells.quads)])
-    return int(((area_vectors(points, cells) * around).sum(axis=1) <= 0).sum())
+    return int(((face_area_vectors(points, cells) * around).sum(axis=1) <= 0).sum())
 
 
 def followed(name: str, flow: Flow, stepping: Stepping) -> str:

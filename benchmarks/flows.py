@@ -20,8 +20,9 @@ from machine import described
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from hexconformal.geometry import Faces, enclosed_volume, face_areas, nodal_area_vectors, nodal_areas
 from surface.flow import MeanCurvature, evolve
-from surface.mesh.geometry import Cells, Floats, cell_areas, enclosed_volume, nodal_area_vectors, nodal_areas
+from surface.mesh import Floats
 from surface.quality.assessment import smallest_angles
 
 HEADER = "| surface | flow | method | min angle on the way | min / mean angle at the end | area | volume | CPU s |"
@@ -57,7 +58,7 @@ def tangential(points: Floats, triangles: np.ndarray, tau: float, steps: int, vo
     Find X and kappa with <(X - X_old) / tau, chi w>_h - <kappa, chi>_h = 0 and <kappa w, eta>_h + <dX, d eta> = 0,
     w the nodal normals; with the mean of the old kappa taken off where the volume is kept (theirs, to first order).
     """
-    cells = Cells(triangles, NO_QUADS)
+    cells = Faces(triangles, NO_QUADS)
     count = len(points)
     mean = 0.0
     for _ in range(steps):
@@ -112,7 +113,7 @@ def outcome(
     method: str, make: Callable[[int], tuple[Floats, np.ndarray]], level: int, end: float, steps: int, volume: bool
 ) -> Outcome:
     points, triangles = make(level)
-    cells = Cells(triangles, NO_QUADS)
+    cells = Faces(triangles, NO_QUADS)
     start = enclosed_volume(points, cells)
     lowest = np.inf
     began = time.process_time()
@@ -120,7 +121,7 @@ def outcome(
         lowest = min(lowest, float(smallest_angles(points, cells).min()))
     cpu = time.process_time() - began
     angles = smallest_angles(points, cells)
-    area = float(cell_areas(points, cells).sum())
+    area = float(face_areas(points, cells).sum())
     return Outcome(
         area, enclosed_volume(points, cells) / start - 1, lowest, float(angles.min()), float(angles.mean()), cpu
     )

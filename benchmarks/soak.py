@@ -26,10 +26,10 @@ from scipy.spatial.transform import Rotation
 import hexconformal as hc
 import surface
 from hexconformal.generate import ball, box, cylinder, jittered, twisted_cube
+from hexconformal.geometry import Faces, face_area_vectors
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.io.pyvista_mesh import grid_from_arrays
 from hexconformal.mesh.topology import boundary_quads
-from surface.mesh.geometry import Cells, area_vectors
 from surface.quality.assessment import smallest_angles
 
 LEVEL, ROUNDING = 1e-6, 1e-9
@@ -280,7 +280,7 @@ def surfaces(rng: np.random.Generator) -> Case:
 def judge_surfaces(case: Case, rng: np.random.Generator) -> list[str]:
     """What is broken of what is promised."""
     triangles, quads = case.cells
-    cells = Cells(triangles, quads)
+    cells = Faces(triangles, quads)
     x, before = case.points, case.points.copy()
     source = (case.points, triangles, quads)
     result = _left(surface.Remeshing(source, surface.Options(**case.options)), case.leave)
@@ -296,7 +296,7 @@ def judge_surfaces(case: Case, rng: np.random.Generator) -> list[str]:
     hold("finite", np.isfinite(y).all())
     hold("no cell turns over", result.report.turned == 0 or result.report.turned <= result.history[0].turned)
     # A sheet that hangs nowhere over must not do so afterwards.
-    up = [area_vectors(points, cells) @ area_vectors(x, cells).sum(axis=0) for points in (x, y)]
+    up = [face_area_vectors(points, cells) @ face_area_vectors(x, cells).sum(axis=0) for points in (x, y)]
     hold("no cell of a sheet lies upside down", "sheet" not in case.traits or up[0].min() <= 0 or up[1].min() > 0)
     if case.options.get("target") == "input":  # regular cells are not what is wanted
         hold("the energy is not higher", result.report.energy_after <= result.report.energy_before)

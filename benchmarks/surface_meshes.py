@@ -17,7 +17,7 @@ import numpy as np
 from machine import described
 
 import surface
-from surface.mesh.geometry import mean_edge_length
+from hexconformal.geometry import mean_edge_length
 
 HEADER = (
     "| surface | cells | min / mean angle: input | result | turned over | area by | volume by | distance | "

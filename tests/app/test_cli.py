@@ -38,7 +38,7 @@ def test_help_has_examples(command, capsys):
         ("regularize part.vtu out.vtu --boundary slippery", 2, "'slide', 'fixed' or 'free', not 'slippery'"),
         ("regularize part.vtu out.vtu --fixed walls", 2, "names no point array"),
         ("regularize part.vtu out.vtu --target 1:2", 2, "target"),
-        ("regularize part.vtu out.vtu --method majorize", 2, "quaternionic"),
+        ("regularize part.vtu out.vtu --energy quaternionic --emphasis worst", 2, "quaternionic"),
         ("regularize part.vtu out.vtu --every 0", 2, "every"),
         ("regularize part.vtu out.vtu --hausdorff 2", 2, "hausdorff"),
         ("regularize part.vtu out.vtu --features sharp", 2, "'auto', 'keep' or 'soft', not 'sharp'"),

@@ -251,3 +251,12 @@ def test_same_answer_for_every_unit_and_far_away():
     for unit, shift in ((1e-6, 0.0), (1e6, 0.0), (1.0, 2e4)):
         other = SurfaceLocator(points * unit + shift, quads).closest(places * unit + shift)
         np.testing.assert_allclose(other.distances, plain.distances * unit, rtol=1e-8)
+
+
+def test_neighbours_of_the_same_label_are_those_that_share_a_node_and_the_label():
+    triangles = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [5, 6, 7], [4, 5, 0]])
+    labels = np.array([0, 0, 1, 0, 1])
+    offsets, ids = SurfaceLocator(np.random.default_rng(0).normal(size=(8, 3)), triangles).neighbours_of_same(labels)
+    for face, nodes in enumerate(triangles):
+        expected = [k for k, other in enumerate(triangles) if labels[k] == labels[face] and set(nodes) & set(other)]
+        assert ids[offsets[face] : offsets[face + 1]].tolist() == expected

@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 import pyvista as pv
 from meshes.hexahedra import skin
+from meshes.surfaces import quad_cube
 
 from hexconformal import as_hex_mesh
 from hexconformal.common.errors import OptionError
 from hexconformal.generate import ball, box, cylinder
+from hexconformal.geometry import Faces
 from hexconformal.geometry.features import find_features
 from hexconformal.geometry.surface_tags import surface_tags
 from hexconformal.io.vtk_mesh import from_vtk
@@ -259,7 +261,7 @@ def test_same_features_in_every_unit_and_order():
         ({"angle": 0.0}, "between 0 and 180"),
         ({"tolerance": -1.0}, "must be 0 or more"),
         ({"tolerance": float("nan")}, "must be 0 or more"),
-        ({"tags": [1, 2]}, "one per boundary quad"),
+        ({"tags": [1, 2]}, "one per boundary face"),
     ],
 )
 def test_options_that_make_no_sense(options, text):
@@ -363,3 +365,21 @@ def test_surface_tags_where_there_are_none_or_not_all():
     source, quads, tags = tagged(missing=[0, 5])
     tags[[0, 5]] = -1
     np.testing.assert_array_equal(surface_tags(as_hex_mesh(source), quads), tags)
+
+
+def test_faces_of_both_kinds_have_the_features_of_their_shape():
+    # A cube of quadrilaterals, half of them cut in two.
+    points, faces = quad_cube(6)
+    cut, kept = faces.quads[::2], faces.quads[1::2]
+    mixed = Faces(np.concatenate([cut[:, [0, 1, 2]], cut[:, [0, 2, 3]]]), kept)
+    features = find_features(points, mixed)
+    on = (np.abs(points) == 1).sum(axis=1)
+    np.testing.assert_array_equal(features.corners, np.flatnonzero(on == 3))
+    np.testing.assert_array_equal(np.unique(features.edges), np.flatnonzero(on >= 2))
+    assert (features.kind == np.maximum(on - 1, 0)).all()
+    assert features.curves.max() + 1 == 12
+    assert features.patches.max() + 1 == 6
+    sides = [
+        set(features.patches[mixed.any_of((points[:, k] == sign) & (on == 1))]) for k in range(3) for sign in (-1, 1)
+    ]
+    assert all(len(side) == 1 for side in sides)

@@ -5,11 +5,12 @@ import importlib.util
 import numpy as np
 import pytest
 from meshes.hexahedra import skin
+from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 from hexconformal.generate import ball, box
 from hexconformal.geometry.bilinear_surface import bilinear_grid
 from hexconformal.geometry.closest_point import SurfaceLocator
-from hexconformal.geometry.hausdorff import distance_between, hausdorff, surface_samples
+from hexconformal.geometry.hausdorff import distance_between, faces_beyond, hausdorff, surface_samples
 from hexconformal.mesh.topology import boundary_quads
 
 
@@ -143,3 +144,64 @@ def test_what_is_not_above_a_distance_need_not_be_found():
     apart = hausdorff(1.1 * points, points, quads)
     assert hausdorff(1.1 * points, points, quads, least=0.5 * apart) == pytest.approx(apart, rel=0.03)
     assert hausdorff(1.1 * points, points, quads, least=2.0 * apart) == 2.0 * apart
+
+
+def sampled(points, faces):
+    """Places on a surface, 25 x 25 on each face."""
+    weights, x = bilinear_grid(24)[0], points[np.concatenate([faces.triangles[:, [0, 1, 2, 2]], faces.quads])]
+    return np.einsum("sj,qji->qsi", weights, x).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("surface", [icosphere(1), mixed_sphere(2)])
+def test_triangles_and_surfaces_of_both_kinds_are_measured(surface):
+    points, faces = surface
+    rng = np.random.default_rng(5)
+    x, y = (points + rng.uniform(-0.1, 0.1, points.shape) for _ in range(2))
+    expected = 0.0
+    for this, that in ((x, y), (y, x)):
+        # Triangles are exact in the locator, quads are cut finely.
+        quads = [fine(that, faces.quads, 24)] if len(faces.quads) else []
+        others = [SurfaceLocator(that, faces.triangles), *(SurfaceLocator(*quad) for quad in quads)]
+        places = sampled(this, faces)
+        expected = max(expected, np.min([other.closest(places).distances for other in others], axis=0).max())
+    assert hausdorff(x, y, faces, 0.001, relative=0.0) == pytest.approx(expected, abs=0.002)
+
+
+@pytest.mark.parametrize("surface", [icosphere(1), quad_sphere(3)])
+def test_faces_beyond_a_bound_are_those_with_places_that_are(surface):
+    points, faces = surface
+    table, rng = faces.table, np.random.default_rng(3)
+    moved = points + rng.normal(size=points.shape) * 0.02
+    moved[4] *= 1.3
+    # The faces of the other surface have other numbers.
+    one, other = SurfaceLocator(moved, table), SurfaceLocator(points, rng.permutation(table))
+    bound = 0.1
+    found = faces_beyond(one, other, bound, tolerance=1e-4)
+    # Places of its own, and faces that are closest to places of the other surface.
+    there = other.closest(sampled(moved, faces))
+    here = one.closest(sampled(points, faces))
+    ahead = (there.distances.reshape(len(table), -1) > bound).any(axis=1)
+    behind = np.isin(np.arange(len(table)), here.faces[here.distances > bound])
+    assert found[ahead].all()
+    assert not found[~(ahead | behind)].any()
+    assert 0 < found.sum() < 0.2 * len(table)
+    # None where nothing is so far away.
+    assert not faces_beyond(one, other, 0.4, tolerance=1e-4).any()
+
+
+def test_faces_beyond_a_bound_are_found_between_their_nodes():
+    # A cube of two triangles a side; of one in small quads two edges are beaten in, in the middle.
+    points, quads = skin(box((8, 8, 8)))
+    corners, sides = skin(box((1, 1, 1)))
+    halves = np.vstack([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]])
+    edges = [([1.0, 1.0, 0.5], [0, 1]), ([0.5, 0.0, 1.0], [1, 2])]
+    dented, expected = points.copy(), np.zeros(len(halves), dtype=bool)
+    for middle, axes in edges:
+        inward = np.where(np.isin(np.arange(3), axes), 0.5 - np.array(middle), 0.0)
+        dented[(np.abs(points - middle) < 1e-9).all(axis=1)] += 0.2 * inward
+        ends = np.flatnonzero((corners[:, axes] == np.array(middle)[axes]).all(axis=1))
+        expected |= np.isin(halves, ends).sum(axis=1) == 2
+    large, small = SurfaceLocator(corners, halves), SurfaceLocator(dented, quads)
+    found = faces_beyond(large, small, 0.05, tolerance=1e-4)
+    assert expected.sum() == 4
+    np.testing.assert_array_equal(found, expected)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from surface.mesh.geometry import Cells
+from hexconformal.geometry import Faces
 
 
 def no_cells(width):
@@ -29,7 +29,7 @@ def icosphere(level):
         ab, bc, ca = middle.T
         corners = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
         faces = np.concatenate([np.stack(corner, axis=1) for corner in corners])
-    return points / np.linalg.norm(points, axis=1, keepdims=True), Cells(faces, no_cells(4))
+    return points / np.linalg.norm(points, axis=1, keepdims=True), Faces(faces, no_cells(4))
 
 
 def quad_cube(n):
@@ -48,7 +48,7 @@ def quad_cube(n):
             points.append(face.reshape(-1, 3))
     points = np.concatenate(points)
     _, first, inverse = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
-    return points[first], Cells(no_cells(3), inverse.ravel()[np.concatenate(quads)])
+    return points[first], Faces(no_cells(3), inverse.ravel()[np.concatenate(quads)])
 
 
 def quad_sphere(n):
@@ -61,7 +61,7 @@ def mixed_sphere(n):
     """The unit sphere in quadrilaterals, half of them split into triangles."""
     points, cells = quad_sphere(n)
     split, kept = cells.quads[::2], cells.quads[1::2]
-    return points, Cells(np.concatenate([split[:, [0, 1, 2]], split[:, [0, 2, 3]]]), kept)
+    return points, Faces(np.concatenate([split[:, [0, 1, 2]], split[:, [0, 2, 3]]]), kept)
 
 
 def scattered_sphere(n, seed=1):
@@ -83,7 +83,7 @@ def grid(n, jitter=0.0, seed=0):
     a, b, c, d = (part.ravel() for part in (i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]))
     inner = (points[:, :2] > 0).all(axis=1) & (points[:, :2] < 1).all(axis=1)
     points[inner, :2] += jitter / n * np.random.default_rng(seed).uniform(-1, 1, (inner.sum(), 2))
-    return points, Cells(np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]), no_cells(4)), inner
+    return points, Faces(np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]), no_cells(4)), inner
 
 
 def shaken(surface, size, seed=0):
@@ -114,7 +114,7 @@ def quad_torus(major, minor, n, m):
     i = np.arange(n * m).reshape(n, m)
     a, b = i, np.roll(i, -1, axis=0)
     c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
-    return points, Cells(no_cells(3), np.stack([a, b, c, d], axis=2).reshape(-1, 4))
+    return points, Faces(no_cells(3), np.stack([a, b, c, d], axis=2).reshape(-1, 4))
 
 
 def sheared_torus(n, m, seed=0):

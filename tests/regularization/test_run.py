@@ -130,7 +130,7 @@ def test_the_barrier_has_no_energy_while_corners_are_inverted():
     points, cells = generate.box((2, 2, 2))
     points[13] += [0.45, 0.45, 0.1]  # through the planes of corners, while the Gauss points stay on their side
     run = hc.Regularization((points, cells), hc.Options(quadrature="gauss"))
-    assert np.isfinite(DistortionEnergy(cells, len(points), eps=0.0, quadrature="gauss").cell_energies(points)).all()
+    assert np.isfinite(DistortionTerm(cells, len(points), eps=0.0, quadrature="gauss").cell_energies(points)).all()
     first, *others = run
     assert first.inverted > 0
     assert all(np.isnan(record.energy) == (record.inverted > 0) for record in [first, *others])

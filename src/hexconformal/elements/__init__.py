@@ -5,7 +5,6 @@ coefficients, equation (13). Imports `kernel`.
 """
 
 from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian
-from .faces import face_area_vectors
 from .hexahedron import (
     CORNER_NEIGHBOURS,
     CORNERS,
@@ -33,7 +32,6 @@ __all__ = [
     "corner_scaled_jacobian",
     "edge_lengths",
     "edge_weights",
-    "face_area_vectors",
     "gauss_rule",
     "is_valid",
     "minimum_jacobian",

@@ -113,7 +113,7 @@ class DistortionTerm(Term):
         return energies
 
     def value(self, points: Field) -> float:
-        """Energy at the points (n, 3); infinite where a point of the quadrature is folded and the energy is a barrier."""
+        """Energy at the points (n, 3); infinite where a quadrature point is folded and the energy is a barrier."""
         total = float(self.cell_energies(points).sum())
         return total if total < _FOLDED else float("inf")
 

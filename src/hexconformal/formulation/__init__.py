@@ -9,5 +9,13 @@ from .formulation import Formulation, ValidCells, convex_newton
 from .iteration import Iteration
 from .schedules import MinimizationSchedule, Schedules, UntanglingSchedule
 
-__all__ = ["CompatibleConstraint", "Formulation", "Iteration", "MinimizationSchedule", "Schedules"]
-__all__ += ["UntanglingSchedule", "ValidCells", "convex_newton"]
+__all__ = [
+    "CompatibleConstraint",
+    "Formulation",
+    "Iteration",
+    "MinimizationSchedule",
+    "Schedules",
+    "UntanglingSchedule",
+    "ValidCells",
+    "convex_newton",
+]

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import Assembly, Patch, Term
+from ..geometry import nodal_area_vectors, nodal_areas
 
 __all__ = ["CompatibleConstraint"]
 
@@ -77,15 +78,13 @@ class CompatibleConstraint(Term):
         count = int(patches.max(initial=0)) + 1
         keys, places = np.unique(quads * count + patches[:, None], return_inverse=True)
         nodes, own = keys // count, places.reshape(quads.shape)
-        corners = _corner_normals(points[nodes], own)
-        areas = _nodal_integrals(np.linalg.norm(corners, axis=2), own, len(nodes))
-        return cls(points, nodes, own, eps, _nodal_integrals(corners, own, len(nodes)), np.maximum(areas, 1e-300))
+        areas = np.maximum(nodal_areas(points[nodes], own), 1e-300)
+        return cls(points, nodes, own, eps, nodal_area_vectors(points[nodes], own), areas)
 
     def renewed(self, points: Field) -> CompatibleConstraint:
         """The constraint with the normals half-way between the start and these points."""
         middle = 0.5 * (self.start + self._all_points(points))
-        corners = _corner_normals(middle[self.nodes], self.quads)
-        return replace(self, normals=_nodal_integrals(corners, self.quads, len(self.nodes)))
+        return replace(self, normals=nodal_area_vectors(middle[self.nodes], self.quads))
 
     def multiplier(self, points: Field) -> Field:
         """(k,) the multiplier rho = <v, N~> / (eps m)."""
@@ -137,21 +136,3 @@ class CompatibleConstraint(Term):
         everywhere = self.patch.points.copy()
         everywhere[self.patch.nodes] = points
         return everywhere
-
-
-# Integrals over the unit square of the products of two bilinear shape functions.
-_MASS = np.array([[4.0, 2.0, 1.0, 2.0], [2.0, 4.0, 2.0, 1.0], [1.0, 2.0, 4.0, 2.0], [2.0, 1.0, 2.0, 4.0]]) / 36.0
-
-
-def _corner_normals(points: Field, quads: Ints) -> Field:
-    """(q, 4, 3) products X_u x X_v at the corners of bilinear quads; in between they are bilinear, too."""
-    x = points[quads]
-    ahead, behind = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
-    return np.asarray(np.cross(ahead, behind))
-
-
-def _nodal_integrals(corners: Field, quads: Ints, count: int) -> Field:
-    """(count, ...) integrals of shape functions times what has values (q, 4, ...) at the corners of quads."""
-    out = np.zeros((count, *corners.shape[2:]))
-    np.add.at(out, quads, np.einsum("ab,qb...->qa...", _MASS, corners))
-    return out

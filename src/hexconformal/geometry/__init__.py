@@ -1,32 +1,53 @@
-"""Surfaces: edges, patches, feature curves, closest points, distances, area vectors, the distance barrier (14).
+"""Surfaces: faces, edges, patches, feature curves, closest points, distances, areas, the distance barrier (14).
 
-Belongs here: the geometry of surfaces that both packages need. Imports `common`, `kernel`,
-`elements`, `mesh`, `energy` and `io`.
+Belongs here: the geometry of surfaces of triangles and quadrilaterals, once for both packages. Imports `common`,
+`kernel`, `elements`, `mesh`, `energy` and `io`.
 """
 
-from .area_vectors import enclosed_volume, nodal_area_vectors, simpson_mean
+from .area_vectors import enclosed_volume, face_area_vectors, nodal_area_vectors, simpson_mean, unit_vectors
+from .areas import area_gradient, corner_angles, face_areas, mean_edge_length, nodal_areas, slivers
 from .barrier_schedule import BarrierSchedule
 from .closest_point import ClosestPoints, SurfaceLocator
-from .closest_point_kernels import closest_on_triangle
-from .crack_fronts import kept_edges
+from .closest_point_kernels import walk
 from .distance_barrier import DistanceBarrier
-from .features import Features, find_features
-from .hausdorff import distance_between, hausdorff
+from .edges import EdgeTable, edge_table
+from .faces import Faces, corner_triangles, fan_triangles
+from .features import CORNER, CURVE, SMOOTH, Features, find_creases, find_features, kept_edges, nonmanifold_nodes
+from .hausdorff import distance_between, faces_beyond, hausdorff
 from .surface_tags import surface_tags
 
 __all__ = [
+    "CORNER",
+    "CURVE",
+    "SMOOTH",
     "BarrierSchedule",
     "ClosestPoints",
     "DistanceBarrier",
+    "EdgeTable",
+    "Faces",
     "Features",
     "SurfaceLocator",
-    "closest_on_triangle",
+    "area_gradient",
+    "corner_angles",
+    "corner_triangles",
     "distance_between",
+    "edge_table",
     "enclosed_volume",
+    "face_area_vectors",
+    "face_areas",
+    "faces_beyond",
+    "fan_triangles",
+    "find_creases",
     "find_features",
     "hausdorff",
     "kept_edges",
+    "mean_edge_length",
     "nodal_area_vectors",
+    "nodal_areas",
+    "nonmanifold_nodes",
     "simpson_mean",
+    "slivers",
     "surface_tags",
+    "unit_vectors",
+    "walk",
 ]

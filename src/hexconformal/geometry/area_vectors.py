@@ -1,4 +1,4 @@
-"""Area vectors at the nodes of a surface, and the volume that it encloses, of which they are the gradient."""
+"""Area vectors of faces and at nodes, and the volume that a surface encloses, of which these are the gradient."""
 
 from __future__ import annotations
 
@@ -7,21 +7,54 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["enclosed_volume", "nodal_area_vectors", "simpson_mean"]
+from .faces import Faces
+
+__all__ = ["enclosed_volume", "face_area_vectors", "nodal_area_vectors", "simpson_mean", "unit_vectors"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Integrals of products of two bilinear shape functions over the unit square.
+_QUAD_MASS = np.array([[4, 2, 1, 2], [2, 4, 2, 1], [1, 2, 4, 2], [2, 1, 2, 4]]) / 36.0
 
-def enclosed_volume(points: Field, quads: Ints) -> float:
-    """Volume inside a closed surface of bilinear quads, exactly; also where the cells inside are tangled.
+
+def unit_vectors(vectors: Field) -> Field:
+    """Vectors (..., 3) scaled to unit length; zero where they vanish.
+
+    >>> unit_vectors(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]]))
+    array([[0. , 0.6, 0.8],
+           [0. , 0. , 0. ]])
+    """
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0, length, 1.0))
+
+
+def face_area_vectors(points: Field, faces: Faces | Ints) -> Field:
+    """(f, 3) integrals of the unit normal over faces: normals, as long as the area of what is flat.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> face_area_vectors(square, Faces(np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])))[:, 2]
+    array([0.5, 1. ])
+    """
+    faces = Faces.of(faces)
+    x, y = points[faces.triangles], points[faces.quads]
+    flat = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    return np.concatenate([flat / 2, np.cross(y[:, 2] - y[:, 0], y[:, 3] - y[:, 1]) / 2])
+
+
+def enclosed_volume(points: Field, faces: Faces | Ints) -> float:
+    """Volume inside a closed surface, exactly; of an open one, of the cone over it from the mean of its nodes.
+
+    It is that of bilinear quadrilaterals, also where cells inside are tangled.
 
     Parameters
     ----------
     points
         (n, 3) coordinates.
-    quads
-        (k, 4) boundary quads, counter-clockwise seen from outside.
+    faces
+        Counter-clockwise seen from outside.
 
     Examples
     --------
@@ -31,12 +64,19 @@ def enclosed_volume(points: Field, quads: Ints) -> float:
     >>> round(enclosed_volume(points, boundary_quads(cells)[0]), 14)
     6.0
     """
-    total, one, other = _diagonals(points, quads)
-    return float(np.einsum("ki,ki->", total, np.cross(one, other))) / 24.0
+    faces = Faces.of(faces)
+    centred = points - points[faces.nodes()].mean(axis=0)
+    a, b, c = np.moveaxis(centred[faces.triangles], 1, 0)
+    x = centred[faces.quads]
+    diagonals = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    cones = np.einsum("ki,ki->", a, np.cross(b, c)) / 6.0
+    return float(cones + np.einsum("ki,ki->", x.sum(axis=1), diagonals) / 24.0)
 
 
-def nodal_area_vectors(points: Field, quads: Ints) -> Field:
-    """(n, 3) integral of normal times shape function over bilinear quads: the gradient of the enclosed volume.
+def nodal_area_vectors(points: Field, faces: Faces | Ints) -> Field:
+    """(n, 3) integral of normal times shape function over a surface: the gradient of the enclosed volume.
+
+    Its direction is the normal at a node (a lumped, area-weighted one).
 
     Examples
     --------
@@ -46,13 +86,13 @@ def nodal_area_vectors(points: Field, quads: Ints) -> Field:
     >>> nodal_area_vectors(points, boundary_quads(cells)[0])[7]  # the corner (1, 1, 1)
     array([0.25, 0.25, 0.25])
     """
-    total, one, other = _diagonals(points, quads)
-    area, turned_one, turned_other = np.cross(one, other), np.cross(total, one), np.cross(other, total)
-    vectors = np.zeros_like(points)
-    shares = (area - turned_other, area - turned_one, area + turned_other, area + turned_one)
-    for corner, share in enumerate(shares):
-        np.add.at(vectors, quads[:, corner], share / 24.0)
-    return vectors
+    faces = Faces.of(faces)
+    x = points[faces.quads]
+    at_corners = np.cross(np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x)
+    thirds = np.repeat(face_area_vectors(points, faces.triangles) / 3.0, 3, axis=0)
+    values = np.concatenate([thirds, np.einsum("ij,mjx->mix", _QUAD_MASS, at_corners).reshape(-1, 3)])
+    sums = [np.bincount(faces.corners, values[:, axis], len(points)) for axis in range(3)]
+    return np.stack(sums, axis=1).astype(np.float64)
 
 
 def simpson_mean(area_vectors: Callable[[Field], Field], points: Field, moved: Field) -> Field:
@@ -69,9 +109,3 @@ def simpson_mean(area_vectors: Callable[[Field], Field], points: Field, moved: F
     """
     half = area_vectors(0.5 * (points + moved))
     return (area_vectors(points) + 4.0 * half + area_vectors(moved)) / 6.0
-
-
-def _diagonals(points: Field, quads: Ints) -> tuple[Field, Field, Field]:
-    """Of every quad the sum of its nodes and its two diagonals; from one of the nodes, for the sake of digits."""
-    a, b, c, d = np.moveaxis(points[quads] - points[quads[0, 0]], 1, 0)
-    return a + b + c + d, c - a, d - b

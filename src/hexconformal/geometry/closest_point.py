@@ -119,6 +119,12 @@ class SurfaceLocator:
         """Faces that share a node with each face, itself among them: (f + 1,) offsets and their ids."""
         return _sharing_a_node(self.faces, len(self.points), ascending=True)
 
+    def neighbours_of_same(self, labels: Ints) -> tuple[Ints, Ints]:
+        """The neighbours that have the same label (f,) as each face: (f + 1,) offsets and their ids."""
+        offsets, ids = self.neighbours
+        same = labels[ids] == np.repeat(labels, np.diff(offsets))
+        return np.concatenate([[0], np.cumsum(same)])[offsets], ids[same]
+
     @cached_property
     def boxes(self) -> Floats:
         """(f, 2, 3) lower and upper corner of the box around each face."""

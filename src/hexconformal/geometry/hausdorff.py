@@ -1,7 +1,8 @@
-"""Hausdorff distance between two surfaces of bilinear quads or triangles, in both directions, to a tolerance."""
+"""Hausdorff distance between surfaces of triangles and bilinear quadrilaterals, both ways, to a tolerance."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,13 +11,16 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from ..mesh import face_edges, unique_edges
+from .area_vectors import face_area_vectors, unit_vectors
 from .bilinear_surface import BilinearSurface, bilinear_grid, needed_parts
 from .closest_point import ClosestPoints, SurfaceLocator
+from .faces import Faces
 
-__all__ = ["distance_between", "hausdorff", "peaks", "surface_samples"]
+__all__ = ["distance_between", "faces_beyond", "hausdorff", "peaks", "surface_samples"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 _TOLERANCE = 1e-4  # of diagonals, where none is given
 _RELATIVE = 0.02  # of the distance itself: this close is as good
@@ -95,17 +99,22 @@ def peaks(
 
 
 def hausdorff(
-    points: Floats, reference: Floats, quads: Ints, tolerance: float | None = None, least: float = 0.0
+    points: Floats,
+    reference: Floats,
+    faces: Faces | Ints,
+    tolerance: float | None = None,
+    least: float = 0.0,
+    relative: float = _RELATIVE,
 ) -> float:
-    """Largest distance between two positions of a surface of bilinear quads, taken in both directions.
+    """Largest distance between two positions of a surface, taken in both directions.
 
     Parameters
     ----------
     points, reference
         (n, 3) coordinates of the two.
-    quads
-        (q, 4) nodes in cyclic order.
-    tolerance, least
+    faces
+        Triangles and bilinear quadrilaterals.
+    tolerance, least, relative
         See :func:`distance_between`.
 
     Returns
@@ -120,10 +129,11 @@ def hausdorff(
     >>> round(hausdorff(1.1 * points, points, boundary_quads(cells)[0]), 12) == round(0.1 * 3**0.5, 12)
     True
     """
-    # Its own quad on the other surface is the best first guess, the whole surface is searched.
-    near = np.arange(len(quads))
+    # Its own face on the other surface is the best first guess, the whole surface is searched.
+    table = Faces.of(faces).table
+    near = np.arange(len(table))
     return distance_between(
-        SurfaceLocator(points, quads), SurfaceLocator(reference, quads), (near, near), tolerance, least
+        SurfaceLocator(points, table), SurfaceLocator(reference, table), (near, near), tolerance, least, relative
     )
 
 
@@ -133,8 +143,9 @@ def distance_between(
     near: tuple[Ints | None, Ints | None] = (None, None),
     tolerance: float | None = None,
     least: float = 0.0,
+    relative: float = _RELATIVE,
 ) -> float:
-    """Largest distance between two surfaces of bilinear quads or triangles, taken in both directions.
+    """Largest distance between two surfaces of triangles and bilinear quadrilaterals, taken in both directions.
 
     Starting with the faces themselves, patches of a surface are cut in four as long as points on them may be farther
     from the other surface than any looked at so far: a patch is no farther away than its corners are from one face of
@@ -148,30 +159,74 @@ def distance_between(
     near
         For the faces of each the faces of the other that are probably close, to save time.
     tolerance
-        How far below the distance the one returned may be, in units of length, if that is more than a fiftieth of it;
-        default 1e-4 of the diagonal.
+        How far below the distance the one returned may be, in units of length; default 1e-4 of the diagonal.
     least
         Distance that is returned where there is none above it: with it, it goes faster.
+    relative
+        How far below, as a share of the distance, if that is more.
 
     Returns
     -------
     The distance in units of length.
     """
+    tolerance, ways = _both_ways(one, other, near, tolerance)
+    least = max(least, *(float(patches.distances.max(initial=0.0)) for patches in ways))
+    found = [distances.max() for patches in ways for _, distances, _ in patches.levels(least, tolerance, relative)]
+    return float(max(least, *found))
+
+
+def faces_beyond(
+    one: SurfaceLocator,
+    other: SurfaceLocator,
+    bound: float,
+    near: tuple[Ints | None, Ints | None] = (None, None),
+    tolerance: float | None = None,
+) -> Mask:
+    """Find the faces of a surface to which a distance of :func:`distance_between` is due that is more than a bound.
+
+    Parameters
+    ----------
+    one, other, near, tolerance
+        See :func:`distance_between`.
+    bound
+        In units of length.
+
+    Returns
+    -------
+    (f,) the faces of `one` with a place farther than that from `other`, or closest to such a place of it.
+
+    Examples
+    --------
+    >>> strip = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0]])
+    >>> quads, lifted = np.array([[0, 1, 4, 3], [1, 2, 5, 4]]), strip.copy()
+    >>> lifted[[2, 5], 2] = 0.1
+    >>> flat, bent = SurfaceLocator(strip, quads), SurfaceLocator(lifted, quads)
+    >>> round(distance_between(bent, flat), 12), faces_beyond(bent, flat, 0.01)
+    (0.1, array([False,  True]))
+    """
+    tolerance, ways = _both_ways(one, other, near, tolerance)
+    beyond = np.zeros(len(one.faces), dtype=bool)
+    for backward, patches in enumerate(ways):
+        for owners, distances, below in patches.levels(bound, tolerance):
+            patch, place = np.nonzero(distances > bound)
+            beyond[patches.surface.parents[below[patch, place]] if backward else owners[patch]] = True
+    return beyond
+
+
+def _both_ways(
+    one: SurfaceLocator, other: SurfaceLocator, near: tuple[Ints | None, Ints | None], tolerance: float | None
+) -> tuple[float, list[_Patches]]:
+    """The tolerance, and the patches of each surface, measured against the other one."""
     if tolerance is None:
         tolerance = _TOLERANCE * float(np.linalg.norm(np.ptp(other.points[np.unique(other.faces)], axis=0)))
-    ways = [
-        _Patches.of(this, _followed(that, tolerance), guess)
-        for (this, that), guess in zip(((one, other), (other, one)), near, strict=True)
-    ]
-    worst = max(least, *(patches.worst for patches in ways))
-    return max(patches.farthest(worst, tolerance) for patches in ways)
+    ways = zip(((one, other), (other, one)), near, strict=True)
+    return tolerance, [_Patches.of(this, _followed(that, tolerance), guess) for (this, that), guess in ways]
 
 
 def _followed(surface: SurfaceLocator, tolerance: float) -> BilinearSurface:
     """The surface by triangles that are close to it; triangles are quads, two corners of which are one."""
     quads = surface.faces[:, [0, 1, 2, -1]]
-    parts = np.ones(len(quads), dtype=np.int64)
-    parts = parts if surface.faces.shape[1] == 3 else needed_parts(surface.points, quads, tolerance)
+    parts = np.where(quads[:, 2] == quads[:, 3], 1, needed_parts(surface.points, quads, tolerance))
     followed = BilinearSurface(surface.points, quads, parts)
     if parts.max() == 1:
         followed.__dict__["locator"] = surface
@@ -185,17 +240,20 @@ class _Patches:
     Attributes
     ----------
     surface
-        The other surface, as small quads or triangles.
+        The other surface.
+    owners
+        (p,) the face that each is a part of.
     corners
         (p, 4, 3) positions.
-    distances, faces
-        (p, 4) of the corners from the other surface, and the face of it that is closest.
+    distances, below
+        (p, 4) of the corners from the other surface, and the small quad of it that is closest.
     """
 
-    surface: SurfaceLocator
+    surface: BilinearSurface
+    owners: Ints
     corners: Floats
     distances: Floats
-    faces: Ints
+    below: Ints
 
     @classmethod
     def of(cls, this: SurfaceLocator, that: BilinearSurface, near: Ints | None) -> _Patches:
@@ -204,44 +262,53 @@ class _Patches:
         start = None if near is None else that.first[near[first // this.faces.shape[1]]]
         there = that.locator.closest(this.points[nodes], start)
         at = at.reshape(this.faces.shape)[:, [0, 1, 2, -1]]
-        return cls(that.locator, this.points[nodes][at], there.distances[at], there.faces[at])
+        return cls(that, np.arange(len(at)), this.points[nodes][at], there.distances[at], there.faces[at])
 
-    @property
-    def worst(self) -> float:
-        """Largest distance of a corner."""
-        return float(self.distances.max(initial=0.0))
+    def levels(
+        self, least: float, tolerance: float, relative: float | None = None
+    ) -> Iterator[tuple[Ints, Floats, Ints]]:
+        """Measure patches, then the quarters of those that may be more than a tolerance beyond a distance, and so on.
 
-    def farthest(self, worst: float, tolerance: float) -> float:
-        """Largest distance of any place on the patches, if it is more than `worst` and a tolerance."""
-        patches, normals = self, _normals(self.surface)
-        for _ in range(_MOST_CUTS):
+        If a relative tolerance is given, too, that distance becomes the largest one found; otherwise a patch with a
+        place beyond it is cut no further.
+
+        Yields the faces (p,) that patches are parts of, distances (p, 5) of their corners and centres, and the small
+        quads (p, 5) that these are closest to.
+        """
+        patches, other = self, self.surface.locator
+        normals = unit_vectors(face_area_vectors(other.points, other.faces))
+        for _ in range(_MOST_CUTS + 1):
             centres = patches.corners.mean(axis=1)
-            there = self.surface.closest(centres, patches.faces[:, 0])
-            worst = max(worst, float(there.distances.max(initial=0.0)))
-            enough = worst + max(tolerance, _RELATIVE * worst)
+            there = other.closest(centres, patches.below[:, 0])
+            distances = np.column_stack([patches.distances, there.distances])
+            yield patches.owners, distances, np.column_stack([patches.below, there.faces])
+            if relative is not None:
+                least = max(least, float(distances.max()))
+                tolerance = max(tolerance, relative * least)
+            limit = least + tolerance
             radius = np.sqrt(((patches.corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
-            cosine = np.einsum("pki,pi->pk", normals[patches.faces], normals[there.faces]).min(axis=1).clip(0.0, 1.0)
+            cosine = np.einsum("pki,pi->pk", normals[patches.below], normals[there.faces]).min(axis=1).clip(0.0, 1.0)
             bend = np.sqrt((1.0 - cosine) / (1.0 + cosine))  # the tangent of half the angle between normals
-            most = np.maximum(patches.distances.max(axis=1), there.distances) + radius * bend
-            left = np.flatnonzero(np.minimum(most, there.distances + radius) > enough)
-            to_one = self.surface.distances_to(patches.corners[left].reshape(-1, 3), np.repeat(there.faces[left], 4))
-            left = left[to_one.reshape(-1, 4).max(axis=1) > enough]
+            most = distances.max(axis=1) + radius * bend
+            unknown = (distances <= least).all(axis=1) if relative is None else True
+            left = np.flatnonzero((np.minimum(most, there.distances + radius) > limit) & unknown)
+            to_one = other.distances_to(patches.corners[left].reshape(-1, 3), np.repeat(there.faces[left], 4))
+            left = left[to_one.reshape(-1, 4).max(axis=1) > limit]
             if len(left) == 0:
                 break
             patches = patches._quartered(left, centres, there)
-            worst = max(worst, patches.worst)
-        return worst
 
     def _quartered(self, which: Ints, centres: Floats, there: ClosestPoints) -> _Patches:
         """The quarters of some patches, of all of which the centres are known and what is closest to them."""
-        corners, faces = self.corners[which], self.faces[which]
+        corners, below = self.corners[which], self.below[which]
         middle = 0.5 * (corners + np.roll(corners, -1, axis=1))
-        between = self.surface.closest(middle.reshape(-1, 3), faces.ravel())
+        between = self.surface.locator.closest(middle.reshape(-1, 3), below.ravel())
         return _Patches(
             self.surface,
+            np.repeat(self.owners[which], 4),
             _quarters(corners, middle, centres[which]),
             _quarters(self.distances[which], between.distances.reshape(-1, 4), there.distances[which]),
-            _quarters(faces, between.faces.reshape(-1, 4), there.faces[which]),
+            _quarters(below, between.faces.reshape(-1, 4), there.faces[which]),
         )
 
 
@@ -250,10 +317,3 @@ def _quarters(corners: Any, middle: Any, centre: Any) -> Any:
     centre = np.broadcast_to(centre[:, None], corners.shape)
     quarters = np.stack([corners, middle, centre, np.roll(middle, 1, axis=1)], axis=2)
     return quarters.reshape(-1, *corners.shape[1:])
-
-
-def _normals(surface: SurfaceLocator) -> Floats:
-    """(f, 3) unit normals."""
-    x = surface.points[surface.faces]
-    normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None])

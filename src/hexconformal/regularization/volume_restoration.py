@@ -67,7 +67,7 @@ def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume:
 
 def _move_by_volume(points: Field, direction: Field, quads: Ints, gap: float) -> Field:
     """The points moved so far along the direction that the volume grows by the gap, by iterating on N~."""
-    area_vectors = partial(nodal_area_vectors, quads=quads)
+    area_vectors = partial(nodal_area_vectors, faces=quads)
     length = 0.0
     for _ in range(30):
         moved = points + length * direction

@@ -113,7 +113,11 @@ class MatrixFreeEquation:
     first: float
     frozen: bool = False
     schedule: NewtonSchedule = field(default_factory=NewtonSchedule)
-    needs_gradients: bool = True
+
+    @property
+    def needs_gradients(self) -> bool:
+        """They cost little beside the values."""
+        return True
 
     def solve(self, current: Iterate) -> tuple[Iterate, Field]:
         """The iterate as it is seen from itself, and the direction from it."""
@@ -161,7 +165,11 @@ class ConvexEquation:
     rounding: float = 0.0
     shift: float | None = None
     schedule: NewtonSchedule = field(default_factory=NewtonSchedule)
-    needs_gradients: bool = False
+
+    @property
+    def needs_gradients(self) -> bool:
+        """They come with the next assembly."""
+        return False
 
     def solve(self, current: Iterate) -> tuple[Iterate, Field]:
         """The iterate as it is seen from itself, and the direction from it."""

@@ -1,21 +1,17 @@
-"""Constraints that keep the shape: features, the saddle-point problem (17, 18), projection, distance from the input.
+"""Constraints that keep the shape: what holds nodes, the saddle-point problem (17, 18), projection.
 
 Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `hexconformal.kernel`,
-`hexconformal.elements`, `hexconformal.mesh`, `hexconformal.energy`, `hexconformal.geometry`, `hexconformal.solver`,
-`mesh` and `energy`.
+`hexconformal.geometry`, `hexconformal.mesh`, `hexconformal.energy`, `hexconformal.solver`, `mesh` and `energy`.
 """
 
-from .features import CORNER, SMOOTH, Features, find_features, held_projectors
+from .features import find_features, held_projectors
 from .input_surface import InputSurface
 from .saddle_point import NORMALS, ConstrainedSystem, constrained_system
 from .smooth_projection import SmoothProjection
 
 __all__ = [
-    "CORNER",
     "NORMALS",
-    "SMOOTH",
     "ConstrainedSystem",
-    "Features",
     "InputSurface",
     "SmoothProjection",
     "constrained_system",

@@ -5,52 +5,34 @@ A node is *smooth* (moves in its tangent plane), on a *curve* (moves along it) o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import OptionError, first_ids
-from hexconformal.mesh import connected_components
+from hexconformal.geometry import (
+    CORNER,
+    CURVE,
+    EdgeTable,
+    Faces,
+    Features,
+    edge_table,
+    find_creases,
+    nonmanifold_nodes,
+    unit_vectors,
+)
 
-from ..mesh import Cells, EdgeTable, Floats, Ints, edge_table, unit_vectors
-from .creases import curve_ends, find_creases
+from ..mesh import Floats
 
-__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "curve_tangents", "find_features", "held_projectors"]
-
-SMOOTH, CURVE, CORNER = 0, 1, 2
-
-
-@dataclass(frozen=True, eq=False)
-class Features:
-    """Feature curves and corners of a surface, and its smooth patches.
-
-    Attributes
-    ----------
-    kind
-        (n,) SMOOTH, CURVE or CORNER.
-    edges
-        (e, 2) edges of all feature curves, boundaries included.
-    curves
-        (e,) the curve each belongs to; curves end at corners.
-    patches
-        (m,) smooth patch of each cell; patches end at curves.
-    """
-
-    kind: NDArray[np.int8]
-    edges: Ints
-    curves: Ints
-    patches: Ints
+__all__ = ["curve_tangents", "find_features", "held_projectors"]
 
 
 def find_features(
     points: Floats,
-    cells: Cells,
+    cells: Faces,
     angle: float | None = 50.0,
     edges: ArrayLike | None = None,
     fixed: NDArray[np.bool_] | None = None,
     boundary: str = "slide",
-    turn: float = 40.0,
 ) -> Features:
     """Find the feature curves and corners.
 
@@ -60,15 +42,13 @@ def find_features(
         The surface.
     angle
         Edges whose two cells meet at more than this (degrees between their normals) are sharp, unless they are noise
-        (:func:`surface.constraint.creases.find_creases`); None: none are.
+        (:func:`hexconformal.geometry.find_creases`); None: none are.
     edges
         (k, 2) sharp edges given besides.
     fixed
         (n,) nodes that stay.
     boundary
         "slide": nodes of open boundaries move along them, "fixed": they stay.
-    turn
-        A curve that turns by more than this (degrees) has a corner there.
 
     Raises
     ------
@@ -78,27 +58,22 @@ def find_features(
     Examples
     --------
     >>> x, y = np.meshgrid(np.arange(3.0), np.arange(3.0))
-    >>> grid = Cells(np.empty((0, 3), np.int64), np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]))
+    >>> grid = Faces(np.empty((0, 3), np.int64), np.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]))
     >>> find_features(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), grid).kind
     array([2, 1, 2, 1, 0, 1, 2, 1, 2], dtype=int8)
     """
     table = edge_table(cells)
-    count = len(points)
-    border = table.counts != 2
-    sharp = border.copy()
-    if angle is not None:
-        sharp |= find_creases(points, cells, table, angle, turn)
-    if edges is not None:
-        sharp |= _given(table, edges, count)
-    kind = np.full(count, SMOOTH, dtype=np.int8)
-    feature = table.nodes[sharp]
-    kind[feature] = CURVE
-    kind[curve_ends(points, feature, turn)] = CORNER
+    sharp = table.counts != 2
+    stops = nonmanifold_nodes(cells, table, len(points))
     if boundary == "fixed":
-        kind[table.nodes[border]] = CORNER
+        stops[table.nodes[sharp]] = True
     if fixed is not None:
-        kind[fixed] = CORNER
-    return Features(kind, feature, _curves(feature, kind), _patches(table, sharp, len(cells)))
+        stops |= fixed
+    if angle is not None:
+        sharp |= find_creases(points, cells, table, angle)
+    if edges is not None:
+        sharp |= _given(table, edges, len(points))
+    return Features.along(points, cells, table, np.flatnonzero(sharp), stops)
 
 
 def _given(table: EdgeTable, edges: ArrayLike, count: int) -> NDArray[np.bool_]:
@@ -111,25 +86,6 @@ def _given(table: EdgeTable, edges: ArrayLike, count: int) -> NDArray[np.bool_]:
     if len(bad):
         raise OptionError(f"feature edges must be edges of the surface, these are not: {first_ids(bad)}")
     return np.isin(keys, wanted)
-
-
-def _curves(edges: Ints, kind: NDArray[np.int8]) -> Ints:
-    """(e,) curve of each edge: edges are joined at nodes that are no corners."""
-    if len(edges) == 0:
-        return np.empty(0, dtype=np.int64)
-    owner = np.tile(np.arange(len(edges)), 2)
-    node = edges.T.ravel()
-    free = kind[node] == CURVE
-    # A graph of the edges, and of the nodes behind them.
-    return connected_components(np.stack([owner[free], len(edges) + node[free]]).T, len(edges) + len(kind))[
-        : len(edges)
-    ]
-
-
-def _patches(table: EdgeTable, sharp: NDArray[np.bool_], count: int) -> Ints:
-    """(m,) patch of each cell: cells are joined across edges that are not sharp."""
-    inside = ~sharp & (table.cells >= 0).all(axis=1)
-    return connected_components(table.cells[inside], count)
 
 
 def held_projectors(vectors: Floats, points: Floats, features: Features) -> Floats:

@@ -5,15 +5,28 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.elements import face_area_vectors
-from hexconformal.geometry import ClosestPoints, SurfaceLocator
-from hexconformal.mesh import corner_incidences, face_edges, unique_edges
+from hexconformal.geometry import (
+    ClosestPoints,
+    Faces,
+    SurfaceLocator,
+    edge_table,
+    face_area_vectors,
+    faces_beyond,
+    fan_triangles,
+    hausdorff,
+    unit_vectors,
+)
+from hexconformal.mesh import corner_incidences
 
-from ..mesh import Cells, Floats, Ints, area_vectors, fan_triangles, unit_vectors
+from ..mesh import Floats, Ints
 
 __all__ = ["InputSurface", "corner_normals"]
 
 _MARGIN = 0.08  # of the bound
+_ACCURACY, _TOLERANCE = 1e-3, 2e-5  # of distances between all places: relative, or in diagonals, what is more
+# Where edges of the input are looked at, and how much more than the bound is left there: the quarters are for edges so
+# long that more than their midpoints may be uncovered.
+_ON_EDGES = ((0.5, 1.0), (0.25, 1.08), (0.75, 1.08))
 _ON_EDGE = 1e-7  # weight of a corner below which a place lies on the edge opposite
 
 
@@ -33,24 +46,27 @@ class InputSurface:
         Whether at least one is that turns over because it comes closer to another sheet of the input than to its own.
     """
 
-    def __init__(self, points: Floats, cells: Cells) -> None:
-        self._cells = cells
+    def __init__(self, points: Floats, cells: Faces) -> None:
+        self._points, self._cells = points, cells
+        self._tolerance = _TOLERANCE * float(np.linalg.norm(np.ptp(points[cells.nodes()], axis=0)))
         vertices, self._faces, self._owners = fan_triangles(points, cells)
         self._surface = SurfaceLocator(vertices, self._faces)
         self._vectors = face_area_vectors(vertices, self._faces)
         self._corners = corner_incidences(self._faces, len(vertices))
-        self._samples = samples(points, cells)
         # Where closest points were found last is where to look next.
         self._centre_faces = self._accepted_faces = np.arange(len(cells))
-        # Nodes and edge midpoints of the input, and a face each lies on.
-        ends = face_edges(self._faces)
-        place = np.repeat(np.arange(len(self._faces)), 3)
-        vertex, node = np.unique(self._faces.ravel(), return_index=True)
-        edge = unique_edges(ends).first
-        self._places = np.concatenate([vertices[self._faces.ravel()[node]], vertices[ends[edge]].mean(axis=1)])
-        self._backward_faces = np.concatenate([place[node], place[edge]])
-        self._nodes = vertex[vertex < len(points)]
-        self._node_faces = place[node][: len(self._nodes)]
+        # Nodes of the input, places on its edges, a face on which each lies, and what share of the bound holds there.
+        node = np.unique(self._faces, return_index=True)[1]
+        edges = edge_table(self._faces)
+        beside = np.unique(edges.of_corners, return_index=True)[1] // 3
+        a, b = np.moveaxis(vertices[edges.nodes], 1, 0)
+        on_edges = [(1 - share) * a + share * b for share, _ in _ON_EDGES]
+        self._places = np.concatenate([vertices[self._faces.ravel()[node]], *on_edges])
+        self._backward_faces = np.concatenate([node // 3, *([beside] * len(_ON_EDGES))])
+        self._room = np.repeat([1.0, *(room for _, room in _ON_EDGES)], [len(node), *([len(a)] * len(_ON_EDGES))])
+        self._nodes = self._faces.ravel()[node]
+        self._nodes = self._nodes[self._nodes < len(points)]
+        self._node_faces = self._backward_faces[: len(self._nodes)]
         self._distances = self._accepted = (
             np.zeros(len(cells)),
             np.zeros(len(self._places)),
@@ -60,29 +76,15 @@ class InputSurface:
         self._measured: Floats | None = None
         self._turned = self._accepted_turned = np.zeros(len(cells), dtype=bool)
 
-    def distances(self, points: Floats) -> tuple[Floats, Floats]:
-        """From samples (vertices, edge midpoints, centres) of a surface to the input, and from the input's to it."""
-        there = self._surface.closest(samples(points, self._cells)).distances
-        back = self._moved(points).closest(self._samples).distances
-        return there, back
-
     def hausdorff(self, points: Floats) -> float:
-        """Symmetric Hausdorff distance of the samples."""
-        there, back = self.distances(points)
-        return float(max(there.max(initial=0.0), back.max(initial=0.0)))
+        """Hausdorff distance of a surface from the input, both ways."""
+        return hausdorff(points, self._points, self._cells, self._tolerance, relative=_ACCURACY)
 
-    def nodes_out_of_bounds(self, points: Floats, bound: float) -> NDArray[np.bool_]:
-        """(n,) nodes of cells with samples farther than `bound` from the input, or closest to such samples of it."""
-        result = np.zeros(len(points), dtype=bool)
-        far = self._surface.closest(samples(points, self._cells)).distances > bound
-        at, between, *inside = np.split(far, np.cumsum([len(self._cells.nodes()), len(self._cells.edges())]))
-        result[self._cells.nodes()[at]] = True
-        result[self._cells.edges()[between]] = True
-        there = self._moved(points).closest(self._samples)
-        cells = np.concatenate(inside)
-        cells[self._owners[there.faces[there.distances > bound]]] = True
-        result[self._cells.corners_of(cells)] = True
-        return result
+    def cells_beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
+        """(m,) cells with places farther than `bound` from the input, or closest to such places of it."""
+        own = np.arange(len(self._cells))
+        moved, given = (SurfaceLocator(x, self._cells.table) for x in (points, self._points))
+        return faces_beyond(moved, given, bound, (own, own), self._tolerance)
 
     def cells_out_of_bounds(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(m,) cells with centres or nodes farther than `bound` from the input, or closest to a part that is uncovered.
@@ -107,10 +109,10 @@ class InputSurface:
         bad = ahead > np.maximum(limit, self._accepted[0])
         # A part of the input that no cell comes near counts against the closest cell.
         owners = self._owners[below]
-        bad[owners[behind > np.maximum(limit[owners], self._accepted[1])]] = True
+        bad[owners[behind > np.maximum(self._room * limit[owners], self._accepted[1])]] = True
         out = np.zeros(len(points), dtype=bool)
         out[self._nodes] = above > np.maximum(bound * (1 + _MARGIN), self._accepted[2])
-        bad |= np.concatenate([out[table].any(axis=1) for table in (self._cells.triangles, self._cells.quads)])
+        bad |= self._cells.any_of(out)
         self._measured, self._turned = points, self._against(points, found)
         over = self._turned & ~self._accepted_turned
         if not self.forbid_turning:
@@ -133,14 +135,14 @@ class InputSurface:
     def _on_other_sheets(self, points: Floats, over: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(m,) cells turned over only because another sheet of the input is closest, not the one they came from."""
         ids = np.flatnonzero(over)
-        below = self._surface.closest_by_walk(_centres(points, self._cells)[ids], self._accepted_faces[ids])
+        below = self._surface.closest_by_walk(self._cells.centres(points)[ids], self._accepted_faces[ids])
         result = np.zeros_like(over)
-        result[ids] = (area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
+        result[ids] = (face_area_vectors(points, self._cells)[ids] * self._vectors[below.faces]).sum(axis=1) > 0
         return result
 
     def _against(self, points: Floats, below: ClosestPoints) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against that of the input, of which the closest points are given."""
-        own = area_vectors(points, self._cells)
+        own = face_area_vectors(points, self._cells)
         turned = (own * self._vectors[below.faces]).sum(axis=1) <= 0
         # All facets that share the corners between which a place on an edge or at a node lies.
         offsets, incidences = self._corners
@@ -156,7 +158,7 @@ class InputSurface:
         return np.asarray(turned)
 
     def _closest_to_centres(self, points: Floats) -> ClosestPoints:
-        found = self._surface.closest(_centres(points, self._cells), self._centre_faces)
+        found = self._surface.closest(self._cells.centres(points), self._centre_faces)
         self._centre_faces = found.faces
         return found
 
@@ -182,12 +184,3 @@ def corner_normals(points: Floats, faces: Ints, patches: Ints) -> Floats:
     weights = (np.repeat(vectors[:, i], 3) for i in range(3))
     sums = np.stack([np.bincount(inverse.ravel(), w).astype(np.float64) for w in weights], axis=1)
     return unit_vectors(sums)[inverse.ravel()].reshape(-1, 3, 3)
-
-
-def samples(points: Floats, cells: Cells) -> Floats:
-    """Nodes, edge midpoints and cell centres of a surface."""
-    return np.concatenate([points[cells.nodes()], points[cells.edges()].mean(axis=1), _centres(points, cells)])
-
-
-def _centres(points: Floats, cells: Cells) -> Floats:
-    return np.concatenate([points[table].mean(axis=1) for table in cells.groups()])

@@ -18,12 +18,12 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from hexconformal.energy import BlockMatrix
-from hexconformal.geometry import simpson_mean
+from hexconformal.geometry import Faces, Features, nodal_area_vectors, nodal_areas, simpson_mean
 from hexconformal.solver import solve_blocks
 
 from ..energy import SurfaceEnergy
-from ..mesh import Cells, Floats, nodal_area_vectors, nodal_areas
-from .features import Features, held_projectors
+from ..mesh import Floats
+from .features import held_projectors
 
 __all__ = ["NORMALS", "ConstrainedSystem", "constrained_system", "constraint_normals", "displacement"]
 
@@ -36,7 +36,7 @@ _CG_ITERATIONS, _CG_TOLERANCE = 300, 1e-6  # the tolerance only where no factori
 def displacement(
     energy: SurfaceEnergy,
     points: Floats,
-    cells: Cells,
+    cells: Faces,
     features: Features,
     eps: float = 1e-5,
     normal: str = "middle",
@@ -78,7 +78,7 @@ def constrained_system(
     hessian: sparse.bsr_matrix,
     points: Floats,
     v: Floats,
-    cells: Cells,
+    cells: Faces,
     features: Features,
     eps: float,
     normal: str,
@@ -89,7 +89,7 @@ def constrained_system(
     return ConstrainedSystem(hessian, held, nodal_areas(points, cells) / eps, moving)
 
 
-def constraint_normals(points: Floats, moved: Floats, cells: Cells, normal: str = "middle") -> Floats:
+def constraint_normals(points: Floats, moved: Floats, cells: Faces, normal: str = "middle") -> Floats:
     """(n, 3) nodal area vectors N~ that a displacement should be orthogonal to.
 
     Parameters
@@ -107,7 +107,7 @@ def constraint_normals(points: Floats, moved: Floats, cells: Cells, normal: str 
         return nodal_area_vectors(points, cells)
     if normal == "middle":
         return nodal_area_vectors((points + moved) / 2, cells)
-    return simpson_mean(partial(nodal_area_vectors, cells=cells), points, moved)
+    return simpson_mean(partial(nodal_area_vectors, faces=cells), points, moved)
 
 
 class ConstrainedSystem:

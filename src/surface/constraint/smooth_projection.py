@@ -10,17 +10,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexconformal.geometry import closest_on_triangle
+from hexconformal.geometry import (
+    CORNER,
+    CURVE,
+    SMOOTH,
+    Faces,
+    Features,
+    SurfaceLocator,
+    fan_triangles,
+    unit_vectors,
+    walk,
+)
 from hexconformal.kernel import add, algebra, combine, dot, loop, parallel_ranges, scale, subtract
-from hexconformal.mesh import corner_incidences
 
-from ..mesh import Cells, Floats, Ints, fan_triangles, unit_vectors
-from .features import CORNER, CURVE, SMOOTH, Features, curve_tangents
+from ..mesh import Floats, Ints
+from .features import curve_tangents
 from .input_surface import corner_normals
 
 __all__ = ["SmoothProjection"]
-
-_MOST_FACETS = 60  # facets a node may walk over in one projection
 
 
 @algebra
@@ -29,33 +36,11 @@ def _row(array, i):  # type: ignore[no-untyped-def]
 
 
 @loop
-def _nearest(query, place, points, facets, labels, offsets, incidences, best):  # type: ignore[no-untyped-def]
-    """Walk from a facet to neighbours of the same label while that helps; weights of the closest point in `best`."""
-    nearest, here, start = np.inf, place, -1
-    for _ in range(_MOST_FACETS):
-        if here == start:
-            break
-        start = here
-        for corner in range(3):
-            node = facets[start, corner]
-            for i in range(offsets[node], offsets[node + 1]):
-                facet = incidences[i] // 3
-                if labels[facet] != labels[start]:
-                    continue
-                a, b, c = _row(points, facets[facet, 0]), _row(points, facets[facet, 1]), _row(points, facets[facet, 2])
-                u, v, w = closest_on_triangle(query, a, b, c)
-                r = subtract(combine(1.0, combine(u, a, v, b), w, c), query)
-                d = dot(r, r)
-                if d < nearest * (1.0 - 1e-12):
-                    nearest, here = d, facet
-                    best[0], best[1], best[2] = u, v, w
-    return here
-
-
-@loop
-def _bulging(first, last, points, facets, normals, labels, offsets, incidences, queries, places, results, upright):  # type: ignore[no-untyped-def]
+def _bulging(  # type: ignore[no-untyped-def]
+    first, last, triangles, boxes, curves, normals, offsets, ids, queries, places, results, upright
+):
     """Closest points of the target; a facet of a curve repeats its last node and has tangents for normals."""
-    w = np.empty(3)
+    found = np.empty(4)
     for k in range(first, last):
         place = places[k]
         query = _row(queries, k)
@@ -66,17 +51,17 @@ def _bulging(first, last, points, facets, normals, labels, offsets, incidences, 
         shift, flat, up = (0.0, 0.0, 0.0), query, (0.0, 0.0, 0.0)
         # The bulge moves the closest point sideways: ask again from where the facet would see it.
         for _ in range(3):
-            place = _nearest(subtract(query, shift), place, points, facets, labels, offsets, incidences, w)
-            a, b, c = facets[place, 0], facets[place, 1], facets[place, 2]
-            flat = combine(1.0, combine(w[0], _row(points, a), w[1], _row(points, b)), w[2], _row(points, c))
+            _, place = walk(subtract(query, shift), place, triangles, boxes, offsets, ids, found)
+            x, w = triangles[place, 0], found[1:]
+            flat = combine(1.0, combine(w[0], _row(x, 0), w[1], _row(x, 1)), w[2], _row(x, 2))
             shift = up = (0.0, 0.0, 0.0)
             for corner in range(3):
                 n = _row(normals[place], corner)
                 up = combine(1.0, up, w[corner], n)
-                across = subtract(_row(points, facets[place, corner]), flat)
+                across = subtract(_row(x, corner), flat)
                 height = dot(across, n)
                 # On a curve n is the tangent: what is left of it is across.
-                across = combine(1.0, across, -height, n) if b == c else scale(height, n)
+                across = combine(1.0, across, -height, n) if place >= curves else scale(height, n)
                 shift = combine(1.0, shift, 0.5 * w[corner], across)
         results[k, 0], results[k, 1], results[k, 2] = add(flat, shift)
         upright[k, 0], upright[k, 1], upright[k, 2] = up
@@ -101,7 +86,7 @@ class SmoothProjection:
         (n,) the facet that each node lies on, where its next projection begins; -1 for nodes without a cell.
     """
 
-    def __init__(self, points: Floats, cells: Cells, features: Features) -> None:
+    def __init__(self, points: Floats, cells: Faces, features: Features) -> None:
         count = len(points)
         self.points, faces, owners = fan_triangles(points, cells)
         patches = features.patches[owners]
@@ -110,9 +95,11 @@ class SmoothProjection:
         curves = features.edges[:, [0, 1, 1]]
         tangents = self._curve_tangents(features)
         self.facets = np.concatenate([faces, curves])
-        self._labels = np.concatenate([patches, features.curves + patches.max(initial=0) + 1])
-        self._normals = np.concatenate([normals, tangents])
-        self._offsets, self._incidences = corner_incidences(self.facets, len(self.points))
+        self._faces, self._normals = len(faces), np.concatenate([normals, tangents])
+        self._locator = SurfaceLocator(self.points, self.facets)
+        # Nodes stay in their patch, or on their curve.
+        labels = np.concatenate([patches, features.curves + patches.max(initial=0) + 1])
+        self._neighbours = self._locator.neighbours_of_same(labels)
         self._kind = features.kind
         self.node_facets = self._first_facets(count, len(faces))
         self._base: Floats | None = None
@@ -121,8 +108,8 @@ class SmoothProjection:
         """Closest points of all nodes (n, 3), found by walking from where they are, their facets, and normals there."""
         results, places, normals = np.empty_like(queries), self.node_facets.copy(), np.empty_like(queries)
         parallel_ranges(
-            _bulging, len(queries), self.points, self.facets, self._normals, self._labels, self._offsets,
-            self._incidences, np.ascontiguousarray(queries), places, results, normals,
+            _bulging, len(queries), self._locator.triangles, self._locator.boxes, self._faces, self._normals,
+            *self._neighbours, np.ascontiguousarray(queries), places, results, normals,
         )  # fmt: skip
         results[self._kind == CORNER] = self.points[: len(queries)][self._kind == CORNER]
         return results, places, normals

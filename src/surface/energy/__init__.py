@@ -1,7 +1,7 @@
 """The conformal distortion of a surface (15), its barrier (16), and what cells should be conformal to.
 
 Belongs here: energies with derivatives, target shapes. Imports `hexconformal.common`, `hexconformal.kernel`,
-`hexconformal.mesh` and `mesh`.
+`hexconformal.mesh`, `hexconformal.geometry` and `mesh`.
 """
 
 from .barrier import Barrier

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from hexconformal.geometry import Faces
 from hexconformal.kernel import Vector, add, cross, dot, plane_density, plane_gradient, plane_normal, scale, subtract
 
-from ..mesh import Cells, Floats
+from ..mesh import Floats
 from .distortion_energy import SurfaceEnergy, corner_frames
 
 __all__ = ["Barrier"]
@@ -52,7 +53,7 @@ class Barrier(SurfaceEnergy):
 
     def __init__(
         self,
-        cells: Cells,
+        cells: Faces,
         shapes: tuple[Floats, Floats],
         count: int,
         m: float = np.inf,

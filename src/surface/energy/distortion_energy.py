@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from hexconformal.geometry import Faces, corner_triangles
 from hexconformal.kernel import (
     Vector,
     cross,
@@ -29,7 +30,7 @@ from hexconformal.kernel import (
 )
 from hexconformal.mesh import binary_search, corner_incidences, node_pattern
 
-from ..mesh import Cells, Floats, Ints, corner_triangles
+from ..mesh import Floats, Ints
 
 __all__ = ["ENERGIES", "Frames", "Quaternionic", "SurfaceEnergy", "corner_frames", "gauss_frames"]
 
@@ -73,7 +74,7 @@ def _triangle_gradients(shapes: Floats) -> Floats:
     return np.stack([-inverse.sum(axis=2), inverse[:, :, 0], inverse[:, :, 1]], axis=1)
 
 
-def corner_frames(cells: Cells, shapes: tuple[Floats, Floats]) -> Frames:
+def corner_frames(cells: Faces, shapes: tuple[Floats, Floats]) -> Frames:
     """One frame for each triangle, one at each corner of a quadrilateral: all have three nodes."""
     t, q = len(cells.triangles), len(cells.quads)
     quads = shapes[1]
@@ -86,7 +87,7 @@ def corner_frames(cells: Cells, shapes: tuple[Floats, Floats]) -> Frames:
     )
 
 
-def gauss_frames(cells: Cells, shapes: tuple[Floats, Floats]) -> Frames:
+def gauss_frames(cells: Faces, shapes: tuple[Floats, Floats]) -> Frames:
     """One frame for each triangle, the 2 x 2 Gauss points of each quadrilateral: exact for the frozen energy.
 
     Where there are quadrilaterals every frame has four nodes, the last of a triangle with no weight.
@@ -198,7 +199,7 @@ class Quaternionic(SurfaceEnergy):
         None: by the reference measure. It is frozen: the weights belong to the energy.
     """
 
-    def __init__(self, cells: Cells, shapes: tuple[Floats, Floats], count: int, metric: Floats | None = None) -> None:
+    def __init__(self, cells: Faces, shapes: tuple[Floats, Floats], count: int, metric: Floats | None = None) -> None:
         super().__init__(gauss_frames(cells, shapes), count)
         self._weights = self.frames.weights
         if metric is not None:

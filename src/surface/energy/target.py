@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.common import OptionError, array_of_numbers, first_ids
-from hexconformal.mesh import face_edges, unique_edges
+from hexconformal.geometry import Faces, corner_angles, edge_table
 
-from ..mesh import Cells, Floats, Ints, cell_angles
+from ..mesh import Floats, Ints
 
 __all__ = ["TARGETS", "flat_angles", "target_shapes", "triangle_from_angles"]
 
@@ -24,7 +24,7 @@ _AREA = np.sqrt(3.0) / 4.0
 _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
-def target_shapes(target: Any, points: Floats, cells: Cells) -> tuple[Floats, Floats]:
+def target_shapes(target: Any, points: Floats, cells: Faces) -> tuple[Floats, Floats]:
     """Perfect shapes of all cells.
 
     Parameters
@@ -69,14 +69,14 @@ def target_shapes(target: Any, points: Floats, cells: Cells) -> tuple[Floats, Fl
         given = array_of_numbers("target", getattr(target, "points", target))
         if given.shape != points.shape:
             raise OptionError(f"a target mesh must have points {points.shape}, not {given.shape}")
-        triangles = triangle_from_angles(cell_angles(given, cells.triangles))
+        triangles = triangle_from_angles(corner_angles(given, cells.triangles))
         quads = _unfolded(given, cells.quads)
     _require_area(triangles, "triangles")
     _require_area(quads, "quadrilaterals")
     return triangles, quads
 
 
-def flat_angles(cells: Cells, count: int) -> Floats:
+def flat_angles(cells: Faces, count: int) -> Floats:
     """Angles of triangles that are as flat as the valences of their nodes allow (Gruber & Aulisa 2020).
 
     A corner wants 2 pi / valence, on the boundary pi / (number of its cells). Where one of the three is strictly
@@ -96,13 +96,11 @@ def flat_angles(cells: Cells, count: int) -> Floats:
 
     Examples
     --------
-    >>> fan = Cells(np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1]]), np.empty((0, 4), np.int64))
+    >>> fan = Faces(np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1]]), np.empty((0, 4), np.int64))
     >>> np.degrees(flat_angles(fan, 4)[0]).round(6)  # valence 3 inside; 90 degrees at each boundary node
     array([120.,  30.,  30.])
     """
-    fan = np.zeros(count)
-    for table in cells.groups():
-        fan += np.bincount(table.ravel(), minlength=count)
+    fan = np.bincount(cells.corners, minlength=count)
     whole = np.where(_on_boundary(cells, count), np.pi, 2 * np.pi)
     wish = (whole / np.maximum(fan, 1))[cells.triangles]
     result = wish * (np.pi / wish.sum(axis=1, keepdims=True))
@@ -140,9 +138,9 @@ def _unfolded(points: Floats, quads: Ints) -> Floats:
     return np.asarray(flat / np.sqrt(np.maximum(size / 2, 1e-300))[:, None, None])
 
 
-def _on_boundary(cells: Cells, count: int) -> NDArray[np.bool_]:
+def _on_boundary(cells: Faces, count: int) -> NDArray[np.bool_]:
     """(n,) nodes on an edge that belongs to one cell only."""
-    edges = unique_edges(np.concatenate([face_edges(table) for table in cells.groups()]))
+    edges = edge_table(cells)
     mask = np.zeros(count, dtype=bool)
     mask[edges.nodes[edges.counts == 1]] = True
     return mask

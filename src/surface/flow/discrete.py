@@ -16,7 +16,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from ..mesh import Cells, Floats
+from hexconformal.geometry import Faces
+
+from ..mesh import Floats
 
 __all__ = ["DiscreteSurface", "Elements", "factorize"]
 
@@ -56,7 +58,7 @@ class Elements:
         (f, r) weights of the points on the reference cell.
     """
 
-    def __init__(self, cells: Cells, count: int) -> None:
+    def __init__(self, cells: Faces, count: int) -> None:
         self.cells, self.count = cells, count
         t, q = len(cells.triangles), len(cells.quads)
         r, k = (1 if t == 0 else 6), (3 if q == 0 else 4)

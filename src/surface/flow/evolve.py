@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from hexconformal.common import OptionError, options_from
+from hexconformal.geometry import edge_table, enclosed_volume, face_area_vectors, mean_edge_length
 
 from ..io import as_surface_mesh
-from ..mesh import Floats, SurfaceMesh, area_vectors, edge_table, enclosed_volume, mean_edge_length
+from ..mesh import Floats, SurfaceMesh
 from ..quality import held_nodes, require_sound, smallest_angles
 from .discrete import DiscreteSurface, Elements
 from .energy import energy, energy_gradient
@@ -79,10 +80,11 @@ class Evolution:
         self.origin = self.mesh.points[cells.nodes()].mean(axis=0)
         self._start = self.mesh.points - self.origin
         self._surface = DiscreteSurface(self.elements, self._start)
-        table = edge_table(cells)
+        edges = edge_table(cells)
+        border = edges.nodes[edges.nonmanifold]
         self._fixed = held_nodes(self.mesh, flow.fixed)
-        self._fixed[table.nodes[table.counts != 2].ravel()] = True
-        if "volume" in flow.conserve and (table.counts != 2).any():
+        self._fixed[border.ravel()] = True
+        if "volume" in flow.conserve and len(border):
             raise OptionError("conserve must not have the volume where the surface is open: it encloses none")
         self._conserved = Conserved(flow.conserve, self._surface)
         self._first_area = self._surface.area
@@ -233,7 +235,7 @@ class Evolution:
     def _advance(self) -> tuple[float, Floats, int] | str:
         """Take a step that lowers the energy and turns no cell over; the reason for the end if there is none."""
         surface, h = self._surface, mean_edge_length(self._surface.points, self.mesh.cells)
-        before = area_vectors(surface.points, self.mesh.cells)
+        before = face_area_vectors(surface.points, self.mesh.cells)
         stop = self.stepping.next_stop(self._time)
         for halvings in range(_MAX_HALVINGS):
             last = self._time + self._tau * (1 + 1e-9) >= stop
@@ -242,7 +244,7 @@ class Evolution:
             if found is not None:
                 new, multipliers = found
                 longest = np.linalg.norm(new.points - surface.points, axis=1).max()
-                turned = (area_vectors(new.points, self.mesh.cells) * before).sum(axis=1) <= 0
+                turned = (face_area_vectors(new.points, self.mesh.cells) * before).sum(axis=1) <= 0
                 value = energy(new, self.flow.terms)
                 if (
                     longest <= _MAX_DISPLACEMENT * h

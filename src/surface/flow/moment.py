@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..mesh import Floats, SurfaceMesh, nodal_area_vectors, unit_vectors
+from hexconformal.geometry import nodal_area_vectors, unit_vectors
+
+from ..mesh import Floats, SurfaceMesh
 from ..quality import smallest_angles
 from .discrete import DiscreteSurface, Elements
 from .options import Record

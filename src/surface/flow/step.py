@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from ..mesh import Floats, enclosed_volume, nodal_area_vectors
+from hexconformal.geometry import enclosed_volume, nodal_area_vectors
+
+from ..mesh import Floats
 from .discrete import DiscreteSurface, factorize
 from .energy import curvature_at_points, energy_gradient
 from .terms import Term

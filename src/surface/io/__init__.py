@@ -1,7 +1,7 @@
 """Surfaces from and to files and other libraries.
 
-Belongs here: conversions, readers and writers. Imports `hexconformal.common`, `hexconformal.mesh`, `hexconformal.io`
-and `mesh`.
+Belongs here: conversions, readers and writers. Imports `hexconformal.common`, `hexconformal.geometry`,
+`hexconformal.mesh`, `hexconformal.io` and `mesh`.
 """
 
 from .convert import as_pyvista

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.common import MeshError, first_ids
+from hexconformal.geometry import Faces
 from hexconformal.io import MeshioOrigin, PyvistaOrigin, Selection, SourceFile, cell_nodes, cell_offsets, to_pyvista
 from hexconformal.mesh import checked_points
 
-from ..mesh import ArraysOrigin, Cells, Ints, SurfaceMesh
+from ..mesh import ArraysOrigin, Ints, SurfaceMesh
 
 __all__ = [
     "as_pyvista",
@@ -37,12 +38,12 @@ def from_arrays(points: Any, *cells: Any) -> SurfaceMesh:
     dimension = checked_points(points, planar=True).shape[1]
     if len(cells) == 2:
         tables = [_table([given], width) for given, width in zip(cells, (3, 4), strict=True)]
-        return SurfaceMesh(points, Cells(*tables), origin=ArraysOrigin(tuple(tables), dimension))
+        return SurfaceMesh(points, Faces(*tables), origin=ArraysOrigin(tuple(tables), dimension))
     given = _integers(cells[0])
     if given.ndim != 2 or given.shape[1] not in (3, 4):
         raise MeshError(f"cells must be an (m, 3) or (m, 4) array of node ids, not {given.shape}")
     tables = [_table([given] if given.shape[1] == k else [], k) for k in (3, 4)]
-    return SurfaceMesh(points, Cells(*tables), origin=ArraysOrigin((given.astype(np.int64),), dimension))
+    return SurfaceMesh(points, Faces(*tables), origin=ArraysOrigin((given.astype(np.int64),), dimension))
 
 
 def from_meshio(source: Any, file: SourceFile | None = None, notes: tuple[str, ...] = ()) -> SurfaceMesh:
@@ -65,7 +66,7 @@ def from_meshio(source: Any, file: SourceFile | None = None, notes: tuple[str, .
             cell_data[name] = np.concatenate(arrays)[rows]
     point_data = {name: np.asarray(values) for name, values in source.point_data.items()}
     origin = MeshioOrigin(source, _selection(rows, notes), file)
-    return SurfaceMesh(source.points, Cells(*tables), point_data, cell_data, origin, rows)
+    return SurfaceMesh(source.points, Faces(*tables), point_data, cell_data, origin, rows)
 
 
 def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, ...] = ()) -> SurfaceMesh:
@@ -88,7 +89,7 @@ def from_pyvista(source: Any, file: SourceFile | None = None, notes: tuple[str, 
     cell_data = {name: np.asarray(grid.cell_data[name])[rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, _selection(rows, notes), file)
-    return SurfaceMesh(np.asarray(grid.points), Cells(*tables), point_data, cell_data, origin, rows)
+    return SurfaceMesh(np.asarray(grid.points), Faces(*tables), point_data, cell_data, origin, rows)
 
 
 def with_library_origin(mesh: SurfaceMesh) -> Any:

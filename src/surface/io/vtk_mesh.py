@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from hexconformal.common import MeshError, first_ids
+from hexconformal.geometry import Faces
 from hexconformal.io import cell_table, points_of, updated_dataset
 
-from ..mesh import Cells, SurfaceMesh
+from ..mesh import SurfaceMesh
 
 __all__ = ["from_vtk", "to_vtk"]
 
@@ -40,7 +41,7 @@ def from_vtk(polydata: Any) -> SurfaceMesh:
         raise MeshError(f"polygons that are no triangles or quadrilaterals: {first_ids(other + before)}; {_ADVICE}")
     places = [np.flatnonzero(sizes == k) for k in (3, 4)]
     tables = [nodes[offsets[rows][:, None] + np.arange(k)] for rows, k in zip(places, (3, 4), strict=True)]
-    return SurfaceMesh(points_of(polydata), Cells(*tables), rows=np.concatenate(places) + before)
+    return SurfaceMesh(points_of(polydata), Faces(*tables), rows=np.concatenate(places) + before)
 
 
 def to_vtk(polydata: Any, mesh: SurfaceMesh) -> Any:

@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import MeshError
+from hexconformal.geometry import Faces
 from hexconformal.io import MeshioOrigin, PyvistaOrigin
 from hexconformal.mesh import checked_cells, checked_data, checked_points, read_only
 
-from .geometry import Cells, Floats, Ints
+__all__ = ["ArraysOrigin", "Floats", "Ints", "SurfaceMesh", "positions"]
 
-__all__ = ["ArraysOrigin", "SurfaceMesh", "positions"]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +55,7 @@ class SurfaceMesh:
     """
 
     points: Floats
-    cells: Cells
+    cells: Faces
     point_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     cell_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     origin: Any = None
@@ -166,11 +168,11 @@ def positions(points: Any) -> Floats:
     return given if given.shape[1] == 3 else read_only(np.pad(given, ((0, 0), (0, 1))), None)
 
 
-def _checked(cells: Any) -> Cells:
-    if not isinstance(cells, Cells):
+def _checked(cells: Any) -> Faces:
+    if not isinstance(cells, Faces):
         wide = np.asarray(cells, dtype=object).shape[1:] == (4,)
-        cells = Cells(*((), cells) if wide else (cells, ()))
+        cells = Faces(*((), cells) if wide else (cells, ()))
     triangles, quads = checked_cells(cells.triangles, 3, "triangles"), checked_cells(cells.quads, 4, "quadrilaterals")
     if len(triangles) + len(quads) == 0:
         raise MeshError("there are no triangles or quadrilaterals")
-    return cells if triangles is cells.triangles and quads is cells.quads else Cells(triangles, quads)
+    return cells if triangles is cells.triangles and quads is cells.quads else Faces(triangles, quads)

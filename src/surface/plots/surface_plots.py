@@ -77,7 +77,7 @@ def before_after(path: Any, before: Any, after: Any) -> None:
     path = Path(path)
     check_writable(path, PICTURE_EXTENSIONS)
     measured = [quality(before), quality(after)]
-    tables = [[part.tolist() for part in m.mesh.cells.groups()] for m in measured]
+    tables = [[part.tolist() for part in m.mesh.cells.tables] for m in measured]
     if tables[0] != tables[1]:
         raise MeshError("before and after must have the same cells")
     require_rendering()

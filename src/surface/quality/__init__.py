@@ -1,6 +1,7 @@
 """Measures and checks of surface meshes.
 
-Belongs here: measures and checks. Imports `hexconformal.common`, `hexconformal.quality`, `mesh`, `energy` and `io`.
+Belongs here: measures and checks. Imports `hexconformal.common`, `hexconformal.geometry`, `hexconformal.quality`,
+`mesh`, `energy` and `io`.
 """
 
 from .assessment import Quality, Summary, quality, smallest_angles

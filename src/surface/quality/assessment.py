@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.common import Serializable
+from hexconformal.geometry import Faces, corner_angles, face_area_vectors, face_areas
 from hexconformal.quality import Statistics, as_table, statistics
 
 from ..energy import corner_frames, target_shapes
 from ..io import as_surface_mesh
-from ..mesh import Cells, Floats, Ints, SurfaceMesh, area_vectors, cell_angles, cell_areas
+from ..mesh import Floats, Ints, SurfaceMesh
 from .checks import require_numbers
 
 __all__ = ["MEASURES", "Quality", "Summary", "WorstCell", "quality", "smallest_angles"]
@@ -172,9 +173,9 @@ class Quality:
 MEASURES = tuple(field.name for field in fields(Quality) if field.name != "mesh")
 
 
-def smallest_angles(points: Floats, cells: Cells) -> Floats:
+def smallest_angles(points: Floats, cells: Faces) -> Floats:
     """(m,) smallest corner angle of each cell, degrees."""
-    return np.degrees(np.concatenate([cell_angles(points, table).min(axis=1) for table in cells.groups()]))
+    return np.degrees(np.concatenate([corner_angles(points, table).min(axis=1) for table in cells.tables]))
 
 
 def quality(mesh: Any) -> Quality:
@@ -213,20 +214,20 @@ def quality(mesh: Any) -> Quality:
         conformality=inverse,
         dilatation=_dilatation(distortion),
         conformal_distortion=distortion,
-        area=cell_areas(x, cells),
+        area=face_areas(x, cells),
         mesh=surface,
     )
 
 
-def _angles(points: Floats, cells: Cells) -> tuple[Floats, Floats]:
+def _angles(points: Floats, cells: Faces) -> tuple[Floats, Floats]:
     """Smallest and largest angle of each cell, degrees."""
-    triangles, quads = (np.degrees(cell_angles(points, table)) for table in (cells.triangles, cells.quads))
+    triangles, quads = (np.degrees(corner_angles(points, table)) for table in (cells.triangles, cells.quads))
     inside = np.where(_sines(points, cells.quads) < 0, 360 - quads, quads)
     least = np.concatenate([triangles.min(axis=1), quads.min(axis=1)])
     return least, np.concatenate([triangles.max(axis=1), inside.max(axis=1)])
 
 
-def _corners(points: Floats, cells: Cells) -> tuple[Floats, Floats]:
+def _corners(points: Floats, cells: Faces) -> tuple[Floats, Floats]:
     """Worst conformality and worst distortion of the corners of each cell."""
     frames = corner_frames(cells, target_shapes("equilateral", points, cells))
     f1, f2 = (np.stack(f, axis=1) for f in frames.derivatives(points))
@@ -235,7 +236,7 @@ def _corners(points: Floats, cells: Cells) -> tuple[Floats, Floats]:
     dirichlet = (f1**2).sum(axis=1) + (f2**2).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         distortion = np.where(area > 0, np.maximum(2 * dirichlet / area - 4, 0.0), np.inf)
-    turned: NDArray[np.bool_] = (normal * area_vectors(points, cells)[frames.owners]).sum(axis=1) < 0
+    turned: NDArray[np.bool_] = (normal * face_area_vectors(points, cells)[frames.owners]).sum(axis=1) < 0
     worst, least = np.zeros(len(cells)), np.ones(len(cells))
     np.maximum.at(worst, frames.owners, distortion)
     np.minimum.at(least, frames.owners, np.where(turned, -1.0, 1.0) / _dilatation(distortion))

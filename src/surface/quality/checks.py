@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexconformal.common import MeshError, OptionError, as_mask, first_ids, unusable_points
+from hexconformal.geometry import edge_table, face_areas
 
-from ..mesh import Ints, SurfaceMesh, cell_areas, edge_table
+from ..mesh import Ints, SurfaceMesh
 
 __all__ = ["held_nodes", "require_numbers", "require_sound"]
 
@@ -101,17 +102,17 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
     edges = edge_table(mesh.cells)
     non_manifold = edges.counts > 2
     if non_manifold.any():
-        cells = np.unique(edges.cells[non_manifold])
+        cells = np.unique(mesh.cells.owners[non_manifold[edges.of_corners]])
         nodes = edges.nodes[non_manifold][:3]
         labels = nodes if mesh.node_labels is None else mesh.node_labels[nodes]
         names = ", ".join(str(tuple(pair)) for pair in labels.tolist())
         wrong.append(
             f"edges of more than two cells (non-manifold): {int(non_manifold.sum())} (nodes {names}), at cells "
-            f"{_named(mesh, cells[cells >= 0])}; remesh the sheets one by one"
+            f"{_named(mesh, cells)}; remesh the sheets one by one"
         )
-    odd = (edges.counts == 2) & (edges.cells < 0).any(axis=1)
-    if odd.any():
-        cells = np.unique(edges.cells[odd].max(axis=1))
+    odd = edges.sides[~edges.opposed]
+    if len(odd):
+        cells = np.unique(odd.max(axis=1))
         wrong.append(
             f"neighbours that disagree on which side is out: {_named(mesh, cells)}; turn them round "
             "(a surface with one side, such as a Moebius strip, cannot be remeshed)"
@@ -120,7 +121,7 @@ def _edges(mesh: SurfaceMesh) -> list[str]:
 
 
 def _areas(mesh: SurfaceMesh) -> list[str]:
-    areas = cell_areas(mesh.points, mesh.cells)
+    areas = face_areas(mesh.points, mesh.cells)
     flat = np.flatnonzero(areas <= _NO_AREA * areas.mean())
     return [f"cells without area: {_named(mesh, flat)}; remove them, or merge their nodes"] if len(flat) else []
 
@@ -145,7 +146,7 @@ def _warnings(mesh: SurfaceMesh) -> list[str]:
 
 def _cells_where(mesh: SurfaceMesh, bad: Callable[[Ints], ArrayLike]) -> Ints:
     """Positions, with triangles first, of the cells whose nodes make `bad` true."""
-    return np.flatnonzero(np.concatenate([np.asarray(bad(table)) for table in mesh.cells.groups()]))
+    return np.flatnonzero(mesh.cells.where(bad))
 
 
 def _named(mesh: SurfaceMesh, cells: Ints) -> str:

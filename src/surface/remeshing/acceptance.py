@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import Cells, Floats
+from hexconformal.geometry import Faces
+
+from ..mesh import Floats
 from .options import Options, Record
 
 __all__ = ["Acceptance"]
@@ -31,7 +33,7 @@ class Acceptance:
     options
         Options of the remeshing.
     cells
-        Cells of the surface.
+        Faces of the surface.
     first
         Record of the input.
     scale
@@ -41,7 +43,7 @@ class Acceptance:
     """
 
     options: Options
-    cells: Cells
+    cells: Faces
     first: Record
     scale: float = 1.0
     largest_distance: float = 0.0

@@ -149,7 +149,8 @@ class Record:
         Since the run began.
     distance
         Largest distance from the input, relative to its diagonal, where the run measures it: at nodes and centres, and
-        back from nodes and edge midpoints of the input; 0 without projection. The report's is measured at more places.
+        back from nodes, midpoints and quarters of edges of the input; 0 without projection. The report's is measured
+        between all places.
 
     Examples
     --------

@@ -7,11 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexconformal.geometry import (
+    CORNER,
+    SMOOTH,
+    Faces,
+    Features,
+    area_gradient,
+    edge_table,
+    face_areas,
+    nodal_area_vectors,
+    unit_vectors,
+)
 from hexconformal.mesh import connected_components
 
-from ..constraint import CORNER, SMOOTH, Features, InputSurface, SmoothProjection
+from ..constraint import InputSurface, SmoothProjection
 from ..energy import Barrier, SurfaceEnergy
-from ..mesh import Cells, Floats, Ints, area_gradient, cell_areas, edge_table, nodal_area_vectors, unit_vectors
+from ..mesh import Floats, Ints
 
 __all__ = ["RemeshingProblem"]
 
@@ -42,7 +53,7 @@ class RemeshingProblem:
     """
 
     start: Floats
-    cells: Cells
+    cells: Faces
     features: Features
     energy: SurfaceEnergy
     eps: float
@@ -51,12 +62,12 @@ class RemeshingProblem:
 
     def __post_init__(self) -> None:
         count = len(self.start)
-        self.edges = self.cells.edges()
+        self.edges = edge_table(self.cells).nodes
         self.moving = self.features.kind != CORNER
         self._smooth = self.features.kind == SMOOTH
         self._pieces = _closed_pieces(self.cells, count)
         self._volumes = self._piece_volumes(self.start, nodal_area_vectors(self.start, self.cells))
-        self.area = float(cell_areas(self.start, self.cells).sum())
+        self.area = float(face_areas(self.start, self.cells).sum())
         self.input_surface = InputSurface(self.start, self.cells)
         self.solver_tolerance = _FREE_TOLERANCE if self.bound is None else _PROJECTED_TOLERANCE
         self.projection = None if self.bound is None else SmoothProjection(self.start, self.cells, self.features)
@@ -132,7 +143,7 @@ class RemeshingProblem:
         size = np.linalg.norm(gradient, axis=1)
         # A few bad cells must not move all others through volume and area.
         clipped = gradient * np.minimum(1.0, _MAX_OVER_MEDIAN * np.median(size) / np.maximum(size, 1e-300))[:, None]
-        change = float(cell_areas(points, self.cells).sum()) / self.area - 1
+        change = float(face_areas(points, self.cells).sum()) / self.area - 1
         if abs(change) > 0.98 * _AREA_TOLERANCE:
             curvature, area_rate, normals = self._curvature_deviation(points, self._smooth)
             multiplier = float((curvature[:, None] * normals * clipped).sum()) / max(
@@ -156,7 +167,7 @@ class RemeshingProblem:
         """Relative area beyond its range; negative where it is too small, 0 within."""
         if self.bound is None:
             return 0.0
-        change = float(cell_areas(points, self.cells).sum()) / self.area - 1
+        change = float(face_areas(points, self.cells).sum()) / self.area - 1
         return change - float(np.clip(change, -_AREA_TOLERANCE, _AREA_TOLERANCE))
 
     def violating_nodes(self, y: Floats, before: Floats, after: Floats, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -164,14 +175,11 @@ class RemeshingProblem:
 
         The energies of the frames before and after it are given, and the nodes that are held.
         """
-        still = np.concatenate([held[table].all(axis=1) for table in (self.cells.triangles, self.cells.quads)])
+        still = ~self.cells.any_of(~held)
         mask = self.nodes_of_frames(~(after <= _MAX_GROWTH * before + before.mean()))
         if self.bound is None or mask.any():
             return mask
-        bad = self.input_surface.cells_out_of_bounds(y, self.bound, still)
-        t = len(self.cells.triangles)
-        mask[self.cells.triangles[bad[:t]]] = True
-        mask[self.cells.quads[bad[t:]]] = True
+        mask[self.cells.corners_of(self.input_surface.cells_out_of_bounds(y, self.bound, still))] = True
         return mask
 
     def nodes_of_frames(self, frames: NDArray[np.bool_] | Ints) -> NDArray[np.bool_]:
@@ -203,11 +211,11 @@ class RemeshingProblem:
         return result
 
 
-def _closed_pieces(cells: Cells, count: int) -> NDArray[np.int64]:
+def _closed_pieces(cells: Faces, count: int) -> NDArray[np.int64]:
     """(n,) number of the closed connected piece each node lies in, -1 in open ones."""
     table = edge_table(cells)
     labels = connected_components(table.nodes, count)
-    open_pieces = np.unique(labels[table.nodes[table.counts != 2]])
+    open_pieces = np.unique(labels[table.nodes[table.nonmanifold]])
     used = np.zeros(count, dtype=bool)
     used[table.nodes] = True
     closed = used & ~np.isin(labels, open_pieces)

@@ -1,7 +1,7 @@
 """Pull a surface back towards its input until it is within its bound.
 
-While a run goes on distances are measured at nodes and centres, at its end at more places. Nodes of the cells that are
-too far away go back step by step; if that spoils cells, their neighbours do so too, and at last all nodes.
+While a run goes on distances are measured at nodes and centres, at its end between all places. Nodes of the cells that
+are too far away go back step by step; if that spoils cells, their neighbours do so too, and at last all nodes.
 """
 
 from __future__ import annotations
@@ -36,9 +36,11 @@ def _local_fractions(problem: RemeshingProblem, points: Floats, bound: float, ri
     """(n, 1) fraction of its displacement that each node keeps so that no cell is out of bounds."""
     fractions = np.ones((len(points), 1))
     for _ in range(_MAX_ROUNDS):
-        too_far = problem.input_surface.nodes_out_of_bounds(_interpolated(problem, points, fractions), bound)
-        if not too_far.any():
+        cells = problem.input_surface.cells_beyond(_interpolated(problem, points, fractions), bound)
+        if not cells.any():
             break
+        too_far = np.zeros(len(points), dtype=bool)
+        too_far[problem.cells.corners_of(cells)] = True
         for _ in range(rings):
             too_far = problem.with_neighbours(too_far)
         fractions[too_far] *= _SHRINKAGE

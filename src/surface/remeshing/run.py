@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.common import first_ids, options_from
+from hexconformal.geometry import edge_table, enclosed_volume, face_areas, mean_edge_length
 
 from ..constraint import find_features
 from ..energy import Barrier, Quaternionic, SurfaceEnergy, target_shapes
 from ..io import as_surface_mesh
-from ..mesh import Floats, SurfaceMesh, cell_areas, edge_table, enclosed_volume, mean_edge_length
+from ..mesh import Floats, SurfaceMesh
 from ..quality import held_nodes, quality, require_sound, smallest_angles
 from .acceptance import Acceptance
 from .descent import Iterate, Termination, descend
@@ -83,7 +84,7 @@ class Remeshing:
         self._held, self._postponed = np.zeros((2, len(self._start)), dtype=bool)
         self._held_for_best, self._out_of_iterations = np.flatnonzero(self._held), False
         self._spoiled_cells = np.zeros(len(self.mesh.cells), dtype=bool)
-        self._closed = bool((edge_table(cells).counts == 2).all())
+        self._closed = len(edge_table(cells).nonmanifold) == 0
         self._problem = self._make_problem()
 
     def _make_problem(self) -> RemeshingProblem:
@@ -237,7 +238,7 @@ class Remeshing:
         points = self._in_input_coordinates(best)
         before, after = quality(mesh), quality(mesh.replaced(points))
         input_surface = self._problem.input_surface
-        areas = [float(cell_areas(x, mesh.cells).sum()) for x in (self._start, best)]
+        areas = [float(face_areas(x, mesh.cells).sum()) for x in (self._start, best)]
         volumes = [enclosed_volume(x, mesh.cells) for x in (self._start, best)]
         report = Report(
             before=before.summary(),

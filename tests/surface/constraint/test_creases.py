@@ -5,9 +5,9 @@ import pytest
 from meshes.surfaces import no_cells, quad_cube, scattered_sphere
 
 import surface
-from surface.constraint.creases import _lead_past, _without_spurs
-from surface.constraint.features import CORNER, CURVE, SMOOTH, find_features
-from surface.mesh.geometry import Cells
+from hexconformal.geometry import CORNER, CURVE, SMOOTH, Faces
+from hexconformal.geometry.features.creases import _lead_past, _without_spurs
+from surface.constraint.features import find_features
 
 
 def roof(n=12, rows=4):
@@ -40,7 +40,7 @@ def inserted(points, triangles, a, b, place):
 
 
 def creases(points, triangles, **options):
-    cells = Cells(triangles, no_cells(4))
+    cells = Faces(triangles, no_cells(4))
     features = find_features(points, cells, **options)
     return features, {tuple(edge) for edge in np.sort(features.edges, axis=1)}
 
@@ -128,7 +128,7 @@ def test_flat_facets_have_creases_however_many_their_corners():
     # A box of twelve triangles, and one of six squares: all their nodes are corners.
     points, cells = quad_cube(1)
     halves = np.concatenate([cells.quads[:, [0, 1, 2]], cells.quads[:, [0, 2, 3]]])
-    for box in (Cells(halves, no_cells(4)), cells):
+    for box in (Faces(halves, no_cells(4)), cells):
         assert (find_features(points, box).kind == CORNER).all()
 
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from meshes.surfaces import grid, icosphere, no_cells
 
+from hexconformal.geometry import Faces
 from surface.constraint.input_surface import InputSurface
-from surface.mesh.geometry import Cells
 
 
 @pytest.mark.parametrize("side", [(0, 1), (1, 0)])
 def test_a_cell_over_a_ridge_is_turned_over_if_either_side_says_so(side):
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 0.3, -1], [0.5, -0.3, -1]])
-    shape = InputSurface(points, Cells(np.array([[0, 1, 2], [1, 0, 3]]), no_cells(4)))
+    shape = InputSurface(points, Faces(np.array([[0, 1, 2], [1, 0, 3]]), no_cells(4)))
     assert not shape.turned_over(points).any()
     # Upright in the plane of the ridge, so that one of the two facets below is behind it, whichever way it looks.
     moved = np.array([[0.1, 0, 0.2], [0.9, 0, 0.2], [0.5, 0, 1.0], [0.5, -0.3, -1]])
@@ -41,7 +41,7 @@ def test_a_cell_may_never_come_closer_to_another_sheet_than_to_its_own():
     top, cells, _ = grid(6, jitter=0.0)
     points = np.concatenate([top, top - [0, 0, 0.1]])
     both = np.concatenate([cells.triangles, cells.triangles[:, ::-1] + len(top)])
-    shape, nobody = InputSurface(points, Cells(both, no_cells(4))), np.zeros(len(both), dtype=bool)
+    shape, nobody = InputSurface(points, Faces(both, no_cells(4))), np.zeros(len(both), dtype=bool)
     sunk = points.copy()
     sunk[both[40]] -= [0, 0, 0.06]
     assert shape.turned_over(sunk)[40]

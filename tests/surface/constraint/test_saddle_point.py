@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from meshes.surfaces import grid, icosphere, mixed_sphere, quad_sphere, shaken
 
-from surface.constraint.features import CURVE, curve_tangents, find_features, held_projectors
+from hexconformal.geometry import CURVE, enclosed_volume
+from surface.constraint.features import curve_tangents, find_features, held_projectors
 from surface.constraint.saddle_point import ConstrainedSystem, constraint_normals, displacement
 from surface.energy.barrier import Barrier
 from surface.energy.target import target_shapes
-from surface.mesh.geometry import enclosed_volume
 
 
 @pytest.fixture(scope="module")

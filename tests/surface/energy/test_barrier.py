@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from meshes.surfaces import grid, mixed_sphere, no_cells, shaken
 
+from hexconformal.geometry import Faces
 from surface.energy.barrier import Barrier
 from surface.energy.target import target_shapes
-from surface.mesh.geometry import Cells
 
 
 def test_the_barrier_against_given_normals_lies_above_and_has_its_derivative():
@@ -46,7 +46,7 @@ def test_barrier_curvature_in_the_plane_is_the_positive_part(m, c):
     """Of the eigenvalues of the exact Hessian of one frame at least the positive ones are kept."""
     x = np.zeros((3, 3))
     x[:, :2] = [[0.1, 0.0], [1.3, 0.2], [0.7, 0.5]]
-    cells = Cells(np.array([[0, 1, 2]]), no_cells(4))
+    cells = Faces(np.array([[0, 1, 2]]), no_cells(4))
     energy = Barrier(cells, target_shapes("equilateral", x, cells), 3, m, c)
     step, exact = 1e-5, np.empty((6, 6))
     for column in range(6):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from meshes.surfaces import grid, icosphere, mixed_sphere, shaken
 
+from hexconformal.geometry import edge_table, enclosed_volume, mean_edge_length
 from surface.constraint.features import find_features
 from surface.constraint.saddle_point import displacement
 from surface.energy.barrier import Barrier
 from surface.energy.distortion_energy import Quaternionic
 from surface.energy.target import target_shapes
-from surface.mesh.geometry import enclosed_volume, mean_edge_length
 
 
 def energies(surface):
@@ -76,7 +76,7 @@ def test_step_in_the_plane_is_the_graph_laplacian_embedding():
     energy = Quaternionic(cells, target_shapes("equilateral", points, cells), len(points))
     features = find_features(points, cells, None, boundary="fixed")
     moved = points + displacement(energy, points, cells, features, 1e-5)[0]
-    edges = cells.edges()
+    edges = edge_table(cells).nodes
     total, degree = np.zeros_like(points), np.zeros(len(points))
     for a, b in ((0, 1), (1, 0)):
         np.add.at(total, edges[:, a], moved[edges[:, b]])

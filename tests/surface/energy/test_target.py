@@ -5,14 +5,14 @@ import pytest
 from meshes.surfaces import icosphere, no_cells
 
 from hexconformal.common.errors import OptionError
+from hexconformal.geometry import Faces, corner_angles, face_areas
 from surface.energy.target import flat_angles, target_shapes, triangle_from_angles
-from surface.mesh.geometry import Cells, cell_angles, cell_areas
 
 
 @pytest.mark.parametrize("valence", [3, 4, 5, 6, 7, 8, 16])
 def test_flat_angles_are_positive_for_every_valence(valence):
     ring = np.arange(1, valence + 1)
-    cells = Cells(np.stack([np.zeros(valence, int), ring, np.roll(ring, -1)], axis=1), no_cells(4))
+    cells = Faces(np.stack([np.zeros(valence, int), ring, np.roll(ring, -1)], axis=1), no_cells(4))
     angles = flat_angles(cells, valence + 1)
     assert (angles > 0.05).all()
     assert angles.sum(axis=1) == pytest.approx(np.pi)
@@ -24,9 +24,9 @@ def test_triangles_from_angles_have_these_angles_and_one_area():
     angles = np.array([[0.5, 1.0, np.pi - 1.5], [np.pi / 3] * 3])
     shapes = triangle_from_angles(angles)
     flat = np.concatenate([shapes, np.zeros((2, 3, 1))], axis=2).reshape(-1, 3)
-    cells = Cells(np.arange(6).reshape(2, 3), no_cells(4))
-    assert cell_areas(flat, cells) == pytest.approx(np.sqrt(3) / 4)
-    assert cell_angles(flat, cells.triangles) == pytest.approx(angles)
+    cells = Faces(np.arange(6).reshape(2, 3), no_cells(4))
+    assert face_areas(flat, cells) == pytest.approx(np.sqrt(3) / 4)
+    assert corner_angles(flat, cells.triangles) == pytest.approx(angles)
 
 
 def test_target_shapes_are_checked():

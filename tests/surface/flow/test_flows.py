@@ -5,9 +5,9 @@ import pytest
 from meshes.surfaces import as_arrays, icosphere, quad_cube, quad_sphere, quad_torus
 from scipy.optimize import brentq
 
+from hexconformal.geometry import enclosed_volume, face_areas
 from surface.flow import Evolution, Helfrich, MeanCurvature, PWillmore, Stepping, Willmore, evolve
 from surface.flow.options import reduced_volume
-from surface.mesh.geometry import cell_areas, enclosed_volume
 
 
 def radius(flow, t_end, steps):
@@ -77,7 +77,7 @@ def cell(level, reduced=None):
 
         def excess(factor):
             moved = points * [1, 1, factor]
-            return reduced_volume(cell_areas(moved, cells).sum(), enclosed_volume(moved, cells)) - reduced
+            return reduced_volume(face_areas(moved, cells).sum(), enclosed_volume(moved, cells)) - reduced
 
         points = points * [1, 1, brentq(excess, 0.5, 1.5)]
     return points, cells.triangles

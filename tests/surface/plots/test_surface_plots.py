@@ -7,8 +7,8 @@ from meshes.surfaces import icosphere, mixed_sphere, no_cells, quad_cube, shaken
 
 import surface
 from hexconformal.common.errors import MeshError, OptionError, WriteError
+from hexconformal.geometry import Faces
 from hexconformal.plots import canvas
-from surface.mesh.geometry import Cells
 from surface.plots.surface_plots import before_after, histogram, worst_cells
 
 
@@ -38,7 +38,7 @@ def test_histogram_shows_one_distribution_or_both(tmp_path):
 
 def test_histogram_takes_folded_and_flat_cells(tmp_path):
     points = np.array([[0, 0, 0], [1, 0, 0], [0.2, 0.2, 0], [0, 1, 0], [2, 0, 0.0]])
-    mesh = surface.SurfaceMesh(points, Cells(np.array([[0, 1, 4]]), np.array([[0, 1, 2, 3]])))
+    mesh = surface.SurfaceMesh(points, Faces(np.array([[0, 1, 4]]), np.array([[0, 1, 2, 3]])))
     histogram(tmp_path / "q.svg", mesh)
     assert "<svg" in (tmp_path / "q.svg").read_text()
 
@@ -97,7 +97,7 @@ def test_wrong_use_is_told(tmp_path):
         before_after(tmp_path / "f.png", ball, as_mesh(icosphere(2)))
     with pytest.raises(MeshError, match="same cells"):
         before_after(
-            tmp_path / "f.png", ball, surface.SurfaceMesh(ball.points, Cells(ball.cells.triangles[::-1], no_cells(4)))
+            tmp_path / "f.png", ball, surface.SurfaceMesh(ball.points, Faces(ball.cells.triangles[::-1], no_cells(4)))
         )
     with pytest.raises(OptionError, match="count must be 1 or more"):
         worst_cells(tmp_path / "w.png", ball, count=0)

@@ -9,7 +9,7 @@ from meshes.surfaces import icosphere, mixed_sphere, no_cells, quad_sphere, shak
 
 import surface
 from hexconformal.common.errors import MeshError
-from surface.mesh.geometry import Cells
+from hexconformal.geometry import Faces
 from surface.quality.assessment import MEASURES, quality
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
@@ -17,7 +17,7 @@ SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
 
 def verdict(points, cells, *names):
     """Verdict's measures, triangles first."""
-    flat = [np.insert(table, 0, table.shape[1], axis=1).ravel() for table in cells.groups()]
+    flat = [np.insert(table, 0, table.shape[1], axis=1).ravel() for table in cells.tables]
     measured = pv.PolyData(points, np.concatenate(flat)).cell_quality(list(names))
     return [np.asarray(measured[name]) for name in names]
 
@@ -49,7 +49,7 @@ def test_triangles_against_verdict():
 def test_quadrilaterals_against_verdict():
     rng = np.random.default_rng(0)
     points = SQUARE + rng.uniform(-0.45, 0.45, (500, 4, 3)) * [1, 1, 0]
-    cells = Cells(no_cells(3), np.arange(2000).reshape(-1, 4))
+    cells = Faces(no_cells(3), np.arange(2000).reshape(-1, 4))
     measured = quality(surface.SurfaceMesh(points.reshape(-1, 3), cells))
     jacobian, frobenius, area = verdict(points.reshape(-1, 3), cells, "scaled_jacobian", "max_aspect_frobenius", "area")
     np.testing.assert_allclose(measured.scaled_jacobian, jacobian, atol=1e-10)
@@ -81,7 +81,7 @@ def test_dilatation_is_the_quotient_of_the_singular_values():
 def test_cells_of_known_dilatation(k):
     triangle = np.array([[0, 0, 0], [1, 0, 0], [0.5, 3**0.5 / 2, 0]])
     points = np.concatenate([triangle, SQUARE]) * [k, 1, 1]
-    measured = quality(surface.SurfaceMesh(points, Cells(np.array([[0, 1, 2]]), np.array([[3, 4, 5, 6]]))))
+    measured = quality(surface.SurfaceMesh(points, Faces(np.array([[0, 1, 2]]), np.array([[3, 4, 5, 6]]))))
     np.testing.assert_allclose(measured.dilatation, k, rtol=1e-7)
     np.testing.assert_allclose(measured.area, k * np.array([3**0.5 / 4, 1]))
     assert measured.scaled_jacobian[1] == pytest.approx(1)
@@ -100,7 +100,7 @@ def test_no_unit_no_place_no_turn_changes_the_measures():
 
 def test_folded_and_flat_cells():
     points = np.array([[0, 0, 0], [1, 0, 0], [0.2, 0.2, 0], [0, 1, 0], [2, 0, 0], [0.0, 0, 0]])
-    measured = quality(surface.SurfaceMesh(points, Cells(np.array([[0, 1, 4], [0, 5, 1]]), np.array([[0, 1, 2, 3]]))))
+    measured = quality(surface.SurfaceMesh(points, Faces(np.array([[0, 1, 4], [0, 5, 1]]), np.array([[0, 1, 2, 3]]))))
     assert (measured.dilatation[:2] == np.inf).all()
     assert (measured.conformality[:2] == 0).all()
     assert (measured.radius_ratio[:2] == 0).all()

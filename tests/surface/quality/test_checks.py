@@ -8,7 +8,7 @@ from meshes.surfaces import grid, icosphere, mixed_sphere, no_cells, quad_cube
 
 import surface
 from hexconformal.common.errors import MeshError, OptionError
-from surface.mesh.geometry import Cells
+from hexconformal.geometry import Faces
 from surface.quality.checks import require_sound
 
 CLOUD = np.random.default_rng(0).random((8, 3))
@@ -226,7 +226,7 @@ def test_open_surfaces_several_genera_and_slivers_are_sound():
 
 def test_a_folded_quadrilateral_is_taken():
     points = np.array([[0, 0, 0], [1, 0, 0], [0.2, 0.2, 0], [0, 1, 0.0]])
-    assert require_sound(surface.SurfaceMesh(points, Cells(no_cells(3), np.array([[0, 1, 2, 3]])))) == ()
+    assert require_sound(surface.SurfaceMesh(points, Faces(no_cells(3), np.array([[0, 1, 2, 3]])))) == ()
 
 
 @pytest.mark.parametrize(
@@ -235,8 +235,8 @@ def test_a_folded_quadrilateral_is_taken():
         (lambda: ([[0, 0, 0]], [[0, 1, 2, 3, 4]]), r"an \(m, 3\) array of triangles, not \(1, 5\)"),
         (lambda: (np.eye(3), [[0, 1, 1.5]]), "integer node ids, not float64"),
         (lambda: (np.eye(3), [[0, 1], [2]]), "node ids"),
-        (lambda: (np.eye(3), Cells(no_cells(4), no_cells(3))), "no triangles or quadrilaterals"),
-        (lambda: (np.eye(3), Cells([[0, 1, 2]], [[0, 1, 2]])), r"\(m, 4\) array of quadrilaterals, not \(1, 3\)"),
+        (lambda: (np.eye(3), Faces(no_cells(4), no_cells(3))), "no triangles or quadrilaterals"),
+        (lambda: (np.eye(3), Faces([[0, 1, 2]], [[0, 1, 2]])), r"\(m, 4\) array of quadrilaterals, not \(1, 3\)"),
         (lambda: (np.eye(4), [[0, 1, 2]]), r"\(n, 3\) array, or \(n, 2\) in the plane, not \(4, 4\)"),
         (lambda: (["a"], [[0, 1, 2]]), "real numbers"),
         (lambda: (np.eye(3), [[0, 1, 2]], {"a": [1.0]}), r"point_data\['a'\] must have first axis 3"),

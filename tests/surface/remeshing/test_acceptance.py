@@ -7,13 +7,13 @@ import pytest
 from meshes.surfaces import grid, no_cells, scattered_sphere
 
 import surface
-from surface.mesh.geometry import Cells
+from hexconformal.geometry import Faces
 from surface.remeshing.acceptance import Acceptance
 from surface.remeshing.options import Options, Record
 
 INPUT = Record(0, 1.0, 0.0, 0.0, 20.0, 50.0, 0, 0, 0.0)
-TRIANGLES = Cells(np.array([[0, 1, 2]]), no_cells(4))
-QUADS = Cells(no_cells(3), np.array([[0, 1, 2, 3]]))
+TRIANGLES = Faces(np.array([[0, 1, 2]]), no_cells(4))
+QUADS = Faces(no_cells(3), np.array([[0, 1, 2, 3]]))
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ import pytest
 from meshes.surfaces import icosphere, scattered_sphere, shaken
 
 import surface
+from hexconformal.geometry import mean_edge_length
 from surface.constraint.input_surface import InputSurface
-from surface.mesh.geometry import mean_edge_length
 from surface.quality.assessment import smallest_angles
 from surface.remeshing.descent import Termination, descend
 

@@ -5,7 +5,7 @@ import pytest
 from meshes.surfaces import as_arrays, icosphere, no_cells, shaken
 
 import surface
-from surface.mesh.geometry import Cells, enclosed_volume
+from hexconformal.geometry import Faces, enclosed_volume
 
 
 @pytest.mark.parametrize(("hausdorff", "told"), [(1e-4, True), (0.05, False)])
@@ -31,7 +31,7 @@ def test_several_pieces_keep_their_own_volume():
     triangles = np.concatenate([cells.triangles, cells.triangles + len(points)])
     result = surface.remesh((two, triangles))
     for part in (triangles[: len(cells)], triangles[len(cells) :]):
-        one = Cells(part, no_cells(4))
+        one = Faces(part, no_cells(4))
         assert enclosed_volume(result.points, one) == pytest.approx(enclosed_volume(two, one), rel=1e-6)
 
 

@@ -15,7 +15,8 @@ from meshes.surfaces import (
 )
 
 import surface
-from surface.constraint.features import CORNER, CURVE, find_features
+from hexconformal.geometry import CORNER, CURVE
+from surface.constraint.features import find_features
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Creases of a surface: edges that are sharp, and no noise."""
+"""Creases of a surface of triangles, some of them slivers: edges that are sharp, and no noise."""
 
 from __future__ import annotations
 
@@ -7,11 +7,19 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.mesh import connected_components, face_edges
+from ...mesh import connected_components, face_edges
+from ..area_vectors import face_area_vectors, unit_vectors
+from ..areas import slivers
+from ..edges import EdgeTable
+from ..faces import Faces
+from .chains import chains
+from .dihedral_angles import dihedral_angles
 
-from ..mesh import Cells, EdgeTable, Floats, Ints, area_vectors, slivers, unit_vectors
+__all__ = ["find_creases"]
 
-__all__ = ["curve_ends", "find_creases"]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 _SMALLEST_GROUP = 12  # edges; of mean length, where a crease ends nowhere in particular
 _ALIKE = np.radians(5.0)  # between normals that confirm each other
@@ -19,7 +27,7 @@ _ROUNDING = 1e-9  # radians
 _BESIDE = 0.2  # of the angle: by how much the surface bends beside a crease of many corners, if it is noise
 
 
-def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, turn: float) -> NDArray[np.bool_]:
+def find_creases(points: Floats, faces: Faces, table: EdgeTable, angle: float) -> Mask:
     """Find the edges that are sharp and make up creases.
 
     Creases go past a sliver on one side. Taken for noise are edges that lead nowhere, groups that are small, or short
@@ -27,46 +35,42 @@ def find_creases(points: Floats, cells: Cells, table: EdgeTable, angle: float, t
 
     Parameters
     ----------
-    points, cells, table
+    points, faces, table
         The surface and its edges.
     angle
         Degrees between the normals of the two cells from which on an edge is sharp.
-    turn
-        Degrees by which a crease turns at a corner.
 
     Returns
     -------
     (e,) the edges of creases.
     """
     border = table.counts != 2
-    angles = _dihedral_angles(points, cells, table)
-    creased = _without_detours(points, cells, table.nodes, angles > angle, border)
+    angles = _angles(points, faces, table)
+    creased = _without_detours(points, faces, table.nodes, angles > angle, border)
     creased &= _without_spurs(points, table.nodes, creased | border)
-    return _without_noise(points, table, creased, angles, _BESIDE * angle, turn)
+    return _without_noise(points, table, creased, angles, _BESIDE * angle)
 
 
-def _dihedral_angles(points: Floats, cells: Cells, table: EdgeTable) -> Floats:
+def _angles(points: Floats, faces: Faces, table: EdgeTable) -> Floats:
     """(e,) degrees between the normals on both sides of each edge, 0 where there are not two sides."""
-    vectors = area_vectors(points, cells)
-    inside = (table.counts == 2) & (table.cells >= 0).all(axis=1)
-    a, b = table.cells[inside].T
+    vectors = face_area_vectors(points, faces)
+    a, b = table.sides.T
     normals = unit_vectors(vectors)
     around, confirmed = np.zeros_like(vectors), np.zeros(len(vectors), dtype=bool)
     np.add.at(around, a, vectors[b])
     np.add.at(around, b, vectors[a])
     alike = (normals[a] * normals[b]).sum(axis=1) > np.cos(_ALIKE)
     confirmed[a[alike]] = confirmed[b[alike]] = True
-    # The normal of a sliver is noise, unless a neighbour has the same: it takes that of its neighbours.
-    sliver = np.concatenate([slivers(points, table) for table in (cells.triangles, cells.quads)])
-    normals = np.where((sliver & ~confirmed)[:, None], unit_vectors(around), normals)
+    # The normal of a sliver is noise, unless a neighbour has the same: it takes that of its neighbours, where these do
+    # not cancel each other.
+    noise = slivers(points, faces) & ~confirmed & (np.linalg.norm(around, axis=1) > np.linalg.norm(vectors, axis=1))
+    normals = np.where(noise[:, None], unit_vectors(around), normals)
     result = np.zeros(len(table.nodes))
-    result[inside] = np.degrees(np.arccos(np.clip((normals[a] * normals[b]).sum(axis=1), -1.0, 1.0)))
+    result[table.manifold] = dihedral_angles(normals, table)
     return result
 
 
-def _without_detours(
-    points: Floats, cells: Cells, edges: Ints, sharp: NDArray[np.bool_], border: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def _without_detours(points: Floats, faces: Faces, edges: Ints, sharp: Mask, border: Mask) -> Mask:
     """Lead creases past a sliver on one side, where they go round it or zigzag: all its nodes on them, it stays one."""
     near: dict[int, set[int]] = defaultdict(set)
     for a, b in edges[sharp | border].tolist():
@@ -74,7 +78,7 @@ def _without_detours(
         near[b].add(a)
     on = np.zeros(len(points), dtype=bool)
     on[edges[sharp | border]] = True
-    thin = cells.triangles[slivers(points, cells.triangles) & on[cells.triangles].all(axis=1)]
+    thin = faces.triangles[slivers(points, faces)[: len(faces.triangles)] & on[faces.triangles].all(axis=1)]
     keys, width = edges @ [len(points), 1], [len(points), 1]
     sides = np.sort(face_edges(thin), axis=1).reshape(-1, 3, 2)
     thin = thin[~border[np.searchsorted(keys, sides @ width)].any(axis=1)]
@@ -130,7 +134,7 @@ def _turn(path: Floats) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))
 
 
-def _without_spurs(points: Floats, edges: Ints, sharp: NDArray[np.bool_], rounds: int = 3) -> NDArray[np.bool_]:
+def _without_spurs(points: Floats, edges: Ints, sharp: Mask, rounds: int = 3) -> Mask:
     """Take away sharp edges that lead nowhere, and small groups: a crease is long, or joins others; noise is not."""
     kept, count = sharp.copy(), len(points)
     for _ in range(rounds):
@@ -150,25 +154,28 @@ def _without_spurs(points: Floats, edges: Ints, sharp: NDArray[np.bool_], rounds
     return kept
 
 
-def _without_noise(
-    points: Floats, table: EdgeTable, sharp: NDArray[np.bool_], bends: Floats, least: float, turn: float
-) -> NDArray[np.bool_]:
+def _without_noise(points: Floats, table: EdgeTable, sharp: Mask, bends: Floats, least: float) -> Mask:
     """Take away groups with corners at half of their nodes, where half of the edges beside them bend, too."""
     kept, count = sharp.copy(), len(points)
     ids = np.flatnonzero(sharp)
     group = _groups(table.nodes[ids], count)
-    at_node, at_cell = np.full(count, -1), np.full(int(table.cells.max(initial=-1)) + 1, -1)
-    at_node[table.nodes[ids]] = at_cell[table.cells[ids]] = group[:, None]
-    others = np.flatnonzero(~sharp & (table.counts == 2) & (table.cells >= 0).all(axis=1))
-    corner, bent = curve_ends(points, table.nodes[ids], turn), bends[others] > least
+    at_node, at_cell = np.full(count, -1), np.full(int(table.sides.max(initial=-1)) + 1, -1)
+    at_node[table.nodes[ids]] = group[:, None]
+    inside = sharp[table.manifold]
+    of_edge = np.full(len(sharp), -1)
+    of_edge[ids] = group
+    at_cell[table.sides[inside]] = of_edge[table.manifold[inside]][:, None]
+    others = table.manifold[~inside]
+    corner = chains(points, table.nodes[ids], np.zeros(count, dtype=bool)).corners
+    bent = bends[others] > least
     number = int(group.max(initial=-1)) + 1
     noise = _mostly(at_node, corner, number)
-    noise &= _mostly(at_cell[table.cells[others]], np.stack([bent, bent], axis=1), number)
+    noise &= _mostly(at_cell[table.sides[~inside]], np.stack([bent, bent], axis=1), number)
     kept[ids[noise[group]]] = False
     return kept
 
 
-def _mostly(group: Ints, true: NDArray[np.bool_], number: int) -> NDArray[np.bool_]:
+def _mostly(group: Ints, true: Mask, number: int) -> Mask:
     """(number,) groups with members, at least half of which have a property; -1 is no group."""
     inside = group >= 0
     size = np.bincount(group[inside], minlength=number)
@@ -178,17 +185,3 @@ def _mostly(group: Ints, true: NDArray[np.bool_], number: int) -> NDArray[np.boo
 def _groups(edges: Ints, count: int) -> Ints:
     """(e,) number of the connected group that each edge belongs to."""
     return np.unique(connected_components(edges, count)[edges[:, 0]], return_inverse=True)[1].ravel()
-
-
-def curve_ends(points: Floats, edges: Ints, turn: float) -> NDArray[np.bool_]:
-    """(n,) nodes where a curve ends, branches, or turns sharply."""
-    count = len(points)
-    degree = np.bincount(edges.ravel(), minlength=count)
-    result = (degree > 0) & (degree != 2)
-    outward = np.zeros((count, 3))
-    direction = unit_vectors(points[edges[:, 1]] - points[edges[:, 0]])
-    np.add.at(outward, edges[:, 0], direction)
-    np.add.at(outward, edges[:, 1], -direction)
-    # Two unit vectors at the angle pi - t have a sum of length 2 sin(t / 2).
-    sharp = np.linalg.norm(outward, axis=1) > 2 * np.sin(np.radians(turn) / 2)
-    return np.asarray(result | ((degree == 2) & sharp))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import CORNER_NEIGHBOURS, EDGES, face_area_vectors
-from ..mesh import unique_edges
-from .quad_edges import QuadEdges, quad_edges
+from ...elements import CORNER_NEIGHBOURS, EDGES
+from ...mesh import unique_edges
+from ..area_vectors import face_area_vectors
+from ..edges import EdgeTable, edge_table
+from ..faces import Faces
 
 __all__ = ["crack_fronts", "kept_edges"]
 
@@ -17,21 +19,21 @@ Ints = NDArray[np.int64]
 _OPENING = 60.0  # degrees between the sides of a slit, up to which its end is a front
 
 
-def kept_edges(points: Floats, quads: Ints, cells: Ints, tags: Ints | None = None) -> Ints:
+def kept_edges(points: Floats, faces: Faces | Ints, cells: Ints, tags: Ints | None = None) -> Ints:
     """Edges of a boundary that are kept though it may be flat there.
 
-    These are crack fronts, edges with other than two quads, and those where tags change.
+    These are crack fronts, edges with other than two faces, and those where tags change.
 
     Parameters
     ----------
     points
         (n, 3) coordinates.
-    quads
-        (q, 4) boundary quads.
+    faces
+        Of the boundary.
     cells
         (m, 8) the cells whose boundary this is.
     tags
-        (q,) integers per quad.
+        (f,) integers per face.
 
     Returns
     -------
@@ -51,38 +53,38 @@ def kept_edges(points: Floats, quads: Ints, cells: Ints, tags: Ints | None = Non
     >>> twice[kept_edges(twice, boundary_quads(upper)[0], upper), 0].tolist()
     [[0.5, 0.5], [0.5, 0.5]]
     """
-    edges = quad_edges(quads)
-    kept = crack_fronts(points, quads, edges, cells)
+    edges = edge_table(faces)
+    kept = crack_fronts(points, faces, edges, cells)
     if tags is not None:
-        kept |= tags[edges.quads[:, 0]] != tags[edges.quads[:, 1]]
+        kept |= tags[edges.sides[:, 0]] != tags[edges.sides[:, 1]]
     return edges.nodes[np.union1d(edges.manifold[kept], edges.nonmanifold)]
 
 
-def crack_fronts(points: Floats, quads: Ints, edges: QuadEdges, cells: Ints) -> NDArray[np.bool_]:
-    """Find the crack fronts of a boundary: its two quads lie on each other, and cells fill the 360 degrees around.
+def crack_fronts(points: Floats, faces: Faces | Ints, edges: EdgeTable, cells: Ints) -> NDArray[np.bool_]:
+    """Find the crack fronts of a boundary: its two faces lie on each other, and cells fill the 360 degrees around.
 
     The angle inside is the sum over the cells around an edge of the angles, with their signs, between the two faces
-    of each. So a quad that is folded onto its neighbour, the cell of which counts negative, makes no front.
+    of each. So a face that is folded onto its neighbour, the cell of which counts negative, makes no front.
 
     Parameters
     ----------
     points
         (n, 3) coordinates.
-    quads
-        (q, 4) boundary quads.
+    faces
+        Of the boundary.
     edges
-        Of these quads.
+        Of these faces.
     cells
         (m, 8) the cells whose boundary this is.
 
     Returns
     -------
-    (s,) a flag for each edge with two quads.
+    (s,) a flag for each edge with two faces.
     """
     fronts = np.zeros(len(edges.manifold), dtype=bool)
-    area = face_area_vectors(points, quads)
+    area = face_area_vectors(points, faces)
     size = np.linalg.norm(area, axis=1)
-    left, right = edges.quads.T
+    left, right = edges.sides.T
     most = -np.cos(np.radians(_OPENING)) * size[left] * size[right]
     opposed = np.flatnonzero(np.einsum("ei,ei->e", area[left], area[right]) < most)
     if len(opposed) == 0:

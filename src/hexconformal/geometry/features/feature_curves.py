@@ -1,24 +1,27 @@
-"""Feature curves, corners and smooth patches of a boundary of quadrilaterals."""
+"""Feature curves, corners and smooth patches of a surface."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import OptionError
-from ..mesh import connected_components
+from ...common import OptionError
+from ...mesh import connected_components
+from ..edges import EdgeTable, edge_table
+from ..faces import Faces
+from .chains import Chains, chains
 from .crack_fronts import crack_fronts
 from .dihedral_angles import dihedral_angles, filtered_normals, rounded_edges, stair_steps
-from .feature_chains import Chains, chains
-from .quad_edges import QuadEdges, quad_edges
 
-__all__ = ["Features", "find_features"]
+__all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "find_features", "nonmanifold_nodes"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+SMOOTH, CURVE, CORNER = 0, 1, 2
 
 _CONTINUED = 0.6  # share of the angle down to which a crease goes on, once found
 _SHORTEST, _SHORTEST_BESIDE = 5, 15  # edges of a curve with a free end, alone, and beside others that are kept
@@ -29,18 +32,18 @@ _ROUNDED = (0.3, 0.01)  # curves may be rounded off if the surface may move so f
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Feature curves and corners of a boundary, and the smooth patches between them.
+    """Feature curves and corners of a surface, and the smooth patches between them.
 
     Attributes
     ----------
+    kind
+        (n,) SMOOTH, CURVE, or CORNER, which belongs to no single curve or patch.
     edges
         (k, 2) nodes of the feature edges.
     curves
         (k,) curve of each feature edge; a curve runs from corner to corner, or is closed.
-    corners
-        Nodes that belong to no single curve or patch, ascending.
     patches
-        (q,) smooth patch of each quad.
+        (f,) smooth patch of each face.
     soft
         Whether curves and corners need not be kept: they are noise, stair steps, or smaller than how far the
         surface may move.
@@ -48,17 +51,35 @@ class Features:
         What was found and decided, and why, in words.
     """
 
+    kind: NDArray[np.int8]
     edges: Ints
     curves: Ints
-    corners: Ints
     patches: Ints
-    soft: bool
-    reason: str
+    soft: bool = False
+    reason: str = ""
+
+    @property
+    def corners(self) -> Ints:
+        """Nodes that are corners, ascending."""
+        return np.flatnonzero(self.kind == CORNER)
+
+    @classmethod
+    def along(cls, points: Floats, faces: Faces, edges: EdgeTable, chosen: Ints, stops: Mask) -> Features:
+        """Features along chosen edges, ids of a table, with curves that end where they must, and at some nodes (n,)."""
+        nodes = edges.nodes[chosen]
+        curves = chains(points, nodes, stops)
+        free = np.ones(len(edges.nodes), dtype=bool)
+        free[chosen] = False
+        kind = np.full(len(points), SMOOTH, dtype=np.int8)
+        kind[nodes] = CURVE
+        kind[curves.corners | stops] = CORNER
+        patches = connected_components(edges.sides[free[edges.manifold]], len(faces))
+        return cls(kind, nodes, curves.labels, patches)
 
 
 def find_features(
     points: Floats,
-    quads: Ints,
+    faces: Faces | Ints,
     *,
     angle: float = 35.0,
     tags: ArrayLike | None = None,
@@ -68,7 +89,7 @@ def find_features(
 ) -> Features:
     """Find the smooth patches of a boundary, the curves between them, and the corners.
 
-    Edges where tags change, crack fronts, and edges with other than two quads always belong to a curve. The others are
+    Edges where tags change, crack fronts, and edges with other than two faces always belong to a curve. The others are
     found by their angle: a curve is a chain of edges with at least 0.6 `angle` between the (averaged) normals on both
     sides, at least half of them more than `angle` and clearly more than the edges beside. Chains that zigzag, and
     short ones that end anywhere but at other curves, are noise; beside curves that are kept, mode "auto" also leaves
@@ -78,14 +99,14 @@ def find_features(
     ----------
     points
         (n, 3) coordinates.
-    quads
-        (q, 4) boundary quads, counter-clockwise seen from outside.
+    faces
+        Counter-clockwise seen from outside.
     angle
         Degrees between normals, 0 where the surface is flat.
     tags
-        (q,) integers per quad: curves are where they change, too, whatever the angle.
+        (f,) integers per face: curves are where they change, too, whatever the angle.
     cells
-        (m, 8) the cells whose boundary this is; with them crack fronts are told from quads that are folded.
+        (m, 8) the cells whose boundary this is; with them crack fronts are told from faces that are folded.
     mode
         "keep" and "soft" decide; "auto" lets curves be soft where most of them are stair steps or end in
         the middle of nowhere, and where the surface may move so far that they can be rounded off.
@@ -95,7 +116,7 @@ def find_features(
     Raises
     ------
     OptionError
-        If an option makes no sense, or `tags` has another length than `quads`.
+        If an option makes no sense, or `tags` has another length than `faces`.
 
     Examples
     --------
@@ -114,42 +135,37 @@ def find_features(
         raise OptionError(f"the feature angle must lie between 0 and 180 degrees, not {angle}")
     if not tolerance >= 0:
         raise OptionError(f"tolerance must be 0 or more, not {tolerance}")
-    edges = quad_edges(quads)
-    nonmanifold = _nonmanifold_nodes(quads, edges, len(points))
-    fronts = np.zeros(len(edges.manifold), dtype=bool) if cells is None else crack_fronts(points, quads, edges, cells)
-    kept = fronts | (False if tags is None else _changes(tags, edges, len(quads)))
+    faces = Faces.of(faces)
+    edges = edge_table(faces)
+    nonmanifold = nonmanifold_nodes(faces, edges, len(points))
+    fronts = np.zeros(len(edges.manifold), dtype=bool) if cells is None else crack_fronts(points, faces, edges, cells)
+    kept = fronts | (False if tags is None else _changes(tags, edges, len(faces)))
     stops = nonmanifold.copy()
     stops[edges.nodes[edges.manifold[kept]]] = True
-    soft, chosen, why = _by_angle(points, quads, edges, fronts, stops, angle, mode, tolerance)
+    soft, chosen, why = _by_angle(points, faces, edges, fronts, stops, angle, mode, tolerance)
     if kept.any() and mode != "soft":
         by = [name for name, some in (("tags", kept & ~fronts), ("crack fronts", fronts)) if some.any()]
         why = f"by {' and '.join(by)}, none by angle: {why}" if soft else f"by {', '.join(by)} and angle: {why}"
         soft, chosen = False, np.union1d(chosen[:0] if soft else chosen, edges.manifold[kept])
     chosen = np.union1d(chosen, edges.nonmanifold)
-    nodes = edges.nodes[chosen]
-    curves = chains(points, nodes, nonmanifold)
-    free = np.ones(len(edges.nodes), dtype=bool)
-    free[chosen] = False
-    patches = connected_components(edges.quads[free[edges.manifold]], len(quads))
-    corners = np.flatnonzero(curves.corners | nonmanifold)
-    count = int(curves.labels.max(initial=-1)) + 1
-    found = f"{count} curves, {len(corners)} corners, {int(patches.max(initial=-1)) + 1} patches"
-    return Features(nodes, curves.labels, corners, patches, soft, f"{found}, {'soft' if soft else 'kept'}: {why}")
+    found = Features.along(points, faces, edges, chosen, nonmanifold)
+    counts = [int(labels.max(initial=-1)) + 1 for labels in (found.curves, found.patches)]
+    what = f"{counts[0]} curves, {len(found.corners)} corners, {counts[1]} patches"
+    return replace(found, soft=soft, reason=f"{what}, {'soft' if soft else 'kept'}: {why}")
 
 
-def _nonmanifold_nodes(quads: Ints, edges: QuadEdges, count: int) -> Mask:
+def nonmanifold_nodes(faces: Faces, edges: EdgeTable, count: int) -> Mask:
     """(n,) nodes where several sheets of the surface meet, other than along a curve of nonmanifold edges."""
-    flat = edges.of_quads.ravel()
+    flat, corners, after = edges.of_corners, faces.corners, faces.around(1)
     order = np.argsort(flat, kind="stable")
     order = order[np.bincount(flat)[flat[order]] == 2]
-    quad, corner = np.divmod(order, 4)
-    after = (corner + 1) % 4
-    swap = quads[quad, corner] > quads[quad, after]
-    # The corners of a quad at both ends of an edge; across it they continue in the other quad.
-    ends = np.stack([np.where(swap, after, corner), np.where(swap, corner, after)], axis=1) + 4 * quad[:, None]
-    sheet = connected_components(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), quads.size)
+    after = after[order]
+    swap = corners[order] > corners[after]
+    # The corners of a face at both ends of an edge; across it they continue in the other face.
+    ends = np.stack([np.where(swap, after, order), np.where(swap, order, after)], axis=1)
+    sheet = connected_components(np.stack([ends[0::2].ravel(), ends[1::2].ravel()], axis=1), len(corners))
     first = np.unique(sheet, return_index=True)[1]
-    sheets = np.bincount(quads.ravel()[first], minlength=count)
+    sheets = np.bincount(corners[first], minlength=count)
     uses = np.bincount(flat)[edges.nonmanifold]
     most = np.zeros(count, dtype=np.int64)
     np.maximum.at(most, edges.nodes[edges.nonmanifold], uses[:, None])
@@ -157,18 +173,18 @@ def _nonmanifold_nodes(quads: Ints, edges: QuadEdges, count: int) -> Mask:
     return np.asarray(np.where(meeting > 0, (meeting != 2) | (sheets != most), sheets > 1))
 
 
-def _changes(tags: ArrayLike, edges: QuadEdges, count: int) -> Mask:
-    """(s,) edges with two quads where tags change."""
+def _changes(tags: ArrayLike, edges: EdgeTable, count: int) -> Mask:
+    """(s,) edges with two faces where tags change."""
     labels = np.asarray(tags)
     if labels.shape != (count,):
-        raise OptionError(f"tags must be one per boundary quad, ({count},), not {labels.shape}")
-    return np.asarray(labels[edges.quads[:, 0]] != labels[edges.quads[:, 1]])
+        raise OptionError(f"tags must be one per boundary face, ({count},), not {labels.shape}")
+    return np.asarray(labels[edges.sides[:, 0]] != labels[edges.sides[:, 1]])
 
 
 def _by_angle(
     points: Floats,
-    quads: Ints,
-    edges: QuadEdges,
+    faces: Faces,
+    edges: EdgeTable,
     fronts: Mask,
     stops: Mask,
     angle: float,
@@ -176,20 +192,22 @@ def _by_angle(
     tolerance: float,
 ) -> tuple[bool, Ints, str]:
     """Decide if curves found by their angle need not be kept; tell the edges of those that are found, and why."""
-    angles = dihedral_angles(filtered_normals(points, quads, edges, fronts), edges)
-    chosen = _creases(points, edges, angles, angle, stops, _SHORTEST)
+    angles = dihedral_angles(filtered_normals(points, faces, edges, fronts), edges)
+    chosen = _creases(points, faces, edges, angles, angle, stops, _SHORTEST)
     if mode != "auto":
         return mode == "soft", chosen, f"{mode} as asked"
     both = np.union1d(chosen, edges.nonmanifold)
-    soft, open_ends, why = _softness(points, quads, edges, both, stops, angle, tolerance)
+    soft, open_ends, why = _softness(points, faces, edges, both, stops, angle, tolerance)
     if open_ends and not soft:
-        chosen = _creases(points, edges, angles, angle, stops, _SHORTEST_BESIDE)
+        chosen = _creases(points, faces, edges, angles, angle, stops, _SHORTEST_BESIDE)
     return soft, chosen, why
 
 
-def _creases(points: Floats, edges: QuadEdges, angles: Floats, angle: float, stops: Mask, shortest: int) -> Ints:
-    """Ids of the edges with two quads that belong to creases; those with a free end have `shortest` edges or more."""
-    coarse = rounded_edges(angles, edges)
+def _creases(
+    points: Floats, faces: Faces, edges: EdgeTable, angles: Floats, angle: float, stops: Mask, shortest: int
+) -> Ints:
+    """Ids of the edges with two faces that belong to creases; those with a free end have `shortest` edges or more."""
+    coarse = rounded_edges(angles, faces, edges)
     chosen = np.flatnonzero(angles > _CONTINUED * angle)
     # Where a spur goes two chains become one, so that chains are looked at again until nothing goes.
     while len(chosen):
@@ -215,15 +233,15 @@ def _has_free_end(nodes: Ints, curves: Chains, stops: Mask) -> Mask:
 
 
 def _softness(
-    points: Floats, quads: Ints, edges: QuadEdges, chosen: Ints, stops: Mask, angle: float, tolerance: float
+    points: Floats, faces: Faces, edges: EdgeTable, chosen: Ints, stops: Mask, angle: float, tolerance: float
 ) -> tuple[bool, bool, str]:
     """Decide if curves found by their angle need not be kept, and tell if some of them end freely, and why."""
     nodes = edges.nodes[chosen]
     lengths = np.linalg.norm(points[nodes[:, 0]] - points[nodes[:, 1]], axis=1)
     if not lengths.any():
         return True, False, "the surface is smooth"
-    steps, sharp = stair_steps(points, quads, edges, angle)
-    stepped = steps[edges.quads[sharp]].any(axis=1).mean() if sharp.any() else 0.0
+    steps, sharp = stair_steps(points, faces, edges, angle)
+    stepped = steps[edges.sides[sharp]].any(axis=1).mean() if sharp.any() else 0.0
     if stepped > _STEPPED:
         return True, False, f"stair steps, {stepped:.0%} of the sharp edges bound a step of one cell"
     curves = chains(points, nodes, stops)
@@ -231,7 +249,7 @@ def _softness(
     if free > 0.5:
         return True, True, f"{free:.0%} of the sharp curves end in the middle of a smooth surface"
     edge = float(np.median(lengths[lengths > 0.0]))
-    diagonal = float(np.linalg.norm(np.ptp(points[np.unique(quads)], axis=0)))
+    diagonal = float(np.linalg.norm(np.ptp(points[faces.nodes()], axis=0)))
     if tolerance > max(_ROUNDED[0] * edge, _ROUNDED[1] * diagonal):
         share = f"{tolerance / edge:.2g} edge lengths, {tolerance / diagonal:.2g} diagonals"
         return True, False, f"the surface may move by {share}, which rounds them off"

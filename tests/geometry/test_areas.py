@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
-from surface.mesh.geometry import (
+from hexconformal.geometry import (
     area_gradient,
-    area_vectors,
-    cell_areas,
     enclosed_volume,
+    face_area_vectors,
+    face_areas,
     nodal_area_vectors,
     nodal_areas,
 )
@@ -31,7 +31,7 @@ def test_nodal_vectors_are_the_gradient_of_the_volume(surface):
 def test_the_derivative_of_the_area(surface):
     points, cells = surface
     direction = np.random.default_rng(0).normal(size=points.shape)
-    ends = [cell_areas(points + sign * 1e-6 * direction, cells).sum() for sign in (1, -1)]
+    ends = [face_areas(points + sign * 1e-6 * direction, cells).sum() for sign in (1, -1)]
     slope = (area_gradient(points, cells) * direction).sum()
     assert slope == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-7)
 
@@ -39,8 +39,8 @@ def test_the_derivative_of_the_area(surface):
 @pytest.mark.parametrize("surface", SURFACES)
 def test_vectors_and_areas_add_up(surface):
     points, cells = surface
-    assert np.abs(area_vectors(points, cells).sum(axis=0)).max() < 1e-13
-    assert nodal_areas(points, cells).sum() == pytest.approx(cell_areas(points, cells).sum())
+    assert np.abs(face_area_vectors(points, cells).sum(axis=0)).max() < 1e-13
+    assert nodal_areas(points, cells).sum() == pytest.approx(face_areas(points, cells).sum())
 
 
 def test_volume_of_a_sphere_converges_with_second_order():

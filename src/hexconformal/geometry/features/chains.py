@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import connected_components
+from ...mesh import connected_components
 
 __all__ = ["Chains", "chains"]
 

@@ -1,0 +1,16 @@
+"""Feature curves, corners and smooth patches of a surface."""
+
+from .crack_fronts import kept_edges
+from .creases import find_creases
+from .feature_curves import CORNER, CURVE, SMOOTH, Features, find_features, nonmanifold_nodes
+
+__all__ = [
+    "CORNER",
+    "CURVE",
+    "SMOOTH",
+    "Features",
+    "find_creases",
+    "find_features",
+    "kept_edges",
+    "nonmanifold_nodes",
+]
