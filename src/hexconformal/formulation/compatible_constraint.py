@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import Assembly, Patch, Term
-from ..geometry import nodal_area_vectors, nodal_areas
+from ..geometry import Faces, nodal_area_vectors, nodal_areas
 
 __all__ = ["CompatibleConstraint"]
 
@@ -78,7 +78,7 @@ class CompatibleConstraint(Term):
         count = int(patches.max(initial=0)) + 1
         keys, places = np.unique(quads * count + patches[:, None], return_inverse=True)
         nodes, own = keys // count, places.reshape(quads.shape)
-        areas = np.maximum(nodal_areas(points[nodes], own), 1e-300)
+        areas = np.maximum(nodal_areas(points[nodes], Faces.of(own)), 1e-300)
         return cls(points, nodes, own, eps, nodal_area_vectors(points[nodes], own), areas)
 
     def renewed(self, points: Field) -> CompatibleConstraint:
