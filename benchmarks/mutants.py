@@ -188,8 +188,8 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.solver.newton": (
         ("solver/test_newton.py",),
         [
-            ("else max(low, self.shift / _SHIFT_FACTOR)", "else max(low, self.shift)"),
-            ("min(high, _SHIFT_FACTOR * self.shift)", "_SHIFT_FACTOR * self.shift"),
+            ("else max(low, self.added / factor)", "else max(low, self.added)"),
+            ("min(high, factor * self.added)", "factor * self.added"),
             ("direction = current.problem.project(rounded)", "direction = rounded"),
             ("if self.rounding > 0.0:", "if self.rounding > 1.0:"),
         ],
@@ -232,10 +232,10 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ("regularization/test_minimization.py", "regularization/test_option_effects.py"),
         [
             ("if norm <= tolerance * first:", "if norm >= tolerance * first:"),
-            ("slow + 1 if following.decrease < self", "slow + 1 if following.decrease > self"),
+            ("slow + 1 if at.energy - following.energy < self", "slow + 1 if at.energy - following.energy > self"),
             ("** (-2.0 / 3.0)", "** (2.0 / 3.0)"),
             ("scales = volumes / volumes.mean()", "scales = volumes * volumes.mean()"),
-            ("taken == _HANDOVER", "taken == 0"),
+            ("taken == schedule.handover", "taken == 0"),
             ("phases = (method,) if method != \"auto\" else", "phases ="),
             ("deepcopy(equation.assembly.matrix)", "equation.assembly.matrix"),
             ("_at_corners = distortion.quadrature == \"corners\" and", "_at_corners ="),
@@ -290,13 +290,27 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ("geometry/test_distance_barrier.py", "geometry/test_barrier_state.py"),
         [
             ("(samples.at_node | (most >= onset))", "(samples.at_node & (most >= onset))"),
-            ("2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2", "2.0 * (k * (over > 0) * r * (1.0 + over * r)"),
-            ("schedule.wall if worst < schedule.wall else", "schedule.wall if worst < schedule.room else"),
             ("worst = max(worst, float(found.distances.max(", "worst = (float(found.distances.max("),
             ("measured_at=x, wall=wall", "wall=wall"),
             ("everywhere[self.patch.nodes] = points", "pass"),
             ("spacing=max(0.5 * self.spacing", "spacing=max(self.spacing"),
             ("inside = nodes >= 0", "inside = nodes > 0"),
+        ],
+    ),
+    "hexconformal.geometry.barrier_schedule": (
+        ("geometry/test_distance_barrier.py", "geometry/test_barrier_state.py"),
+        [
+            ("2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2", "2.0 * (k * (over > 0) * r * (1.0 + over * r)"),
+            ("schedule.wall if worst < schedule.wall else", "schedule.wall if worst < schedule.room else"),
+        ],
+    ),
+    "hexconformal.formulation.compatible_constraint": (
+        ("formulation/test_compatible_constraint.py",),
+        [
+            ("middle = 0.5 * (self.start", "middle = 0.0 * (self.start"),
+            ("np.unique(quads * count + patches[:, None]", "np.unique(quads * count + 0 * patches[:, None]"),
+            ("0.5 * self._along(points) ** 2", "1.0 * self._along(points) ** 2"),
+            ("matrix.indptr[nodes[there] + 1] - 1", "matrix.indptr[nodes[there] + 1] - 2"),
         ],
     ),
     "hexconformal.geometry.distance_samples": (
