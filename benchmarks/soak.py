@@ -228,8 +228,12 @@ def judge_hexahedra(case: Case, rng: np.random.Generator) -> list[str]:
     hold("arrays are kept", all(np.array_equal(out["kept"], old["kept"]) for out, old in kept))
     if case.options.get("boundary", "slide") == "slide":
         diagonal = np.linalg.norm(np.ptp(x[np.unique(cells)], axis=0))
-        far = finely_measured(y, x, quads) / diagonal
-        hold("the surface stays within its bound", far <= case.options.get("hausdorff", 0.005) * (1.0 + FINE) + 1e-6)
+        bound = case.options.get("hausdorff", 0.005) * (1.0 + FINE) + 1e-6
+        # Triangles a tenth of an edge wide are off by more where a bound is tight.
+        far = finely_measured(y, x, quads, 10) / diagonal
+        if far > bound:
+            far = finely_measured(y, x, quads, 40) / diagonal
+        hold("the surface stays within its bound", far <= bound)
         hold(
             "so does the distance of the report", result.report.hausdorff <= case.options.get("hausdorff", 0.005) + 1e-9
         )
@@ -352,7 +356,7 @@ def _options(rng: np.random.Generator, **choices: list[Any]) -> dict[str, Any]:
     return {name: values[rng.integers(len(values))] for name, values in choices.items() if rng.random() < 0.25}
 
 
-def finely_measured(points: np.ndarray, reference: np.ndarray, quads: np.ndarray, parts: int = 10) -> float:
+def finely_measured(points: np.ndarray, reference: np.ndarray, quads: np.ndarray, parts: int) -> float:
     """Hausdorff distance between two positions of bilinear quads, from many samples to many small triangles."""
     s = np.linspace(0.0, 1.0, parts + 1)
     u, v = (side.ravel() for side in np.meshgrid(s, s))
