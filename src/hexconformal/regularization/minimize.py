@@ -100,9 +100,8 @@ class Minimization:
         few = method == "auto" and self._formulation.barrier is not None and options.raises_worst
         few = few and not options.changes_sizes
         for phase in phases:
-            for taken, following in enumerate(
-                islice(self._steps(phase, at), self._schedule.few_steps if few else None), 1
-            ):
+            steps = islice(self._steps(phase, at), schedule.few_steps if few else None)
+            for taken, following in enumerate(steps, 1):
                 if following.step == 0.0:
                     break
                 # What a step wins may be lost again where normals are renewed: it is the whole that counts.
