@@ -28,6 +28,21 @@ class MeshioOrigin:
     selection: Selection
     file: SourceFile | None = None
 
+    @property
+    def cell_groups(self) -> dict[str, NDArray[np.bool_]]:
+        """Masks (m,) of the hexahedra in the sets of cells, by name; those that Gmsh adds for itself left out."""
+        counts = [len(block.data) for block in self.source.cells]
+        starts, groups = np.cumsum([0, *counts]), {}
+        for name, parts in self.source.cell_sets.items():
+            if str(name).startswith("gmsh:"):
+                continue
+            inside = np.zeros(starts[-1], dtype=bool)
+            for part, start, count in zip(parts, starts, counts, strict=False):
+                if part is not None and len(part):
+                    inside[start : start + count][np.asarray(part)] = True
+            groups[str(name)] = inside[self.selection.rows]
+        return groups
+
     def updated_source(self, mesh: HexMesh) -> Any:
         """A new meshio.Mesh that holds all of the source, with the points, cells and arrays of `mesh`."""
         import meshio

@@ -8,6 +8,7 @@ from .arrays import checked_cells, checked_data, checked_points, read_only
 from .edges import face_edges, unique_edges
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
+from .regions import Regions, find_regions, interface_quads
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
@@ -23,6 +24,7 @@ __all__ = [
     "FaceTable",
     "HexMesh",
     "NormalizedMesh",
+    "Regions",
     "binary_search",
     "boundary_quads",
     "checked_cells",
@@ -34,6 +36,8 @@ __all__ = [
     "corner_incidences",
     "face_edges",
     "face_table",
+    "find_regions",
+    "interface_quads",
     "morton_codes",
     "node_pattern",
     "node_rings",

@@ -92,6 +92,11 @@ class HexMesh:
         """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
         return ChainMap(self.point_data, {} if self.origin is None else self.origin.node_groups)
 
+    def cell_groups(self) -> Mapping[str, NDArray[np.bool_]]:
+        """Masks (m,) of the hexahedra in the sets of cells of the file, by name."""
+        groups = getattr(self.origin, "cell_groups", None)
+        return {} if groups is None else groups
+
     def replaced(
         self,
         points: ArrayLike | None = None,

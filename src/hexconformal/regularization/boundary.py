@@ -8,17 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError
+from ..common import MeshError, first_names
 from ..formulation import Schedules
 from ..geometry import DistanceBarrier, Features, SurfaceLocator, find_features, kept_edges, surface_tags
 from ..io import read_surface
-from ..mesh import NormalizedMesh
+from ..mesh import NormalizedMesh, find_regions, interface_quads
 from ..solver import (
     AdmissibleDirections,
     boundary_directions,
     count_free_directions,
     fixed_components,
     line_normal_sums,
+    planar_normal_sums,
 )
 from .options import Options
 
@@ -71,9 +72,13 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
+    inner, inner_notes = _interface_normals(normalized, options)
     if options.boundary != "slide" or options.hausdorff == 0.0:
         edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
-        return Boundary(boundary_directions(points, quads, options.boundary, fixed, normalized.node_labels, edges))
+        labels = normalized.node_labels
+        return Boundary(
+            boundary_directions(points, quads, options.boundary, fixed, labels, edges, inner), notes=inner_notes
+        )
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
     features = find_features(points, quads, tags=tags, cells=cells, mode=options.features, tolerance=tolerance)
@@ -81,7 +86,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     if not features.soft and reference is None:
         sums, flat = flat_normals(points, quads, features.patches, _FLATNESS * tolerance)
         sums += _normals_of_curves(points, features, sums, flat)
-    admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
+    admissible = AdmissibleDirections.from_normal_sums(sums + inner, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
     sliding[quads] = True
     sliding &= count_free_directions(sums) == 3
@@ -89,12 +94,31 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
         # Straight edges between flat patches need no barrier, curved ones do.
         bent = features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]
         sliding[bent] = True
-    notes = (f"features: {features.reason}",)
-    if not (sliding & ~fixed.all(axis=1)).any():
+    notes = (f"features: {features.reason}", *inner_notes)
+    if not (sliding & admissible.free(len(points))).any():
         return Boundary(admissible, None, notes)
     original = SurfaceLocator(points, quads)
     barrier = DistanceBarrier.around(original, tolerance, features, reference, (schedules or Schedules()).barrier)
     return Boundary(admissible, barrier, notes, features.patches)
+
+
+def _interface_normals(normalized: NormalizedMesh, options: Options) -> tuple[Field, tuple[str, ...]]:
+    """Sums (n, 3, 3) of n n^T over the faces between regions around every node, and what is told of them.
+
+    Nodes slide where all these faces lie in one plane, along a line where they lie in two, and stay elsewhere.
+    """
+    none = np.zeros((len(normalized.points), 3, 3))
+    regions = find_regions(normalized.mesh, options.interfaces)
+    if regions is None:
+        return none, ()
+    quads = interface_quads(normalized.cells, regions.labels[normalized.cell_ids])
+    if len(quads) == 0:
+        return none, ()
+    sums = planar_normal_sums(normalized.points, quads, normalized.node_labels)
+    free = count_free_directions(sums)[np.unique(quads)]
+    what = f"{len(regions.names)} regions ({regions.source}: {first_names(list(regions.names))})"
+    nodes = f"{int((free > 0).sum())} nodes slide in them, {int((free == 0).sum())} stay"
+    return sums, (f"interfaces: {what}, {len(quads)} faces between them are kept: {nodes}",)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:

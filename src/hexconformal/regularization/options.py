@@ -51,6 +51,11 @@ class Options:
         Surface to slide on instead of the input's own: a path or a pyvista mesh, which may be finer.
         Cells may lose quality on the way, but none folds; the report says if the bound is not reached. Refused if
         its bounding box is not about that of the mesh.
+    interfaces
+        Regions of the mesh (materials, parts, blocks), the faces between which are kept: "auto": what the mesh says, by
+        an array such as material or gmsh:physical, or by sets of cells; "ignore": none; the name of an array on cells;
+        or (m,) integers. Nodes slide in flat interfaces and along straight lines where these meet, and stay on curved
+        ones.
     conserve_volume
         With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
         at its end, by the least change of shape within `hausdorff`; the report says if that is not enough.
@@ -112,6 +117,7 @@ class Options:
     eps: float = 1e-7
     features: str = "auto"
     surface: Any = None
+    interfaces: Any = "auto"
     conserve_volume: bool = False
     target: Any = "auto"
     sizes: Any = "input"

@@ -266,8 +266,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
 
         How the shape is kept: `boundary` ("slide", "fixed", "free"), `hausdorff` (how far a curved boundary may
         move, in diagonals of the bounding box), `constraint` ("barrier", "compatible", relaxed by `eps`), `features`
-        ("auto", "keep", "soft": sharp edges and corners), `surface` (another one to slide on), `conserve_volume`,
-        `fixed` (nodes to hold).
+        ("auto", "keep", "soft": sharp edges and corners), `surface` (another one to slide on), `interfaces`
+        (between regions: "auto", "ignore", an array), `conserve_volume`, `fixed` (nodes to hold).
 
         What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or target volumes), `weight`
         ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
@@ -303,8 +303,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     (True, True)
     >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
     ['boundary', 'conserve_volume', 'constraint', 'emphasis', 'energy', 'eps', 'features', 'fixed',
-     'gradient_tolerance', 'hausdorff', 'max_iterations', 'method', 'quadrature', 'sizes', 'surface', 'target',
-     'weight']
+     'gradient_tolerance', 'hausdorff', 'interfaces', 'max_iterations', 'method', 'quadrature', 'sizes', 'surface',
+     'target', 'weight']
     """
     run = Regularization(mesh, options_from(Options, options))
     for record in run:

@@ -140,6 +140,7 @@ def boundary_directions(
     fixed: NDArray[np.bool_] | None = None,
     ids: NDArray[Any] | None = None,
     edges: NDArray[np.int64] | None = None,
+    others: Field | None = None,
 ) -> AdmissibleDirections:
     """The admissible directions of a boundary mode, with further components held by a mask.
 
@@ -159,6 +160,8 @@ def boundary_directions(
         (n,) ids by which messages name the nodes; default their places.
     edges
         (k, 2) edges in flat faces along which the nodes of "slide" move, too.
+    others
+        (n, 3, 3) sums of n n^T over other planes in which nodes move, those of interfaces.
 
     Raises
     ------
@@ -187,6 +190,8 @@ def boundary_directions(
         sums = planar_normal_sums(points, quads, ids)
         if edges is not None:
             sums += line_normal_sums(points, edges)
+    if others is not None:
+        sums = sums + others
     return AdmissibleDirections.from_normal_sums(sums, fixed)
 
 

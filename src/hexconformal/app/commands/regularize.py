@@ -45,6 +45,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
+    shape.add_argument(
+        "--interfaces", default=Options.interfaces, metavar="auto|ignore|NAME", help="faces between regions are kept:"
+        " those that the file tells apart, none, or those of a cell array (default %(default)s)",
+    )  # fmt: skip
     shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
     shape.add_argument(
         "--fixed", metavar="NAME", help="set or group of the file whose nodes stay, or a point array where it is not 0"
