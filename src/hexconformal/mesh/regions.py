@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..common import OptionError, first_names
+from ..common import OptionError, array_of_numbers, first_names
 from .hex_mesh import HexMesh
 from .topology import face_table
 
@@ -107,11 +107,11 @@ def interface_quads(cells: Ints, labels: Ints) -> Ints:
     return np.ascontiguousarray(table.quads[between])
 
 
-def _given(values: ArrayLike, count: int, source: str) -> Regions | None:
-    values = np.asarray(values)
-    if values.shape != (count,) or values.dtype.kind not in "iubf" or not np.array_equal(values, np.rint(values)):
-        raise OptionError(f"interfaces must be one integer for each of the {count} cells, not of shape {values.shape}")
-    return _numbered(values, source)
+def _given(values: Any, count: int, source: str) -> Regions | None:
+    numbers = array_of_numbers("interfaces", values, "a name or integers")
+    if numbers.shape != (count,) or not np.array_equal(numbers, np.rint(numbers)):
+        raise OptionError(f"interfaces must be one integer for each of the {count} cells, not of shape {numbers.shape}")
+    return _numbered(numbers, source)
 
 
 def _of_values(values: NDArray[Any], source: str) -> Regions | None:

@@ -61,6 +61,7 @@ def test_options_reach_the_run(here, capsys):
         "hausdorff": 0.01,
         "constraint": "compatible",
         "eps": 1e-6,
+        "interfaces": "auto",
         "features": "keep",
         "sizes": "free",
         "surface": None,
