@@ -49,7 +49,9 @@ def test_an_array_may_be_named_or_given_or_everything_ignored():
     with pytest.raises(hc.OptionError, match="not 'phase'; there are: layer"):
         find_regions(mesh(layer=NUMBERS), "phase")
     for wrong in (NUMBERS[:3], NUMBERS + 0.5, LEFT.astype(str)):
-        with pytest.raises(hc.OptionError, match="interfaces must be (one integer for each of the 16 cells|a name or integers)"):
+        with pytest.raises(
+            hc.OptionError, match=r"interfaces must be (one integer for each of the 16 cells|a name or integers)"
+        ):
             find_regions(mesh(), wrong)
 
 

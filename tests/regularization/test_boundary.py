@@ -113,3 +113,12 @@ def test_the_volume_is_kept_within_the_bound_everywhere():
     result = hc.regularize((points, cells), conserve_volume=True)
     assert abs(result.report.volume_change) < 1e-12
     assert fine_distance(result.points, points, boundary_quads(cells)[0]) / result.report.diagonal <= 0.005
+
+
+def test_a_body_without_volume_has_no_planes_to_slide_in():
+    # All faces of a cell that is pressed flat lie in one plane, in which its nodes would go anywhere.
+    points, cells = generate.box((3, 1, 1))
+    points = points * [1.0, 1.0, 0.0] + np.random.default_rng(3).uniform(-0.05, 0.05, points.shape) * [1.0, 1.0, 0.0]
+    result = hc.regularize((points, cells), hausdorff=0.0)
+    quads = boundary_quads(cells)[0]
+    assert fine_distance(result.points, points, quads) / result.report.diagonal < 1e-3

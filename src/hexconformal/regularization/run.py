@@ -201,8 +201,8 @@ class Regularization:
         if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
         moved = boundary_distance(points, normalized, barrier, self.options.boundary)
-        if barrier is not None and moved > bound:
-            if barrier.reference is None:
+        if self.options.boundary == "slide" and moved > bound:
+            if barrier is None or barrier.reference is None:
                 reason = f"the surface would move by {moved:.4g}: the input is returned"
                 return _Outcome(np.array(self.mesh.points), reason, 0.0)
             notes.append(
