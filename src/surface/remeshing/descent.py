@@ -124,10 +124,8 @@ def descend(
         found = _search(problem, x, base, direction, normals, control, schedule) if promising else None
         if found is None and postponed.any():
             # The other nodes have arrived.
-            control, postponed = (
-                _StepControl(np.minimum(control.damping, schedule.max_damping), True),
-                np.zeros_like(postponed),
-            )
+            control = _StepControl(np.minimum(control.damping, schedule.max_damping), True)
+            postponed = np.zeros_like(postponed)
             continuation, decrease, step = continuation.completed(), 0.0, 0.0
             problem.input_surface.forbid_turning = True
             continue
@@ -215,9 +213,8 @@ def _search(
         after = energy.densities(y)
         new = float(after.sum())
         violating = problem.violating_nodes(y, before, after, held)
-        if not violating.any():
-            if new < value and abs(problem.area_excess(y)) <= schedule.area_rounding:
-                return _Step(y, new_base, facets, new, held, _StepControl(damping, uniform or tries == 0))
+        if not violating.any() and new < value and abs(problem.area_excess(y)) <= schedule.area_rounding:
+            return _Step(y, new_base, facets, new, held, _StepControl(damping, uniform or tries == 0))
         if uniform:
             length, uniform = (0.5 * length, True) if tries + 1 < schedule.uniform_tries else (1.0, False)
             continue
