@@ -8,6 +8,7 @@ from .options import EMPHASES, Options, Record
 from .report import Report
 from .result import Result
 from .run import Remeshing, remesh
+from .schedules import Schedules
 
 __all__ = [
     "EMPHASES",
@@ -16,5 +17,6 @@ __all__ = [
     "Remeshing",
     "Report",
     "Result",
+    "Schedules",
     "remesh",
 ]

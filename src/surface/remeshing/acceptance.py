@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +11,11 @@ from hexconformal.geometry import Faces
 
 from ..mesh import Floats
 from .options import Options, Record
+from .schedules import AcceptanceSchedule
 
 __all__ = ["Acceptance"]
 
 _ROUNDING = 1e-9  # of a mean angle in degrees, or of the energy
-# Relative decrease of the smallest angle that is tolerated: corners of a plane grid have the best one there is, and
-# would hold all others.
-_ANGLE_TOLERANCE = 1e-3
-_NO_GAIN = (1.02, 0.1)  # factor of the smallest angle, and degrees of the mean one, below which nothing was gained
-_LARGE_GAIN = 0.1  # of the energy, and of the smallest angle or the deficit of the mean one: enough to move nodes
-_FAR_SHARE, _FAR_GAIN = 0.5, 0.15  # beyond this share of the allowed distance, the share of a deficit to gain
-_ENERGY_GAIN = 0.02  # relative decrease that is enough where the energy decides
 
 
 @dataclass(frozen=True)
@@ -40,6 +34,8 @@ class Acceptance:
         Energy of one very bad cell, in the unit of the records.
     largest_distance
         The largest distance from the input of any surface so far, relative to the diagonal.
+    schedule
+        What is enough.
     """
 
     options: Options
@@ -47,6 +43,7 @@ class Acceptance:
     first: Record
     scale: float = 1.0
     largest_distance: float = 0.0
+    schedule: AcceptanceSchedule = field(default_factory=AcceptanceSchedule)
 
     @property
     def _by_energy(self) -> bool:
@@ -54,7 +51,7 @@ class Acceptance:
 
     @property
     def _least_angle(self) -> float:
-        return (1 - _ANGLE_TOLERANCE) * self.first.min_angle
+        return (1 - self.schedule.angle_tolerance) * self.first.min_angle
 
     def no_worse(self, now: Record) -> bool:
         """True if no more cells are turned over, and neither the smallest (but slightly) nor the mean angle smaller."""
@@ -81,23 +78,26 @@ class Acceptance:
     def gained_nothing(self, best: Record) -> bool:
         """True if hardly anything was gained."""
         if self._by_energy:
-            return best.energy > (1 - _ENERGY_GAIN) * self.first.energy
+            return best.energy > (1 - self.schedule.energy_gain) * self.first.energy
         gained = best.mean_angle - self.first.mean_angle
-        return best.min_angle < _NO_GAIN[0] * self.first.min_angle and gained < _NO_GAIN[1]
+        least = (1 + self.schedule.small_gain) * self.first.min_angle
+        return best.min_angle < least and gained < self.schedule.small_degrees
 
     def is_low(self, energy: float) -> bool:
         """True if an energy is low enough to move nodes for it."""
         small_gain = self._by_energy or self.options.emphasis == "worst"
-        return energy <= (1 - (_ENERGY_GAIN if small_gain else _LARGE_GAIN)) * self.first.energy
+        gain = self.schedule.energy_gain if small_gain else self.schedule.large_gain
+        return energy <= (1 - gain) * self.first.energy
 
     def is_worthwhile(self, best: Record) -> bool:
         """True if enough was gained to move nodes for it; a surface that is as good as it gets stays where it is."""
         if self._by_energy or self.options.emphasis == "worst" or best.turned < self.first.turned:
             return not self.gained_nothing(best)
         smallest, mean = best.min_angle - self.first.min_angle, best.mean_angle - self.first.mean_angle
-        wanted = _FAR_GAIN if self.largest_distance > _FAR_SHARE * self.options.hausdorff else 0.0
-        enough = smallest >= max(_LARGE_GAIN * self.first.min_angle, wanted * self._deficit(self.first.min_angle))
-        enough = enough or mean >= max(_LARGE_GAIN, wanted) * self._deficit(self.first.mean_angle)
+        large, far = self.schedule.large_gain, self.schedule.far_share * self.options.hausdorff
+        wanted = self.schedule.far_gain if self.largest_distance > far else 0.0
+        enough = smallest >= max(large * self.first.min_angle, wanted * self._deficit(self.first.min_angle))
+        enough = enough or mean >= max(large, wanted) * self._deficit(self.first.mean_angle)
         return enough and self.is_low(best.energy)
 
     def _deficit(self, angle: float) -> float:

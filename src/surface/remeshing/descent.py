@@ -12,18 +12,10 @@ from ..constraint import ConstrainedSystem, constrained_system, held_projectors
 from ..energy import Barrier
 from ..mesh import Floats, Ints
 from .problem import RemeshingProblem
+from .schedules import ContinuationSchedule, StepSchedule
 from .stopping import Continuation, StallTest
 
 __all__ = ["Iterate", "Termination", "descend"]
-
-_UNIFORM_TRIES = 3  # steps tried with all nodes alike: of full length, a half and a quarter
-_MAX_TRIES = 24
-_MAX_RISES = 3  # in one search, in which cells whose energy rises are damped before the step is shortened for all
-_MIN_DAMPING, _MAX_DAMPING = 0.125, 64.0  # of a node; one that would need more is held
-_DAMPING_GROWTH, _DAMPING_DECAY = 8.0, 0.25  # factors within a search, and from one iteration to the next
-_MAX_DAMPED = 0.5  # share of the nodes not held: where more would have to be damped the step is shortened for all
-_NORMALS_RISE = 0.5  # of the last decrease: late in a run new normals may raise the energy by this much
-_AREA_ROUNDING = 1e-4  # relative area beyond its range that a step may reach
 
 
 @dataclass(frozen=True)
@@ -91,7 +83,12 @@ class _Step:
 
 
 def descend(
-    problem: RemeshingProblem, tolerance: float, termination: Termination, postponed: NDArray[np.bool_]
+    problem: RemeshingProblem,
+    tolerance: float,
+    termination: Termination,
+    postponed: NDArray[np.bool_],
+    schedule: StepSchedule | None = None,
+    path: ContinuationSchedule | None = None,
 ) -> Iterator[Iterate]:
     """Lower the energy until a step would gain less than `tolerance` of it; yields every surface that is accepted.
 
@@ -105,27 +102,30 @@ def descend(
     energy, projection = problem.energy, problem.projection
     x = base = problem.start
     control = _StepControl(np.where(postponed, np.inf, 1.0), True)
-    continuation, stall = Continuation(), StallTest(energy, tolerance)
+    schedule = StepSchedule() if schedule is None else schedule
+    path = ContinuationSchedule() if path is None else path
+    continuation, stall = Continuation.of(path), StallTest(energy, tolerance, path)
     problem.input_surface.forbid_turning = False
     value, decrease, step, held = np.inf, 0.0, 0.0, 0
     while True:
         normals = None if projection is None else projection.foot_points(base)[1]
         if isinstance(energy, Barrier):
             energy.cap, energy.continuation = continuation.cap, continuation.factor
-            largest_rise = _NORMALS_RISE * decrease * value if stall.late else np.inf
+            largest_rise = path.normals_rise * decrease * value if stall.late else np.inf
             energy.update_normals(x, problem.frame_normals(x, normals), largest_rise)
             energy.adapt(x)
         value = energy.value(x)
         yield Iterate(x, decrease, step, held)
-        gradient, direction = _newton_direction(problem, x, normals, control.damping)
+        gradient, direction = _newton_direction(problem, x, normals, control.damping, schedule)
         promising = -(gradient * direction).sum() > tolerance * value
         if not promising and isinstance(energy, Barrier) and continuation.factor > 1:
             continuation, decrease, step = continuation.with_final_energy(), 0.0, 0.0
             continue
-        found = _search(problem, x, base, direction, normals, control) if promising else None
+        found = _search(problem, x, base, direction, normals, control, schedule) if promising else None
         if found is None and postponed.any():
             # The other nodes have arrived.
-            control, postponed = _StepControl(np.minimum(control.damping, _MAX_DAMPING), True), np.zeros_like(postponed)
+            control = _StepControl(np.minimum(control.damping, schedule.max_damping), True)
+            postponed = np.zeros_like(postponed)
             continuation, decrease, step = continuation.completed(), 0.0, 0.0
             problem.input_surface.forbid_turning = True
             continue
@@ -146,7 +146,8 @@ def descend(
             projection.node_facets = found.facets
         problem.input_surface.forbid_turning = continuation.complete
         postponed = postponed & (not continuation.complete)
-        damping = np.clip(_DAMPING_DECAY * found.control.damping, _MIN_DAMPING, _MAX_DAMPING)
+        damping = schedule.damping_decay * found.control.damping
+        damping = np.clip(damping, schedule.min_damping, schedule.max_damping)
         damping[postponed] = np.inf
         control = _StepControl(damping, found.control.uniform_first)
         stall.update(x, decrease, continuation)
@@ -158,12 +159,12 @@ def descend(
 
 
 def _newton_direction(
-    problem: RemeshingProblem, x: Floats, normals: Floats | None, damping: Floats
+    problem: RemeshingProblem, x: Floats, normals: Floats | None, damping: Floats, schedule: StepSchedule
 ) -> tuple[Floats, Floats]:
     """The gradient, and the damped Newton direction along the surface; nodes beyond the largest damping are held."""
-    problem.set_damping(np.minimum(damping, _MAX_DAMPING))
+    problem.set_damping(np.minimum(damping, schedule.max_damping))
     gradient, system = _newton_system(problem, x, normals)
-    return gradient, system.solve_iteratively(-gradient, problem.solver_tolerance, damping <= _MAX_DAMPING)
+    return gradient, system.solve_iteratively(-gradient, problem.solver_tolerance, damping <= schedule.max_damping)
 
 
 def _newton_system(problem: RemeshingProblem, x: Floats, normals: Floats | None) -> tuple[Floats, ConstrainedSystem]:
@@ -194,42 +195,35 @@ def _search(
     direction: Floats,
     normals: Floats | None,
     control: _StepControl,
+    schedule: StepSchedule,
 ) -> _Step | None:
     """A step that lowers the energy and violates nothing, or None.
 
-    Nodes of cells that violate something are damped, and held at last; where these are most, or none that could be
-    damped, the step is shortened for all.
+    Nodes of cells that violate something are damped, and held at last; where there are none that could be damped, the
+    step is shortened for all.
     """
     energy = problem.energy
     before = energy.densities(x)
     value = float(before.sum())
-    damping, length, uniform, rises = control.damping.copy(), 1.0, control.uniform_first, 0
+    damping, length, uniform = control.damping.copy(), 1.0, control.uniform_first
     frozen = np.isinf(damping)
-    for tries in range(_MAX_TRIES):
-        held = damping > _MAX_DAMPING
+    for tries in range(schedule.max_tries):
+        held = damping > schedule.max_damping
         y, new_base, facets = problem.retract(x, base, (length * ~held)[:, None] * direction, frozen)
         after = energy.densities(y)
         new = float(after.sum())
         violating = problem.violating_nodes(y, before, after, held)
-        if not violating.any():
-            if new < value and abs(problem.area_excess(y)) <= _AREA_ROUNDING:
-                return _Step(y, new_base, facets, new, held, _StepControl(damping, uniform or tries == 0))
-            rises += 1
-            if not new < value and rises <= _MAX_RISES:
-                # The fewest cells without whose rise the energy would fall: where the surface is too rough to follow.
-                rise = after - before
-                order = np.argsort(-rise)
-                violating = problem.nodes_of_frames(order[np.cumsum(rise[order]) - rise[order] < new - value])
+        if not violating.any() and new < value and abs(problem.area_excess(y)) <= schedule.area_rounding:
+            return _Step(y, new_base, facets, new, held, _StepControl(damping, uniform or tries == 0))
         if uniform:
-            length, uniform = (0.5 * length, True) if tries + 1 < _UNIFORM_TRIES else (1.0, False)
-            rises = 0
+            length, uniform = (0.5 * length, True) if tries + 1 < schedule.uniform_tries else (1.0, False)
             continue
         # A held node violates nothing by itself: its neighbours do, or the retraction, which moves all a little.
         frozen |= violating & held & problem.input_surface.forbid_sheet_change
         to_damp = (violating | problem.with_neighbours(violating & held)) & ~held
-        if not 0 < to_damp.sum() <= _MAX_DAMPED * (~held).sum():
+        if not to_damp.any():
             length *= 0.5
             continue
-        damping[to_damp] *= _DAMPING_GROWTH
-        _, direction = _newton_direction(problem, x, normals, damping)
+        damping[to_damp] *= schedule.damping_growth
+        _, direction = _newton_direction(problem, x, normals, damping, schedule)
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,15 +23,9 @@ from hexconformal.mesh import connected_components
 from ..constraint import InputSurface, SmoothProjection
 from ..energy import Barrier, SurfaceEnergy
 from ..mesh import Floats, Ints
+from .schedules import ProblemSchedule
 
 __all__ = ["RemeshingProblem"]
-
-_MAX_GROWTH = 2.0  # factor by which a cell's energy may grow in one step
-_AREA_TOLERANCE = 0.008  # largest relative change of the area
-_MAX_OVER_MEDIAN = 10.0  # of the forces that may act on volume and area
-_MIN_NORMAL_SUM = 0.3  # length below which a sum of unit normals has no direction
-_MAX_CURVATURE = 2.0  # per mean edge length; larger ones are clipped
-_PROJECTED_TOLERANCE, _FREE_TOLERANCE = 0.03, 1e-8  # of the linear systems, with and without projection
 
 
 @dataclass(eq=False)
@@ -50,6 +44,8 @@ class RemeshingProblem:
         Place at which its normal is taken: "middle", "simpson" or "linear".
     bound
         Largest distance from the input; with None there is neither projection nor bound.
+    schedule
+        Tolerances and limits.
     """
 
     start: Floats
@@ -59,6 +55,7 @@ class RemeshingProblem:
     eps: float
     normal: str
     bound: float | None
+    schedule: ProblemSchedule = field(default_factory=ProblemSchedule)
 
     def __post_init__(self) -> None:
         count = len(self.start)
@@ -69,7 +66,8 @@ class RemeshingProblem:
         self._volumes = self._piece_volumes(self.start, nodal_area_vectors(self.start, self.cells))
         self.area = float(face_areas(self.start, self.cells).sum())
         self.input_surface = InputSurface(self.start, self.cells)
-        self.solver_tolerance = _FREE_TOLERANCE if self.bound is None else _PROJECTED_TOLERANCE
+        free, projected = self.schedule.free_tolerance, self.schedule.projected_tolerance
+        self.solver_tolerance = free if self.bound is None else projected
         self.projection = None if self.bound is None else SmoothProjection(self.start, self.cells, self.features)
 
     def retract(
@@ -127,7 +125,8 @@ class RemeshingProblem:
         vectors = nodal_area_vectors(points, self.cells)
         normals, areas = unit_vectors(vectors), np.linalg.norm(vectors, axis=1) * free
         area_rate = (area_gradient(points, self.cells) * normals).sum(axis=1) * free
-        curvature = np.clip(area_rate / np.maximum(areas, 1e-3), -_MAX_CURVATURE, _MAX_CURVATURE) * free
+        largest = self.schedule.max_curvature
+        curvature = np.clip(area_rate / np.maximum(areas, 1e-3), -largest, largest) * free
         mean = float((curvature * areas).sum()) / max(float(areas.sum()), 1e-300)
         return (curvature - mean) * free, area_rate, normals
 
@@ -142,9 +141,10 @@ class RemeshingProblem:
         gradient = self.energy.gradient(points)
         size = np.linalg.norm(gradient, axis=1)
         # A few bad cells must not move all others through volume and area.
-        clipped = gradient * np.minimum(1.0, _MAX_OVER_MEDIAN * np.median(size) / np.maximum(size, 1e-300))[:, None]
+        largest = self.schedule.max_force * np.median(size)
+        clipped = gradient * np.minimum(1.0, largest / np.maximum(size, 1e-300))[:, None]
         change = float(face_areas(points, self.cells).sum()) / self.area - 1
-        if abs(change) > 0.98 * _AREA_TOLERANCE:
+        if abs(change) > self.schedule.area_reached * self.schedule.area_tolerance:
             curvature, area_rate, normals = self._curvature_deviation(points, self._smooth)
             multiplier = float((curvature[:, None] * normals * clipped).sum()) / max(
                 float((curvature * area_rate).sum()), 1e-300
@@ -168,7 +168,8 @@ class RemeshingProblem:
         if self.bound is None:
             return 0.0
         change = float(face_areas(points, self.cells).sum()) / self.area - 1
-        return change - float(np.clip(change, -_AREA_TOLERANCE, _AREA_TOLERANCE))
+        largest = self.schedule.area_tolerance
+        return change - float(np.clip(change, -largest, largest))
 
     def violating_nodes(self, y: Floats, before: Floats, after: Floats, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) nodes of cells that a step to y spoils, turns over, or takes too far from the input.
@@ -176,7 +177,7 @@ class RemeshingProblem:
         The energies of the frames before and after it are given, and the nodes that are held.
         """
         still = ~self.cells.any_of(~held)
-        mask = self.nodes_of_frames(~(after <= _MAX_GROWTH * before + before.mean()))
+        mask = self.nodes_of_frames(~(after <= self.schedule.max_growth * before + before.mean()))
         if self.bound is None or mask.any():
             return mask
         mask[self.cells.corners_of(self.input_surface.cells_out_of_bounds(y, self.bound, still))] = True
@@ -196,7 +197,7 @@ class RemeshingProblem:
         if normals is None:
             return own
         mean = (unit_vectors(normals) * self._smooth[:, None])[frames.nodes].sum(axis=1)
-        defined = np.linalg.norm(mean, axis=1) > _MIN_NORMAL_SUM
+        defined = np.linalg.norm(mean, axis=1) > self.schedule.min_normal_sum
         return np.where(defined[:, None], unit_vectors(mean), own)
 
     def set_damping(self, damping: Floats) -> None:

@@ -13,29 +13,30 @@ import numpy as np
 
 from ..mesh import Floats
 from .problem import RemeshingProblem
+from .schedules import PullBackSchedule
 
 __all__ = ["pull_back"]
 
-_SHRINKAGE, _MAX_ROUNDS = 0.95, 60  # factor of the displacement of a node each time, and how often at most
-_NEIGHBOURHOODS = 0, 1, 3  # rings of nodes that go back with those that are too far away
-_FRACTIONS = (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2, 0.1)  # of the displacements of all nodes
 
-
-def pull_back(problem: RemeshingProblem, points: Floats, bound: float) -> Iterator[tuple[Floats, float]]:
+def pull_back(
+    problem: RemeshingProblem, points: Floats, bound: float, schedule: PullBackSchedule
+) -> Iterator[tuple[Floats, float]]:
     """Surfaces within the bound on the way from given points to the input, the best first, and their distances."""
     all_nodes = np.ones((len(points), 1))
-    local = (_local_fractions(problem, points, bound, rings) for rings in _NEIGHBOURHOODS)
-    for fractions in chain(local, (fraction * all_nodes for fraction in _FRACTIONS)):
+    local = (_local_fractions(problem, points, bound, rings, schedule) for rings in schedule.rings)
+    for fractions in chain(local, (share * all_nodes for share in schedule.shares)):
         trial = _interpolated(problem, points, fractions)
         distance = problem.input_surface.hausdorff(trial)
         if distance <= bound and problem.area_excess(trial) == 0.0:
             yield trial, distance
 
 
-def _local_fractions(problem: RemeshingProblem, points: Floats, bound: float, rings: int) -> Floats:
+def _local_fractions(
+    problem: RemeshingProblem, points: Floats, bound: float, rings: int, schedule: PullBackSchedule
+) -> Floats:
     """(n, 1) fraction of its displacement that each node keeps so that no cell is out of bounds."""
     fractions = np.ones((len(points), 1))
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(schedule.rounds):
         cells = problem.input_surface.cells_beyond(_interpolated(problem, points, fractions), bound)
         if not cells.any():
             break
@@ -43,7 +44,7 @@ def _local_fractions(problem: RemeshingProblem, points: Floats, bound: float, ri
         too_far[problem.cells.corners_of(cells)] = True
         for _ in range(rings):
             too_far = problem.with_neighbours(too_far)
-        fractions[too_far] *= _SHRINKAGE
+        fractions[too_far] *= schedule.shrinkage
     return fractions
 
 

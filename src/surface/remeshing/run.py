@@ -25,12 +25,9 @@ from .problem import RemeshingProblem
 from .pull_back import pull_back
 from .report import Report
 from .result import Result
+from .schedules import Schedules
 
 __all__ = ["Remeshing", "remesh"]
-
-_BARRIER_PARAMETERS = {"mean": (0.02, 0.1), "worst": (np.inf, 0.5)}  # m and c of equation (16)
-_PATIENCE = (10, *8 * (1,), np.inf)  # iterations with cells turned over, once that is forbidden, of each descent
-_BOUND_MARGIN = 0.9  # of the bound, for distances that are measured at nodes and centres while the run goes on
 
 
 class Remeshing:
@@ -42,6 +39,8 @@ class Remeshing:
         Anything :func:`surface.as_surface_mesh` takes.
     options
         The options; the defaults suit a surface that stays where it is.
+    schedules
+        Other tuned numbers than those the benchmarks were made with.
 
     Attributes
     ----------
@@ -67,9 +66,10 @@ class Remeshing:
     True
     """
 
-    def __init__(self, mesh: Any, options: Options | None = None) -> None:
+    def __init__(self, mesh: Any, options: Options | None = None, schedules: Schedules | None = None) -> None:
         self._began = time.perf_counter()
         self.options = Options() if options is None else options
+        self._schedules = Schedules() if schedules is None else schedules
         self.mesh: SurfaceMesh = as_surface_mesh(mesh)
         self.history: list[Record] = []
         self._notes = list(require_sound(self.mesh))
@@ -88,21 +88,23 @@ class Remeshing:
         self._problem = self._make_problem()
 
     def _make_problem(self) -> RemeshingProblem:
-        options, cells, x = self.options, self.mesh.cells, self._start
+        options, cells, x, schedule = self.options, self.mesh.cells, self._start, self._schedules.problem
         angle = options.feature_angle if options.feature_edges is None else None
         fixed = held_nodes(self.mesh, options.fixed)
         features = find_features(x, cells, angle, options.feature_edges, fixed | self._held, options.boundary)
         shapes = target_shapes(options.target, x, cells)
         energy: SurfaceEnergy
         if options.energy == "barrier":
-            energy = Barrier(cells, shapes, len(x), *_BARRIER_PARAMETERS[options.emphasis])
-            energy.emphasize_worst = options.emphasis == "worst"
+            worst = options.emphasis == "worst"
+            m, c = (np.inf, schedule.worst_c) if worst else (schedule.mean_m, schedule.mean_c)
+            energy = Barrier(cells, shapes, len(x), m, c)
+            energy.emphasize_worst = worst
         else:
             energy = Quaternionic(cells, shapes, len(x))
         # A copy for the records, since the run adapts its own in every iteration.
         self._recorded_energy = copy(energy)
-        bound = _BOUND_MARGIN * options.hausdorff * self._diagonal if options.project else None
-        return RemeshingProblem(x, cells, features, energy, options.eps, options.normal, bound)
+        bound = schedule.bound_margin * options.hausdorff * self._diagonal if options.project else None
+        return RemeshingProblem(x, cells, features, energy, options.eps, options.normal, bound, schedule)
 
     @property
     def points(self) -> Floats:
@@ -131,11 +133,12 @@ class Remeshing:
         input; then further ones that hold the nodes of spoiled cells, at first until no cell turns over any more, then
         for good. The best descent counts.
         """
-        for number, patience in enumerate(_PATIENCE):
+        patiences = self._schedules.restart.patiences
+        for number, patience in enumerate(patiences):
             yield from self._descend(patience if self.options.project else np.inf)
             # The second descent only forbids a change of sheet, which needs an input surface to stay on.
             first = number == 0 and self.options.project
-            done = not (self._stuck or (first and not self._converged)) or number == len(_PATIENCE) - 1
+            done = not (self._stuck or (first and not self._converged)) or number == len(patiences) - 1
             if self._out_of_iterations or done or not (first or self._hold_spoiled_cells()):
                 break
             self._problem = self._make_problem()
@@ -168,7 +171,14 @@ class Remeshing:
     @property
     def _acceptance(self) -> Acceptance:
         largest_distance = max(record.distance for record in self.history)
-        return Acceptance(self.options, self.mesh.cells, self.history[0], self._energy_scale, largest_distance)
+        return Acceptance(
+            self.options,
+            self.mesh.cells,
+            self.history[0],
+            self._energy_scale,
+            largest_distance,
+            self._schedules.acceptance,
+        )
 
     @property
     def _stuck(self) -> bool:
@@ -191,7 +201,14 @@ class Remeshing:
         termination, turned_iterations, first = Termination(), 0, not self.history
         before = self.history[self._best_iteration] if self._best_iteration else None
         for number, at in enumerate(
-            descend(self._problem, self.options.energy_tolerance, termination, self._postponed)
+            descend(
+                self._problem,
+                self.options.energy_tolerance,
+                termination,
+                self._postponed,
+                self._schedules.step,
+                self._schedules.continuation,
+            )
         ):
             if self.history and number == 0:
                 continue  # the first iterate is the input, which is recorded already
@@ -272,7 +289,7 @@ class Remeshing:
             return self._best_points, distance, []
         if not self.options.project:
             return self._best_points, distance, ["without projection the surface went farther than hausdorff"]
-        for trial, distance in pull_back(self._problem, self._best_points, bound):
+        for trial, distance in pull_back(self._problem, self._best_points, bound, self._schedules.pull_back):
             at = Iterate(trial, np.nan, np.nan, 0)
             record = self._record(at, smallest_angles(trial, cells), input_surface.turned_over(trial))
             if self._acceptance.no_worse(record):

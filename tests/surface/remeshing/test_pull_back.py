@@ -7,6 +7,7 @@ from meshes.surfaces import icosphere, quad_sphere, shaken
 import surface
 from hexconformal.geometry import SurfaceLocator
 from surface.remeshing.pull_back import pull_back
+from surface.remeshing.schedules import PullBackSchedule
 
 
 def test_coarse_surfaces_stay_within_the_bound_too():
@@ -31,7 +32,7 @@ def test_only_nodes_that_are_too_far_away_go_back():
     gone = problem.start.copy()
     gone[out] *= 1.2
     gone[slid] += 0.2 * np.cross(problem.start[slid] - problem.start.mean(axis=0), [0.0, 0.0, 1.0])
-    near, distance = next(pull_back(problem, problem.restore_volume(gone), bound))
+    near, distance = next(pull_back(problem, problem.restore_volume(gone), bound, PullBackSchedule()))
     assert problem.input_surface.hausdorff(gone) > bound >= distance > 0.8 * bound
     before, after = (np.linalg.norm(x - problem.start, axis=1) for x in (gone, near))
     assert after[out] < 0.9 * before[out]
