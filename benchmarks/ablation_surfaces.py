@@ -31,7 +31,7 @@ OFF: dict[str, dict[str, Any]] = {
         "area_reached": 1.0, "min_normal_sum": 0.0, "area_tolerance": 1.0, "projected_tolerance": 1e-3,
     },
     "step": {
-        "uniform_tries": 0, "min_damping": 1.0, "max_damping": 1e6,
+        "uniform_tries": 0, "max_rises": 0, "max_damped": 1.0, "min_damping": 1.0, "max_damping": 1e6,
         "damping_decay": 0.0, "area_rounding": 1e-6,
     },
     "continuation": {

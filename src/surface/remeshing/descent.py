@@ -199,13 +199,13 @@ def _search(
 ) -> _Step | None:
     """A step that lowers the energy and violates nothing, or None.
 
-    Nodes of cells that violate something are damped, and held at last; where there are none that could be damped, the
-    step is shortened for all.
+    Nodes of cells that violate something are damped, and held at last; where these are most, or none that could be
+    damped, the step is shortened for all.
     """
     energy = problem.energy
     before = energy.densities(x)
     value = float(before.sum())
-    damping, length, uniform = control.damping.copy(), 1.0, control.uniform_first
+    damping, length, uniform, rises = control.damping.copy(), 1.0, control.uniform_first, 0
     frozen = np.isinf(damping)
     for tries in range(schedule.max_tries):
         held = damping > schedule.max_damping
@@ -213,15 +213,23 @@ def _search(
         after = energy.densities(y)
         new = float(after.sum())
         violating = problem.violating_nodes(y, before, after, held)
-        if not violating.any() and new < value and abs(problem.area_excess(y)) <= schedule.area_rounding:
-            return _Step(y, new_base, facets, new, held, _StepControl(damping, uniform or tries == 0))
+        if not violating.any():
+            if new < value and abs(problem.area_excess(y)) <= schedule.area_rounding:
+                return _Step(y, new_base, facets, new, held, _StepControl(damping, uniform or tries == 0))
+            rises += 1
+            if not new < value and rises <= schedule.max_rises:
+                # The fewest cells without whose rise the energy would fall: where the surface is too rough to follow.
+                rise = after - before
+                order = np.argsort(-rise)
+                violating = problem.nodes_of_frames(order[np.cumsum(rise[order]) - rise[order] < new - value])
         if uniform:
             length, uniform = (0.5 * length, True) if tries + 1 < schedule.uniform_tries else (1.0, False)
+            rises = 0
             continue
         # A held node violates nothing by itself: its neighbours do, or the retraction, which moves all a little.
         frozen |= violating & held & problem.input_surface.forbid_sheet_change
         to_damp = (violating | problem.with_neighbours(violating & held)) & ~held
-        if not to_damp.any():
+        if not 0 < to_damp.sum() <= schedule.max_damped * (~held).sum():
             length *= 0.5
             continue
         damping[to_damp] *= schedule.damping_growth

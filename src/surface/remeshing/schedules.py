@@ -66,20 +66,26 @@ class StepSchedule(Schedule):
         Steps tried with all nodes alike, each half as long as the one before, before nodes are damped.
     max_tries
         Of both kinds.
+    max_rises
+        In one search, in which cells whose energy rises are damped before the step is shortened for all.
     min_damping, max_damping
         Of a node, in the stiffness of its frames; one that would need more is held.
     damping_growth, damping_decay
         Factors within a search, and from one step to the next.
+    max_damped
+        Share of the nodes not held: where more would have to be damped the step is shortened for all.
     area_rounding
         Relative area beyond its range that a step may reach.
     """
 
     uniform_tries: int = tuned(3)
     max_tries: int = tuned(24, 1)
+    max_rises: int = tuned(3)
     min_damping: float = tuned(0.125)
     max_damping: float = tuned(64.0)
     damping_growth: float = tuned(8.0, 1.0)
     damping_decay: float = tuned(0.25, 0.0, 1.0)
+    max_damped: float = tuned(0.5, 0.0, 1.0)
     area_rounding: float = tuned(1e-4)
 
 
