@@ -28,7 +28,7 @@ LARGE = 1e300
 OFF: dict[str, dict[str, Any]] = {
     "problem": {
         "mean_m": LARGE, "mean_c": 0.0, "max_growth": LARGE, "max_force": LARGE, "max_curvature": LARGE,
-        "area_reached": 1.0, "min_normal_sum": 0.0, "area_tolerance": 1.0, "projected_tolerance": 1e-3,
+        "area_reached": 1.0, "area_tolerance": 1.0, "projected_tolerance": 1e-3,
     },
     "step": {
         "uniform_tries": 0, "max_rises": 0, "max_damped": 1.0, "min_damping": 1.0, "max_damping": 1e6,

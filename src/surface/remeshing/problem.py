@@ -197,7 +197,7 @@ class RemeshingProblem:
         if normals is None:
             return own
         mean = (unit_vectors(normals) * self._smooth[:, None])[frames.nodes].sum(axis=1)
-        defined = np.linalg.norm(mean, axis=1) > self.schedule.min_normal_sum
+        defined = np.linalg.norm(mean, axis=1) > 0.0
         return np.where(defined[:, None], unit_vectors(mean), own)
 
     def set_damping(self, damping: Floats) -> None:

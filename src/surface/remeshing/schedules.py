@@ -36,8 +36,6 @@ class ProblemSchedule(Schedule):
         Of the forces that act on volume and area, in medians: a few bad cells must not move all others through them.
     max_curvature
         Per length; larger ones are noise, and clipped where the area is restored.
-    min_normal_sum
-        Length below which a sum of unit normals has no direction.
     projected_tolerance, free_tolerance
         Of the linear systems, with and without projection: a projected step is corrected anyway.
     """
@@ -51,7 +49,6 @@ class ProblemSchedule(Schedule):
     max_growth: float = tuned(2.0, 1.0)
     max_force: float = tuned(10.0)
     max_curvature: float = tuned(2.0)
-    min_normal_sum: float = tuned(0.3, 0.0, 3.0)
     projected_tolerance: float = tuned(0.03, 0.0, 1.0)
     free_tolerance: float = tuned(1e-8, 0.0, 1.0)
 
