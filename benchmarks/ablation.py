@@ -59,36 +59,28 @@ FOR_FOLDED = {"untangling", "interior", "folded", "unfolding"}
 VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "barrier": {
         "attraction": (0.0, OFF),
-        "steepness": (20.0, 2000.0),
+        "steepness": (20.0,),
         "onset": (0.5,),
-        "wall": (0.9,),
         "room": (0.5,),
         "curve_bound": (1.0, OFF),
         "curve_attraction": (0.0, OFF),
         "curve_onset": (0.8,),
-        "within": (0.95,),
-        "tolerance": (0.2,),
         "watched": (0.5,),
-        "spacing": (8.0,),
         "least_spacing": (2.0, OFF),
         "reach": (0.0, OFF),
     },
     "newton": {
-        "forcing": (0.01,),
-        "frozen_tolerance": (0.1,),
-        "tolerance": (0.01, 0.5),
+        "tolerance": (0.01,),
         "iterations": (400,),
         "shifts": ((1e-5, 1e-5), OFF),
-        "short": (0.0, OFF),
         "shift_factor": (1.0, OFF),
     },
     "untangling": {
-        "many_folded": (0.0, 1.0, OFF),
+        "many_folded": (1.0, OFF),
         "whole_steps": (0, OFF),
-        "patch_steps": (30,),
         "rounds": (1, OFF),
         "first_eps": ((1.0,), OFF),
-        "starts": (1, OFF, 2),
+        "starts": (1, OFF),
         "stuck": (0.0, OFF),
         "least_sigma": (0.0, OFF),
         "shares_back": ((1.0,), OFF),
@@ -96,16 +88,11 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "interior": {
         "widths": ((0,), OFF),
         "rounds": (0, OFF),
-        "steps": (20,),
-        "first_eps": (0.1,),
         "larger_eps": (0.5, OFF),
-        "shrink": (0.9,),
-        "least_eps": (1e-6,),
     },
     "folded": {
         "widths": ((), OFF, (0,)),
         "sharpness": ((64.0,), OFF),
-        "steps": (25,),
         "floor": (0.0, OFF),
         "floor_weight": (0.0, OFF),
         "loss_weight": (0.0, OFF),
@@ -119,9 +106,7 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "minimization": {
         "handover": (1000, OFF),
         "newton_gradient": (1e-3,),
-        "rounding": (0.0, OFF),
         "stall": (0.0, OFF),
-        "decrease": (1e-4,),
         "few_steps": (0, OFF),
         "least_volume": (0.0, OFF),
         "volume_weight": (0.0, OFF),
@@ -129,39 +114,31 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "target_sizes_factor": (1.0, OFF),
     },
     "worst_cells": {
-        "distortion_share": (0.0, OFF, 1.0),
+        "distortion_share": (0.0, OFF),
         "stiffness": (0.0, OFF),
         "angle_steps": (0, OFF),
         "stiff_steps": (0, OFF),
-        "angle_decrease": (1e-6,),
         "patch_steps": (1,),
         "patch_passes": (1,),
         "patch_rounds": (0, OFF),
         "margin": (0.0, OFF),
         "rings": (1,),
-        "least_gain": (1e-2,),
-        "good": (0.5,),
         "many_cells": (0, OFF),
     },
     "returning": {
         "rounds": (0, OFF),
-        "steps": (2,),
         "watches": (0, OFF),
         "keeping": (0, OFF),
         "steeper": (1.0, OFF),
         "shares_back": ((), OFF),
     },
     "volume": {
-        "steps": (2,),
         "halvings": (0, OFF),
         "stiffness": (0.0, OFF),
-        "tolerance": (0.5,),
-        "iterations": (5,),
         "shift": (0.0, OFF),
         "watches": (0, OFF),
     },
     "compatible": {
-        "steps": (5,),
         "stall": (0.0, OFF),
         "nearly": (0.0, 1.0, OFF),
     },
@@ -257,7 +234,7 @@ def concerns(schedule: str, case: Case) -> bool:
         return case.folded
     if schedule in ("volume", "compatible"):
         return case.options.conserve_volume if schedule == "volume" else case.options.constraint == "compatible"
-    return not case.name.startswith("tangled,")
+    return not case.name.startswith("tangled")
 
 
 def row(schedule: str, number: str, value: Any, off: bool, default: dict[str, Figures], these: list[Case]) -> str:
