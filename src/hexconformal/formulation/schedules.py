@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from ..common import Schedule, tuned
 from ..geometry import BarrierSchedule
-from ..solver import NewtonSchedule
+from ..solver import NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
 __all__ += ["Schedules", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule"]
@@ -301,6 +301,7 @@ class Schedules:
 
     barrier: BarrierSchedule = field(default_factory=BarrierSchedule)
     newton: NewtonSchedule = field(default_factory=NewtonSchedule)
+    search: SearchSchedule = field(default_factory=SearchSchedule)
     untangling: UntanglingSchedule = field(default_factory=UntanglingSchedule)
     interior: InteriorSchedule = field(default_factory=InteriorSchedule)
     folded: FoldedSchedule = field(default_factory=FoldedSchedule)
