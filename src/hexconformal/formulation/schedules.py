@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..common import Schedule, tuned
-from ..geometry import BarrierSchedule
+from ..geometry import BarrierSchedule, FeatureSchedule
 from ..solver import NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
@@ -299,6 +299,7 @@ class Schedules:
     2
     """
 
+    features: FeatureSchedule = field(default_factory=FeatureSchedule)
     barrier: BarrierSchedule = field(default_factory=BarrierSchedule)
     newton: NewtonSchedule = field(default_factory=NewtonSchedule)
     search: SearchSchedule = field(default_factory=SearchSchedule)
