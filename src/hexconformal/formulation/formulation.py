@@ -22,7 +22,7 @@ from ..energy import (
 )
 from ..geometry import DistanceBarrier
 from ..mesh import boundary_quads
-from ..solver import PATCH_ROUNDING, AdmissibleDirections, ConvexEquation, Iterate, Problem, newton
+from ..solver import AdmissibleDirections, ConvexEquation, Iterate, Problem, newton
 from .compatible_constraint import CompatibleConstraint
 from .schedules import Schedules
 
@@ -91,7 +91,7 @@ class Formulation:
 
     def problem(self, objective: Objective, acceptable: Callable[[Field], bool] = lambda points: True) -> Problem:
         """The minimization of an objective in the admissible directions."""
-        return Problem(objective, self.admissible.project, acceptable)
+        return Problem(objective, self.admissible.project, acceptable, search=self.schedules.search)
 
     @property
     def equation(self) -> ConvexEquation:
@@ -148,7 +148,7 @@ class Formulation:
             admissible=self.admissible.restricted(patch),
             barrier=None if self.barrier is None else self.barrier.restricted(patch),
             constraint=None if self.constraint is None else self.constraint.restricted(patch),
-            rounding=min(self.rounding, PATCH_ROUNDING),
+            rounding=min(self.rounding, self.schedules.newton.patch_rounding),
         )
         return inside, patch.nodes
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..common import Schedule, tuned
-from ..geometry import BarrierSchedule
-from ..solver import NewtonSchedule
+from ..geometry import BarrierSchedule, FeatureSchedule
+from ..solver import NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
 __all__ += ["Schedules", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule"]
@@ -32,6 +32,9 @@ class UntanglingSchedule(Schedule):
         go wrong, so the folded cells alone come first.
     first_eps
         Starting eps of the attempts on a patch, in smallest determinants: another start is another way out.
+    starts
+        How many of the places an attempt begins at are tried: where the patch is, at its harmonic positions, where it
+        was at first, at the harmonic positions of that.
     stuck
         eps over the smallest determinant at which a fold will not open any more.
     least_sigma
@@ -46,6 +49,7 @@ class UntanglingSchedule(Schedule):
     patch_steps: int = tuned(120)
     rounds: int = tuned(6)
     first_eps: tuple[float, ...] = tuned((1.0, 0.2, 5.0))
+    starts: int = tuned(4, 1, 4)
     stuck: float = tuned(0.02, 0.0, 1.0)
     least_sigma: float = tuned(0.1, 0.0, 1.0)
     shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0), 0.0, 1.0)
@@ -114,12 +118,15 @@ class UnfoldingSchedule(Schedule):
         Rounds of patches without success before something else is tried.
     wider_bounds
         Diagonals that the boundary may move to unfold what resists, one after the other.
+    other_features
+        Of the ways to take features, hard and soft, how many are tried after that.
     return_steepness
         Steepness of the barrier on the way back from there: a steep one is met too early.
     """
 
     patience: int = tuned(1)
     wider_bounds: tuple[float, ...] = tuned((0.05, 0.1, 0.2), 0.0, 1.0)
+    other_features: int = tuned(2, 0, 2)
     return_steepness: float = tuned(12.5)
 
 
@@ -292,8 +299,10 @@ class Schedules:
     2
     """
 
+    features: FeatureSchedule = field(default_factory=FeatureSchedule)
     barrier: BarrierSchedule = field(default_factory=BarrierSchedule)
     newton: NewtonSchedule = field(default_factory=NewtonSchedule)
+    search: SearchSchedule = field(default_factory=SearchSchedule)
     untangling: UntanglingSchedule = field(default_factory=UntanglingSchedule)
     interior: InteriorSchedule = field(default_factory=InteriorSchedule)
     folded: FoldedSchedule = field(default_factory=FoldedSchedule)

@@ -12,7 +12,18 @@ from .closest_point_kernels import walk
 from .distance_barrier import DistanceBarrier
 from .edges import EdgeTable, edge_table
 from .faces import Faces, corner_triangles, fan_triangles
-from .features import CORNER, CURVE, SMOOTH, Features, find_creases, find_features, kept_edges, nonmanifold_nodes
+from .features import (
+    CORNER,
+    CURVE,
+    SMOOTH,
+    CreaseSchedule,
+    Features,
+    FeatureSchedule,
+    find_creases,
+    find_features,
+    kept_edges,
+    nonmanifold_nodes,
+)
 from .hausdorff import distance_between, faces_beyond, hausdorff
 from .surface_tags import surface_tags
 
@@ -22,9 +33,11 @@ __all__ = [
     "SMOOTH",
     "BarrierSchedule",
     "ClosestPoints",
+    "CreaseSchedule",
     "DistanceBarrier",
     "EdgeTable",
     "Faces",
+    "FeatureSchedule",
     "Features",
     "SurfaceLocator",
     "area_gradient",

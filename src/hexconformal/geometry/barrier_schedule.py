@@ -44,6 +44,8 @@ class BarrierSchedule(Schedule):
         Bounds between places that are compared on a quad: at first, at last.
     reach
         Longest edges of a quad between a place on it and the sample next to it.
+    flat
+        Distance from its plane, in bounds, up to which a patch is flat, and kept in the plane without a barrier.
     """
 
     attraction: float = tuned(30.0)
@@ -60,6 +62,7 @@ class BarrierSchedule(Schedule):
     spacing: float = tuned(2.0)
     least_spacing: float = tuned(0.125)
     reach: float = tuned(0.25)
+    flat: float = tuned(1e-3, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)

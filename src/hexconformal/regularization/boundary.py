@@ -29,7 +29,6 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_FLATNESS = 1e-3  # distance from its plane, in bounds, up to which a patch is flat
 _AXIS = 1e-9  # components of a unit normal below this are rounding
 _APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
 
@@ -69,6 +68,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     MeshError
         If the surface to slide on is not that of the mesh.
     """
+    schedules = Schedules() if schedules is None else schedules
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
@@ -81,10 +81,18 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
         )
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
-    features = find_features(points, quads, tags=tags, cells=cells, mode=options.features, tolerance=tolerance)
+    features = find_features(
+        points,
+        quads,
+        tags=tags,
+        cells=cells,
+        mode=options.features,
+        tolerance=tolerance,
+        schedule=schedules.features,
+    )
     sums = np.zeros((len(points), 3, 3))
     if not features.soft and reference is None:
-        sums, flat = flat_normals(points, quads, features.patches, _FLATNESS * tolerance)
+        sums, flat = flat_normals(points, quads, features.patches, schedules.barrier.flat * tolerance)
         sums += _normals_of_curves(points, features, sums, flat)
     admissible = AdmissibleDirections.from_normal_sums(sums + inner, fixed)
     sliding = np.zeros(len(sums), dtype=bool)
@@ -98,7 +106,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     if not (sliding & admissible.free(len(points))).any():
         return Boundary(admissible, None, notes)
     original = SurfaceLocator(points, quads)
-    barrier = DistanceBarrier.around(original, tolerance, features, reference, (schedules or Schedules()).barrier)
+    barrier = DistanceBarrier.around(original, tolerance, features, reference, schedules.barrier)
     return Boundary(admissible, barrier, notes, features.patches)
 
 

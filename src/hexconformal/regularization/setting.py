@@ -12,7 +12,6 @@ from ..elements import all_valid, is_valid
 from ..energy import DistortionTerm, inverse_targets, normalized_target, target_volumes
 from ..formulation import Formulation, Schedules
 from ..mesh import NormalizedMesh
-from ..solver import MESH_ROUNDING
 from .boundary import Boundary
 from .minimize import distortion_term
 from .options import Options
@@ -74,7 +73,7 @@ class Setting:
             boundary.barrier,
             self.target_volumes / normalized.unit**3,
             self.schedules.minimization.target_sizes_factor if options.changes_sizes else 1.0,
-            MESH_ROUNDING if options.raises_worst and not options.changes_sizes else 0.0,
+            self.schedules.newton.mesh_rounding if options.raises_worst and not options.changes_sizes else 0.0,
             np.empty(0) if scales is None else scales,
             schedules=self.schedules,
         )

@@ -70,7 +70,7 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
         for bound in (share * normalized.diagonal for share in setting.schedules.unfolding.wider_bounds):
             if found.bad.any() and boundary.barrier.bound < bound:
                 found = yield from _with_wider_bound(setting, found, boundary.barrier, bound)
-    for features in others:
+    for features in others[: setting.schedules.unfolding.other_features]:
         if not found.bad.any():
             break
         # What stands in the way may be a feature that is none, or a crease that was not taken for one.

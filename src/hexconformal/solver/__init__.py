@@ -17,13 +17,10 @@ from .conjugate_gradients import conjugate_gradients
 from .laplace_preconditioner import LaplacePreconditioner
 from .lbfgs import lbfgs
 from .newton import ConvexEquation, Equation, MatrixFreeEquation, NewtonSchedule, newton, newton_step
-from .problem import Iterate, Preconditioner, Problem, line_search
+from .problem import Iterate, Preconditioner, Problem, SearchSchedule, line_search
 from .space import SERIAL, Space
-from .step_rounding import MESH_ROUNDING, PATCH_ROUNDING
 
 __all__ = [
-    "MESH_ROUNDING",
-    "PATCH_ROUNDING",
     "SERIAL",
     "AdmissibleDirections",
     "BlockPreconditioner",
@@ -35,6 +32,7 @@ __all__ = [
     "NewtonSchedule",
     "Preconditioner",
     "Problem",
+    "SearchSchedule",
     "Space",
     "boundary_directions",
     "conjugate_gradients",

@@ -15,7 +15,6 @@ __all__ = ["lbfgs"]
 
 Field = NDArray[np.float64]
 
-_MEMORY = 10
 _LEAST_CURVATURE = 1e-10  # of a pair, relative; less is rounding
 
 
@@ -37,7 +36,7 @@ def lbfgs(current: Iterate, preconditioner: Preconditioner, scaled: bool = False
     The iterate after every iteration; with a step of 0 where nothing better was found.
     """
     inner = current.problem.space.inner
-    pairs: deque[tuple[Field, Field, float]] = deque(maxlen=_MEMORY)
+    pairs: deque[tuple[Field, Field, float]] = deque(maxlen=current.problem.search.memory)
     scale = 1.0
     while True:
         current = current.renewed()

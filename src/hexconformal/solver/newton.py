@@ -38,6 +38,9 @@ class NewtonSchedule(Schedule):
         Bounds of what is added to its diagonal, in traces: it stands in for the curvature that is left out.
     short, shift_factor
         Steps below this get a larger shift next time, others a smaller one, and by how much.
+    mesh_rounding, patch_rounding
+        What directions are rounded to, in shortest edges at a node: on a whole mesh they need less precision than on a
+        patch.
     """
 
     forcing: float = tuned(0.1, 0.0, 1.0)
@@ -47,6 +50,8 @@ class NewtonSchedule(Schedule):
     shifts: tuple[float, float] = tuned((1e-5, 1e-1))
     short: float = tuned(0.3, 0.0, 1.0)
     shift_factor: float = tuned(4.0, 1.0)
+    mesh_rounding: float = tuned(2.0**-10, 0.0, 1.0)
+    patch_rounding: float = tuned(2.0**-12, 0.0, 1.0)
 
 
 class Equation(Protocol):

@@ -3,26 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import Schedule, tuned
 from ..energy import Objective
 from .space import SERIAL, Space
 
-__all__ = ["Iterate", "Preconditioner", "Problem", "line_search"]
+__all__ = ["Iterate", "Preconditioner", "Problem", "SearchSchedule", "line_search"]
 
 Field = NDArray[np.float64]
 
-_ARMIJO = 1e-4  # decrease of the objective, relative to what the slope promises, that is enough for a step
-_HALVINGS = 40
 # Values closer than this (relative) are distinguished by their slopes instead (Hager & Zhang 2005).
 _ROUNDING = 1e-13
 
 
 Preconditioner = Callable[[Field], Field]  # maps an admissible gradient to an admissible displacement
+
+
+@dataclass(frozen=True)
+class SearchSchedule(Schedule):
+    """The line search, and what L-BFGS keeps.
+
+    Attributes
+    ----------
+    enough
+        Decrease of the objective, relative to what the slope promises, that is enough for a step: any real one.
+    halvings
+        Of a step, at most: what is shorter is rounding.
+    flatter
+        Share of the slope below which it must have come where values are alike but for rounding.
+    memory
+        Pairs that L-BFGS keeps: more cost memory and win little.
+    """
+
+    enough: float = tuned(1e-4, 0.0, 1.0)
+    halvings: int = tuned(40)
+    flatter: float = tuned(0.9, 0.0, 1.0)
+    memory: int = tuned(10)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +60,15 @@ class Problem:
         True where a mesh may be stepped to, however low its value.
     space
         Where the fields live.
+    search
+        Numbers of the line search.
     """
 
     objective: Objective
     project: Callable[[Field], Field]
     acceptable: Callable[[Field], bool] = lambda points: True
     space: Space = SERIAL
+    search: SearchSchedule = field(default_factory=SearchSchedule)
 
     def start(self, points: Field) -> Iterate:
         """The iterate at points (n, 3), of which nothing is known yet."""
@@ -121,18 +145,18 @@ def line_search(current: Iterate, direction: Field, with_gradient: bool = True) 
     -------
     The first iterate that is good enough; the current one, with a step of 0, if there is none.
     """
-    problem = current.problem
+    problem, search = current.problem, current.problem.search
     slope = problem.space.inner(current.gradient, direction)
     step = 1.0
-    for _ in range(_HALVINGS):
+    for _ in range(search.halvings):
         trial = problem.at(current.points + step * direction, step, with_gradient)
         if np.isfinite(trial.energy) and not (with_gradient and not np.isfinite(trial.gradient).all()):
-            enough = trial.energy <= current.energy + _ARMIJO * step * slope
+            enough = trial.energy <= current.energy + search.enough * step * slope
             # At the level of rounding the slope still tells whether the step is too long.
             flat = (
                 not enough
                 and trial.energy <= current.energy + _ROUNDING * abs(current.energy)
-                and abs(problem.space.inner(trial.gradient, direction)) <= -0.9 * slope
+                and abs(problem.space.inner(trial.gradient, direction)) <= -search.flatter * slope
             )
             if (enough or flat) and problem.space.everywhere(problem.acceptable(trial.points)):
                 return replace(trial, decrease=current.energy - trial.energy)

@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, edge_lengths
 
-__all__ = ["MESH_ROUNDING", "PATCH_ROUNDING", "round_direction"]
+__all__ = ["round_direction"]
 
 Field = NDArray[np.float64]
 
-MESH_ROUNDING = 2.0**-10  # of the shortest edge at a node: steps on a whole mesh need less precision than on a patch
-PATCH_ROUNDING = 2.0**-12
 _THIN, _THINNEST = 2.0**-6, 2.0**-16  # scaled Jacobians between which it has to be, in proportion
 
 

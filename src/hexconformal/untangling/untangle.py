@@ -188,7 +188,7 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
     if not np.array_equal(first[nodes][moving], start[moving]):
         again = np.where(moving[:, None], first[nodes], start)
         starts += [again, harmonic(patch, again, everywhere)]
-    for local in starts:
+    for local in starts[: patch.schedules.untangling.starts]:
         for first_eps in patch.schedules.untangling.first_eps:
             steps = list(_unfold(patch, local, first_eps, patch.schedules.untangling.patch_steps))
             attempt = steps[-1] if steps else local

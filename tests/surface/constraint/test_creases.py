@@ -5,7 +5,7 @@ import pytest
 from meshes.surfaces import no_cells, quad_cube, scattered_sphere
 
 import surface
-from hexconformal.geometry import CORNER, CURVE, SMOOTH, Faces
+from hexconformal.geometry import CORNER, CURVE, SMOOTH, CreaseSchedule, Faces
 from hexconformal.geometry.features.creases import _lead_past, _without_spurs
 from surface.constraint.features import find_features
 
@@ -116,12 +116,12 @@ def test_a_crease_that_ends_in_a_face_is_long():
         edges = np.stack([np.arange(224), np.arange(1, 225)], axis=1)
         edges = edges[edges[:, 1] != 25]
         sharp = edges[:, 1] < 25
-        assert _without_spurs(np.concatenate([chain, far]), edges, sharp).sum() == expected
+        assert _without_spurs(np.concatenate([chain, far]), edges, sharp, CreaseSchedule()).sum() == expected
     # A ring that is as fine, such as the rim of a hole, has no end.
     t = 2 * np.pi * np.arange(25) / 25
     ring = 0.3 / (2 * np.sin(np.pi / 25)) * np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
     closed = np.concatenate([edges, [[0, 24]]])
-    assert _without_spurs(np.concatenate([ring, far]), closed, (closed < 25).all(axis=1)).sum() == 25
+    assert _without_spurs(np.concatenate([ring, far]), closed, (closed < 25).all(axis=1), CreaseSchedule()).sum() == 25
 
 
 def test_flat_facets_have_creases_however_many_their_corners():

@@ -3,11 +3,14 @@
 from .crack_fronts import kept_edges
 from .creases import find_creases
 from .feature_curves import CORNER, CURVE, SMOOTH, Features, find_features, nonmanifold_nodes
+from .schedules import CreaseSchedule, FeatureSchedule
 
 __all__ = [
     "CORNER",
     "CURVE",
     "SMOOTH",
+    "CreaseSchedule",
+    "FeatureSchedule",
     "Features",
     "find_creases",
     "find_features",

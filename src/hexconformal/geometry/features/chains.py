@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh import connected_components
+from .schedules import FeatureSchedule
 
 __all__ = ["Chains", "chains"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-_TURN = 50.0  # degrees that a curve turns at a corner
 
 
 @dataclass(frozen=True)
@@ -41,10 +40,10 @@ class Chains:
     zigzag: Floats
 
 
-def chains(points: Floats, edges: Ints, stops: Mask) -> Chains:
+def chains(points: Floats, edges: Ints, stops: Mask, turn: float = FeatureSchedule.turn) -> Chains:
     """String edges together, up to where several meet or the curve turns sharply.
 
-    A turn counts as sharp if it is more than 50 degrees over one edge and over two edges on each side, and
+    A turn counts as sharp if it is more than `turn` over one edge and over two edges on each side, and
     clearly more than the turns next to it, so that neither a saw nor a coarse circle is full of corners.
 
     Parameters
@@ -55,6 +54,8 @@ def chains(points: Floats, edges: Ints, stops: Mask) -> Chains:
         (k, 2) nodes.
     stops
         (n,) nodes where every chain ends.
+    turn
+        Degrees.
     """
     count = len(points)
     ends = edges.ravel()
@@ -79,7 +80,7 @@ def chains(points: Floats, edges: Ints, stops: Mask) -> Chains:
     two[inner] = np.linalg.norm(_bend(points[beyond(a, inner)], points[inner], points[beyond(b, inner)]), axis=1)
     excess = np.zeros(count)
     excess[inner] = one[inner] - 0.5 * (one[a] + one[b])
-    sharp = (one > _TURN) & (two > _TURN) & ((one > 1.5 * _TURN) | (excess > 0.5 * _TURN))
+    sharp = (one > turn) & (two > turn) & ((one > 1.5 * turn) | (excess > 0.5 * turn))
     corners = ((degree > 0) & (degree != 2)) | (stops & (degree > 0)) | sharp
     links = halves[~sharp[inner]] // 2
     labels = connected_components(links, len(edges))

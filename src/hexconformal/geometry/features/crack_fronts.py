@@ -10,13 +10,12 @@ from ...mesh import unique_edges
 from ..area_vectors import face_area_vectors
 from ..edges import EdgeTable, edge_table
 from ..faces import Faces
+from .schedules import FeatureSchedule
 
 __all__ = ["crack_fronts", "kept_edges"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-_OPENING = 60.0  # degrees between the sides of a slit, up to which its end is a front
 
 
 def kept_edges(points: Floats, faces: Faces | Ints, cells: Ints, tags: Ints | None = None) -> Ints:
@@ -60,7 +59,9 @@ def kept_edges(points: Floats, faces: Faces | Ints, cells: Ints, tags: Ints | No
     return edges.nodes[np.union1d(edges.manifold[kept], edges.nonmanifold)]
 
 
-def crack_fronts(points: Floats, faces: Faces | Ints, edges: EdgeTable, cells: Ints) -> NDArray[np.bool_]:
+def crack_fronts(
+    points: Floats, faces: Faces | Ints, edges: EdgeTable, cells: Ints, opening: float = FeatureSchedule.opening
+) -> NDArray[np.bool_]:
     """Find the crack fronts of a boundary: its two faces lie on each other, and cells fill the 360 degrees around.
 
     The angle inside is the sum over the cells around an edge of the angles, with their signs, between the two faces
@@ -76,6 +77,8 @@ def crack_fronts(points: Floats, faces: Faces | Ints, edges: EdgeTable, cells: I
         Of these faces.
     cells
         (m, 8) the cells whose boundary this is.
+    opening
+        Degrees between the faces up to which they lie on each other.
 
     Returns
     -------
@@ -85,7 +88,7 @@ def crack_fronts(points: Floats, faces: Faces | Ints, edges: EdgeTable, cells: I
     area = face_area_vectors(points, faces)
     size = np.linalg.norm(area, axis=1)
     left, right = edges.sides.T
-    most = -np.cos(np.radians(_OPENING)) * size[left] * size[right]
+    most = -np.cos(np.radians(opening)) * size[left] * size[right]
     opposed = np.flatnonzero(np.einsum("ei,ei->e", area[left], area[right]) < most)
     if len(opposed) == 0:
         return fronts
@@ -102,7 +105,7 @@ def crack_fronts(points: Floats, faces: Faces | Ints, edges: EdgeTable, cells: I
     which = np.flatnonzero(of >= 0)
     angles = _dihedral_angles(points, near[which // len(EDGES)], which % len(EDGES))
     inside = np.bincount(of[which], angles, minlength=len(nodes))
-    fronts[opposed] = inside > 360.0 - _OPENING
+    fronts[opposed] = inside > 360.0 - opening
     return fronts
 
 

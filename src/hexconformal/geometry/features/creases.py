@@ -14,6 +14,7 @@ from ..edges import EdgeTable
 from ..faces import Faces
 from .chains import chains
 from .dihedral_angles import dihedral_angles
+from .schedules import CreaseSchedule
 
 __all__ = ["find_creases"]
 
@@ -21,13 +22,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_SMALLEST_GROUP = 12  # edges; of mean length, where a crease ends nowhere in particular
-_ALIKE = np.radians(5.0)  # between normals that confirm each other
 _ROUNDING = 1e-9  # radians
-_BESIDE = 0.2  # of the angle: by how much the surface bends beside a crease of many corners, if it is noise
 
 
-def find_creases(points: Floats, faces: Faces, table: EdgeTable, angle: float) -> Mask:
+def find_creases(
+    points: Floats, faces: Faces, table: EdgeTable, angle: float, schedule: CreaseSchedule | None = None
+) -> Mask:
     """Find the edges that are sharp and make up creases.
 
     Creases go past a sliver on one side. Taken for noise are edges that lead nowhere, groups that are small, or short
@@ -39,19 +39,22 @@ def find_creases(points: Floats, faces: Faces, table: EdgeTable, angle: float) -
         The surface and its edges.
     angle
         Degrees between the normals of the two cells from which on an edge is sharp.
+    schedule
+        What is noise.
 
     Returns
     -------
     (e,) the edges of creases.
     """
+    schedule = CreaseSchedule() if schedule is None else schedule
     border = table.counts != 2
-    angles = _angles(points, faces, table)
+    angles = _angles(points, faces, table, schedule.alike)
     creased = _without_detours(points, faces, table.nodes, angles > angle, border)
-    creased &= _without_spurs(points, table.nodes, creased | border)
-    return _without_noise(points, table, creased, angles, _BESIDE * angle)
+    creased &= _without_spurs(points, table.nodes, creased | border, schedule)
+    return _without_noise(points, table, creased, angles, schedule.beside * angle)
 
 
-def _angles(points: Floats, faces: Faces, table: EdgeTable) -> Floats:
+def _angles(points: Floats, faces: Faces, table: EdgeTable, alike_within: float) -> Floats:
     """(e,) degrees between the normals on both sides of each edge, 0 where there are not two sides."""
     vectors = face_area_vectors(points, faces)
     a, b = table.sides.T
@@ -59,7 +62,7 @@ def _angles(points: Floats, faces: Faces, table: EdgeTable) -> Floats:
     around, confirmed = np.zeros_like(vectors), np.zeros(len(vectors), dtype=bool)
     np.add.at(around, a, vectors[b])
     np.add.at(around, b, vectors[a])
-    alike = (normals[a] * normals[b]).sum(axis=1) > np.cos(_ALIKE)
+    alike = (normals[a] * normals[b]).sum(axis=1) > np.cos(np.radians(alike_within))
     confirmed[a[alike]] = confirmed[b[alike]] = True
     # The normal of a sliver is noise, unless a neighbour has the same: it takes that of its neighbours, where these do
     # not cancel each other.
@@ -134,10 +137,10 @@ def _turn(path: Floats) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))
 
 
-def _without_spurs(points: Floats, edges: Ints, sharp: Mask, rounds: int = 3) -> Mask:
+def _without_spurs(points: Floats, edges: Ints, sharp: Mask, schedule: CreaseSchedule) -> Mask:
     """Take away sharp edges that lead nowhere, and small groups: a crease is long, or joins others; noise is not."""
     kept, count = sharp.copy(), len(points)
-    for _ in range(rounds):
+    for _ in range(schedule.spurs):
         degree = np.bincount(edges[kept].ravel(), minlength=count)
         loose = kept & (degree[edges] == 1).any(axis=1)
         if not loose.any():
@@ -150,7 +153,7 @@ def _without_spurs(points: Floats, edges: Ints, sharp: Mask, rounds: int = 3) ->
     lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
     # What begins and ends in the middle of a face must be long, not only fine.
     size = np.where(ends > 0, np.bincount(group, lengths[ids]) / lengths.mean(), np.bincount(group))
-    kept[ids[size[group] < _SMALLEST_GROUP]] = False
+    kept[ids[size[group] < schedule.smallest_group]] = False
     return kept
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..area_vectors import face_area_vectors
 from ..edges import EdgeTable
 from ..faces import Faces
+from .schedules import FeatureSchedule
 
 __all__ = ["dihedral_angles", "filtered_normals", "rounded_edges", "stair_steps"]
 
@@ -15,12 +16,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_FILTERINGS = 3  # times that normals are averaged
-_NOISE_FACTOR, _WIDEST = 4.0, 60.0  # neighbours count up to this multiple of the noise, at most so many degrees
-_SHARP, _CONTRAST = 55.0, 1.5  # degrees from which on no edge is rounded, else how much sharper than those beside
 
-
-def filtered_normals(points: Floats, faces: Faces, edges: EdgeTable, fronts: Mask | None = None) -> Floats:
+def filtered_normals(
+    points: Floats, faces: Faces, edges: EdgeTable, fronts: Mask | None = None, schedule: FeatureSchedule | None = None
+) -> Floats:
     """Unit normals of faces after a bilateral filter: averaged with those of neighbours that agree but for noise.
 
     A face that is folded, or has no area, does not count: it gets the normal of its neighbours.
@@ -35,11 +34,14 @@ def filtered_normals(points: Floats, faces: Faces, edges: EdgeTable, fronts: Mas
         Of the same faces.
     fronts
         (s,) edges with two faces that lie on each other without being folded.
+    schedule
+        How often, and up to which angle.
 
     Returns
     -------
     (f, 3) unit normals.
     """
+    schedule = FeatureSchedule() if schedule is None else schedule
     x = points[faces.corners]
     after, before = x[faces.around(1)] - x, x[faces.around(-1)] - x
     area = face_area_vectors(points, faces)
@@ -58,11 +60,10 @@ def filtered_normals(points: Floats, faces: Faces, edges: EdgeTable, fronts: Mas
     folded[np.where(size[left] < size[right], left, right)[around]] = True
     weight = np.where(unfolded & ~folded, size, 0.0)
     normals = area / np.where(size > 0, size, 1.0)[:, None]
-    least = np.cos(
-        np.radians(np.minimum(_NOISE_FACTOR * _noise(dihedral_angles(normals, edges), faces, edges), _WIDEST))
-    )
+    noise = _noise(dihedral_angles(normals, edges), faces, edges)
+    least = np.cos(np.radians(np.minimum(schedule.noise_factor * noise, schedule.widest)))
     normals[weight == 0] = 0.0
-    for iteration in range(_FILTERINGS):
+    for iteration in range(schedule.filterings):
         agree = np.einsum("ei,ei->e", normals[left], normals[right]) - least
         unknown = ((weight[left] == 0) | (weight[right] == 0)) & ~front
         agree = np.where(unknown, 1.0, np.maximum(agree, 0.0))
@@ -74,7 +75,7 @@ def filtered_normals(points: Floats, faces: Faces, edges: EdgeTable, fronts: Mas
         length = np.linalg.norm(sums, axis=1)
         normals = sums / np.where(length > 0, length, 1.0)[:, None]
         # A face that did not count now passes on the normal that it got.
-        if iteration < _FILTERINGS - 1:
+        if iteration < schedule.filterings - 1:
             weight = np.where((weight == 0) & (length > 0), size, weight)
     return normals
 
@@ -100,7 +101,7 @@ def dihedral_angles(normals: Floats, edges: EdgeTable) -> Floats:
     return np.asarray(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ei,ei->e", a, b))))
 
 
-def rounded_edges(angles: Floats, faces: Faces, edges: EdgeTable) -> Mask:
+def rounded_edges(angles: Floats, faces: Faces, edges: EdgeTable, schedule: FeatureSchedule) -> Mask:
     """(s,) edges hardly sharper than the next ones on both sides: of a coarse cylinder, not of a crease.
 
     Parameters
@@ -109,6 +110,8 @@ def rounded_edges(angles: Floats, faces: Faces, edges: EdgeTable) -> Mask:
         (s,) degrees at the edges with two faces.
     faces, edges
         Of the same surface.
+    schedule
+        How sharp no rounded one is.
     """
     every = np.zeros(len(edges.nodes))
     every[edges.manifold] = angles
@@ -119,7 +122,7 @@ def rounded_edges(angles: Floats, faces: Faces, edges: EdgeTable) -> Mask:
     least = np.full(len(edges.nodes), np.inf)
     np.minimum.at(least, quads.ravel(), opposite.ravel())
     least[triangles] = 0.0
-    return np.asarray((angles < _SHARP) & (angles < _CONTRAST * least[edges.manifold]))
+    return np.asarray((angles < schedule.sharp) & (angles < schedule.contrast * least[edges.manifold]))
 
 
 def stair_steps(points: Floats, faces: Faces, edges: EdgeTable, angle: float) -> tuple[Mask, Mask]:

@@ -14,6 +14,7 @@ from ..faces import Faces
 from .chains import Chains, chains
 from .crack_fronts import crack_fronts
 from .dihedral_angles import dihedral_angles, filtered_normals, rounded_edges, stair_steps
+from .schedules import FeatureSchedule
 
 __all__ = ["CORNER", "CURVE", "SMOOTH", "Features", "find_features", "nonmanifold_nodes"]
 
@@ -22,12 +23,6 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 SMOOTH, CURVE, CORNER = 0, 1, 2
-
-_CONTINUED = 0.6  # share of the angle down to which a crease goes on, once found
-_SHORTEST, _SHORTEST_BESIDE = 5, 15  # edges of a curve with a free end, alone, and beside others that are kept
-_ZIGZAG = 0.6  # chains that change their sense of turning more than this are stair steps or noise
-_STEPPED = 0.7  # share of the sharp edges beside steps of one cell from which on all are stair steps
-_ROUNDED = (0.3, 0.01)  # curves may be rounded off if the surface may move so far, in edges and in diagonals
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +59,18 @@ class Features:
         return np.flatnonzero(self.kind == CORNER)
 
     @classmethod
-    def along(cls, points: Floats, faces: Faces, edges: EdgeTable, chosen: Ints, stops: Mask) -> Features:
+    def along(
+        cls,
+        points: Floats,
+        faces: Faces,
+        edges: EdgeTable,
+        chosen: Ints,
+        stops: Mask,
+        turn: float = FeatureSchedule.turn,
+    ) -> Features:
         """Features along chosen edges, ids of a table, with curves that end where they must, and at some nodes (n,)."""
         nodes = edges.nodes[chosen]
-        curves = chains(points, nodes, stops)
+        curves = chains(points, nodes, stops, turn)
         free = np.ones(len(edges.nodes), dtype=bool)
         free[chosen] = False
         kind = np.full(len(points), SMOOTH, dtype=np.int8)
@@ -86,6 +89,7 @@ def find_features(
     cells: Ints | None = None,
     mode: str = "auto",
     tolerance: float = 0.0,
+    schedule: FeatureSchedule | None = None,
 ) -> Features:
     """Find the smooth patches of a boundary, the curves between them, and the corners.
 
@@ -112,6 +116,8 @@ def find_features(
         the middle of nowhere, and where the surface may move so far that they can be rounded off.
     tolerance
         How far the surface may move, in units of length.
+    schedule
+        Numbers by which features are told from noise.
 
     Raises
     ------
@@ -135,20 +141,23 @@ def find_features(
         raise OptionError(f"the feature angle must lie between 0 and 180 degrees, not {angle}")
     if not tolerance >= 0:
         raise OptionError(f"tolerance must be 0 or more, not {tolerance}")
+    schedule = FeatureSchedule() if schedule is None else schedule
     faces = Faces.of(faces)
     edges = edge_table(faces)
     nonmanifold = nonmanifold_nodes(faces, edges, len(points))
-    fronts = np.zeros(len(edges.manifold), dtype=bool) if cells is None else crack_fronts(points, faces, edges, cells)
+    fronts = np.zeros(len(edges.manifold), dtype=bool)
+    if cells is not None:
+        fronts = crack_fronts(points, faces, edges, cells, schedule.opening)
     kept = fronts | (False if tags is None else _changes(tags, edges, len(faces)))
     stops = nonmanifold.copy()
     stops[edges.nodes[edges.manifold[kept]]] = True
-    soft, chosen, why = _by_angle(points, faces, edges, fronts, stops, angle, mode, tolerance)
+    soft, chosen, why = _by_angle(points, faces, edges, fronts, stops, angle, mode, tolerance, schedule)
     if kept.any() and mode != "soft":
         by = [name for name, some in (("tags", kept & ~fronts), ("crack fronts", fronts)) if some.any()]
         why = f"by {' and '.join(by)}, none by angle: {why}" if soft else f"by {', '.join(by)} and angle: {why}"
         soft, chosen = False, np.union1d(chosen[:0] if soft else chosen, edges.manifold[kept])
     chosen = np.union1d(chosen, edges.nonmanifold)
-    found = Features.along(points, faces, edges, chosen, nonmanifold)
+    found = Features.along(points, faces, edges, chosen, nonmanifold, schedule.turn)
     counts = [int(labels.max(initial=-1)) + 1 for labels in (found.curves, found.patches)]
     what = f"{counts[0]} curves, {len(found.corners)} corners, {counts[1]} patches"
     return replace(found, soft=soft, reason=f"{what}, {'soft' if soft else 'kept'}: {why}")
@@ -190,34 +199,42 @@ def _by_angle(
     angle: float,
     mode: str,
     tolerance: float,
+    schedule: FeatureSchedule,
 ) -> tuple[bool, Ints, str]:
     """Decide if curves found by their angle need not be kept; tell the edges of those that are found, and why."""
-    angles = dihedral_angles(filtered_normals(points, faces, edges, fronts), edges)
-    chosen = _creases(points, faces, edges, angles, angle, stops, _SHORTEST)
+    angles = dihedral_angles(filtered_normals(points, faces, edges, fronts, schedule), edges)
+    chosen = _creases(points, faces, edges, angles, angle, stops, schedule.shortest, schedule)
     if mode != "auto":
         return mode == "soft", chosen, f"{mode} as asked"
     both = np.union1d(chosen, edges.nonmanifold)
-    soft, open_ends, why = _softness(points, faces, edges, both, stops, angle, tolerance)
+    soft, open_ends, why = _softness(points, faces, edges, both, stops, angle, tolerance, schedule)
     if open_ends and not soft:
-        chosen = _creases(points, faces, edges, angles, angle, stops, _SHORTEST_BESIDE)
+        chosen = _creases(points, faces, edges, angles, angle, stops, schedule.shortest_beside, schedule)
     return soft, chosen, why
 
 
 def _creases(
-    points: Floats, faces: Faces, edges: EdgeTable, angles: Floats, angle: float, stops: Mask, shortest: int
+    points: Floats,
+    faces: Faces,
+    edges: EdgeTable,
+    angles: Floats,
+    angle: float,
+    stops: Mask,
+    shortest: int,
+    schedule: FeatureSchedule,
 ) -> Ints:
     """Ids of the edges with two faces that belong to creases; those with a free end have `shortest` edges or more."""
-    coarse = rounded_edges(angles, faces, edges)
-    chosen = np.flatnonzero(angles > _CONTINUED * angle)
+    coarse = rounded_edges(angles, faces, edges, schedule)
+    chosen = np.flatnonzero(angles > schedule.continued * angle)
     # Where a spur goes two chains become one, so that chains are looked at again until nothing goes.
     while len(chosen):
         nodes = edges.nodes[edges.manifold[chosen]]
-        curves = chains(points, nodes, stops)
+        curves = chains(points, nodes, stops, schedule.turn)
         length = np.bincount(curves.labels)
         strong = np.bincount(curves.labels, (angles[chosen] > angle) & ~coarse[chosen])
         piece = connected_components(nodes, len(points))[nodes[:, 0]]
-        small = np.bincount(piece)[piece] < _SHORTEST
-        good = (strong >= 0.5 * length) & (curves.zigzag < _ZIGZAG)
+        small = np.bincount(piece)[piece] < schedule.shortest
+        good = (strong >= schedule.strong * length) & (curves.zigzag < schedule.zigzag)
         good &= (length >= shortest) | ~_has_free_end(nodes, curves, stops)
         keep = good[curves.labels] & ~small
         if keep.all():
@@ -233,7 +250,14 @@ def _has_free_end(nodes: Ints, curves: Chains, stops: Mask) -> Mask:
 
 
 def _softness(
-    points: Floats, faces: Faces, edges: EdgeTable, chosen: Ints, stops: Mask, angle: float, tolerance: float
+    points: Floats,
+    faces: Faces,
+    edges: EdgeTable,
+    chosen: Ints,
+    stops: Mask,
+    angle: float,
+    tolerance: float,
+    schedule: FeatureSchedule,
 ) -> tuple[bool, bool, str]:
     """Decide if curves found by their angle need not be kept, and tell if some of them end freely, and why."""
     nodes = edges.nodes[chosen]
@@ -242,15 +266,15 @@ def _softness(
         return True, False, "the surface is smooth"
     steps, sharp = stair_steps(points, faces, edges, angle)
     stepped = steps[edges.sides[sharp]].any(axis=1).mean() if sharp.any() else 0.0
-    if stepped > _STEPPED:
+    if stepped > schedule.stepped:
         return True, False, f"stair steps, {stepped:.0%} of the sharp edges bound a step of one cell"
-    curves = chains(points, nodes, stops)
+    curves = chains(points, nodes, stops, schedule.turn)
     free = lengths[_has_free_end(nodes, curves, stops)[curves.labels]].sum() / lengths.sum()
-    if free > 0.5:
+    if free > schedule.open:
         return True, True, f"{free:.0%} of the sharp curves end in the middle of a smooth surface"
     edge = float(np.median(lengths[lengths > 0.0]))
     diagonal = float(np.linalg.norm(np.ptp(points[faces.nodes()], axis=0)))
-    if tolerance > max(_ROUNDED[0] * edge, _ROUNDED[1] * diagonal):
+    if tolerance > max(schedule.rounded[0] * edge, schedule.rounded[1] * diagonal):
         share = f"{tolerance / edge:.2g} edge lengths, {tolerance / diagonal:.2g} diagonals"
         return True, False, f"the surface may move by {share}, which rounds them off"
     return (
