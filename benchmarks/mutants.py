@@ -168,13 +168,13 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.solver.problem": (
         ("solver/test_line_search.py",),
         [
-            ("<= current.energy + _ARMIJO * step * slope", "<= current.energy - _ARMIJO * step * slope"),
+            ("<= current.energy + search.enough * step * slope", "<= current.energy - search.enough * step * slope"),
             ("(enough or flat) and problem.space.everywhere(problem.acceptable(trial.points))", "(enough or flat)"),
             ("if np.isfinite(trial.energy) and not", "if not"),
             ("and not (with_gradient and not np.isfinite(trial.gradient).all())", ""),
             ("        step *= 0.5\n", "        step *= 1.0\n"),
             ("return replace(current, step=0.0, decrease=0.0)", "return replace(trial, step=0.0)"),
-            ("(trial.gradient, direction)) <= -0.9 * slope", "(trial.gradient, direction)) >= -0.9 * slope"),
+            ("direction)) <= -search.flatter * slope", "direction)) >= -search.flatter * slope"),
         ],
     ),
     "hexconformal.solver.lbfgs": (
