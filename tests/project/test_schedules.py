@@ -14,6 +14,9 @@ import surface
 from hexconformal.common import OptionError, Schedule
 from hexconformal.energy.convex_frames import JACOBIAN_WEIGHT
 from hexconformal.formulation import Schedules
+from hexconformal.geometry import CreaseSchedule
+from surface.energy import TurnedCellsSchedule
+from surface.flow import FlowSchedule
 
 WORDS = {1.0: "one", 0.5: "half", 0.25: "quarter", 0.2: "fifth", 0.1: "tenth", 0.05: "twentieth", 0.02: "fiftieth"}
 
@@ -93,6 +96,12 @@ def stated():
     yield f"with a part of the whole distortion beside ({worst.distortion_share:g})"
     yield rf"\quad c = {JACOBIAN_WEIGHT:g}, \qquad"
     yield f"with $t$ = {worst.stiffness:g} over the worst density"
+    yield f"and {share(TurnedCellsSchedule().tilt_stiffness)} of the stiffness against tilt"
+    yield f"differ by more than {surface.Options().feature_angle:g} degrees"
+    yield f"confirms it within {CreaseSchedule().alike:g} degrees"
+    power = round(math.log10(surface.Options().eps))
+    yield rf"$\hat\varepsilon = 10^{{{power}}}$ by default"
+    yield f"no node goes farther than {WORDS[FlowSchedule().largest_displacement]} a mean edge"
 
 
 @pytest.mark.parametrize("text", list(stated()))

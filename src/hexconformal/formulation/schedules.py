@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from ..common import Schedule, tuned
 from ..geometry import BarrierSchedule, FeatureSchedule
-from ..solver import NewtonSchedule, SearchSchedule
+from ..solver import MultigridSchedule, NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
 __all__ += ["Schedules", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule"]
@@ -303,6 +303,7 @@ class Schedules:
     barrier: BarrierSchedule = field(default_factory=BarrierSchedule)
     newton: NewtonSchedule = field(default_factory=NewtonSchedule)
     search: SearchSchedule = field(default_factory=SearchSchedule)
+    multigrid: MultigridSchedule = field(default_factory=MultigridSchedule)
     untangling: UntanglingSchedule = field(default_factory=UntanglingSchedule)
     interior: InteriorSchedule = field(default_factory=InteriorSchedule)
     folded: FoldedSchedule = field(default_factory=FoldedSchedule)

@@ -7,11 +7,13 @@ Belongs here: MeshMotion, the extension of displacements, and runs by a table. I
 from .mesh_motion import MeshMotion, MotionReport, MotionStep
 from .motion_run import MotionRun
 from .motion_table import read_motion
+from .schedule import MotionSchedule
 
 __all__ = [
     "MeshMotion",
     "MotionReport",
     "MotionRun",
+    "MotionSchedule",
     "MotionStep",
     "read_motion",
 ]

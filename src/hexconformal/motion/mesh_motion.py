@@ -35,15 +35,11 @@ from ..solver import (
     planar_normal_sums,
 )
 from .extension import EXTENSIONS
+from .schedule import MotionSchedule
 
 __all__ = ["MeshMotion", "MotionReport", "MotionStep"]
 
 Field = NDArray[np.float64]
-
-_LEAST_SHARE = 2.0**-10  # of a step, below which it is given up
-_SUBSTEP_TOLERANCE = 1e-3  # energy tolerance of a substep that is not the last
-_MAX_ITERATIONS = 500
-_LINEAR_TOLERANCE, _GUESS_TOLERANCE = 1e-9, 1e-3  # tolerances of a linear operator, and of a first guess
 
 OPERATORS = ("conformal", *EXTENSIONS)
 TARGETS = ("input", "current")
@@ -128,6 +124,8 @@ class MeshMotion:
         "elastic" extend the displacement by a linear problem, as is usual, and may end early.
     energy_tolerance
         Stop where a further iteration would lower the energy by less than this, relatively.
+    schedule
+        Other tuned numbers than those the benchmarks were made with.
 
     Attributes
     ----------
@@ -162,7 +160,9 @@ class MeshMotion:
         target: str = "input",
         operator: str = "conformal",
         energy_tolerance: float = 1e-6,
+        schedule: MotionSchedule | None = None,
     ) -> None:
+        self._schedule = schedule = MotionSchedule() if schedule is None else schedule
         require_choice("target", target, TARGETS)
         require_choice("operator", operator, OPERATORS)
         require_number("energy_tolerance", energy_tolerance)
@@ -189,7 +189,7 @@ class MeshMotion:
         self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
-            normalized, self._admissible, _LINEAR_TOLERANCE if linear else _GUESS_TOLERANCE
+            normalized, self._admissible, schedule.linear_tolerance if linear else schedule.guess_tolerance
         )
         self._energy = self._distortion(normalized.points)
         self._points = normalized.points
@@ -237,11 +237,11 @@ class MeshMotion:
             self._energy = self._distortion(self._points)
         reached, share, substeps, iterations = 0.0, 1.0, 0, 0
         blocked = np.empty(0, dtype=np.int64)
-        while reached < 1.0 and share >= _LEAST_SHARE:
+        while reached < 1.0 and share >= self._schedule.least_share:
             share = min(share, 1.0 - reached)
             last = reached + share >= 1.0
             part = goal if last else origin + (reached + share) * (goal - origin)
-            found = self._solve(part, self._energy_tolerance if last else _SUBSTEP_TOLERANCE)
+            found = self._solve(part, self._energy_tolerance if last else self._schedule.substep_tolerance)
             if isinstance(found, tuple):
                 self._points, taken = found
                 self._prescribed, reached = part, 1.0 if last else reached + share
@@ -319,7 +319,7 @@ class MeshMotion:
         taken = 0
         for taken, following in enumerate(lbfgs(at, preconditioner), 1):
             decrease, at = at.energy - following.energy, following
-            if decrease <= tolerance * at.energy or taken == _MAX_ITERATIONS:
+            if decrease <= tolerance * at.energy or taken == self._schedule.iterations:
                 break
         return at.points, taken
 

@@ -157,7 +157,8 @@ class Minimization:
         """Multigrid for the distortion alone; with other terms one sweep over the convex blocks of them all."""
         if self._alone:
             laplacian = self._distortion.laplacian(self._stiffness())
-            return LaplacePreconditioner(laplacian, self._formulation.admissible, self._referenced)
+            multigrid = self._formulation.schedules.multigrid
+            return LaplacePreconditioner(laplacian, self._formulation.admissible, self._referenced, multigrid)
         equation = self._convex_equation()
         equation.convex(at)
         # What the formulation assembles next, in a run that is left and asked for its result, is not to be seen here.

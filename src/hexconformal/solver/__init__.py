@@ -16,6 +16,7 @@ from .block_solver import BlockPreconditioner, solve_blocks
 from .conjugate_gradients import conjugate_gradients
 from .laplace_preconditioner import LaplacePreconditioner
 from .lbfgs import lbfgs
+from .multigrid import MultigridSchedule
 from .newton import ConvexEquation, Equation, MatrixFreeEquation, NewtonSchedule, newton, newton_step
 from .problem import Iterate, Preconditioner, Problem, SearchSchedule, line_search
 from .space import SERIAL, Space
@@ -29,6 +30,7 @@ __all__ = [
     "Iterate",
     "LaplacePreconditioner",
     "MatrixFreeEquation",
+    "MultigridSchedule",
     "NewtonSchedule",
     "Preconditioner",
     "Problem",

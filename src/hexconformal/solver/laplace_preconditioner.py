@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from .admissible import AdmissibleDirections
-from .multigrid import Multigrid
+from .multigrid import Multigrid, MultigridSchedule
 
 __all__ = ["LaplacePreconditioner"]
 
@@ -28,10 +28,16 @@ class LaplacePreconditioner:
         Directions in which nodes may move.
     referenced
         (n,) nodes that belong to a cell; the others have empty rows.
+    schedule
+        Numbers of the hierarchies.
     """
 
     def __init__(
-        self, laplacian: sparse.csr_matrix, admissible: AdmissibleDirections, referenced: NDArray[np.bool_]
+        self,
+        laplacian: sparse.csr_matrix,
+        admissible: AdmissibleDirections,
+        referenced: NDArray[np.bool_],
+        schedule: MultigridSchedule | None = None,
     ) -> None:
         free = referenced[:, None] & ~admissible.held_components(len(referenced))
         self._project = admissible.project
@@ -39,7 +45,7 @@ class LaplacePreconditioner:
         for component in range(3):
             same = next((axes for axes, _ in self._cycles if (free[:, axes[0]] == free[:, component]).all()), None)
             if same is None:
-                self._cycles.append(([component], Multigrid(laplacian, free[:, component])))
+                self._cycles.append(([component], Multigrid(laplacian, free[:, component], schedule)))
             else:
                 same.append(component)
 

@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from threadpoolctl import threadpool_limits
 
+from ..common import Schedule, tuned
 from ..kernel import loop, parallel_ranges
 
-__all__ = ["Multigrid"]
+__all__ = ["Multigrid", "MultigridSchedule"]
 
 Field = NDArray[np.float64]
 
-_COARSEST = 200  # unknowns that are solved for directly
-_STRONG = 0.05  # relative size of the entries that aggregates are made along
-_DAMPING = 1.6  # of the smoother; below 2, with which it would no longer converge
 _SHIFT = 1e-8  # relative; makes a matrix with a constant null space definite
 
 
@@ -89,6 +87,25 @@ class _Level:
     restriction: _Sparse
 
 
+@dataclass(frozen=True)
+class MultigridSchedule(Schedule):
+    """The hierarchy and its smoother.
+
+    Attributes
+    ----------
+    coarsest
+        Unknowns that are solved for directly.
+    strong
+        Relative size of the entries that aggregates are made along.
+    damping
+        Of the smoother; with 2 it would no longer converge.
+    """
+
+    coarsest: int = tuned(200)
+    strong: float = tuned(0.05, 0.0, 1.0)
+    damping: float = tuned(1.6, 0.0, 2.0)
+
+
 class Multigrid:
     """One symmetric V-cycle of smoothed aggregation (pyamg), a fixed positive definite approximate inverse.
 
@@ -100,6 +117,8 @@ class Multigrid:
         (n, n) symmetric positive semidefinite scalar matrix.
     free
         (n,) rows that take part.
+    schedule
+        Numbers of the hierarchy.
 
     Examples
     --------
@@ -114,8 +133,12 @@ class Multigrid:
     True
     """
 
-    def __init__(self, matrix: sparse.csr_matrix, free: NDArray[np.bool_]) -> None:
+    def __init__(
+        self, matrix: sparse.csr_matrix, free: NDArray[np.bool_], schedule: MultigridSchedule | None = None
+    ) -> None:
         import pyamg
+
+        schedule = MultigridSchedule() if schedule is None else schedule
 
         self._count = matrix.shape[0]
         self._rows = None if free.all() else np.flatnonzero(free)
@@ -132,21 +155,21 @@ class Multigrid:
         with threadpool_limits(1, "blas"):
             hierarchy = pyamg.smoothed_aggregation_solver(
                 sparse.csr_matrix(matrix),
-                strength=("symmetric", {"theta": _STRONG}),
+                strength=("symmetric", {"theta": schedule.strong}),
                 # Weak entries would fill the coarse matrices of stretched cells. Row sums need no estimate of
                 # a spectral radius, for which pyamg draws random numbers.
                 smooth=("jacobi", {"filter_entries": True, "weighting": "local"}),
                 presmoother=None,
                 postsmoother=None,
                 improve_candidates=None,
-                max_coarse=_COARSEST,
+                max_coarse=schedule.coarsest,
             )
             # Where nothing is strong, pyamg ends with a single unknown that nothing depends on.
             self._coarse = linalg.pinvh(hierarchy.levels[-1].A.toarray())
         for level in hierarchy.levels[:-1]:
             # The row sums of |A|, as a diagonal matrix, are not below A: where cells are bad the smoother is
             # damped, and only there.
-            relaxation = _DAMPING / np.asarray(abs(level.A).sum(axis=1)).ravel()
+            relaxation = schedule.damping / np.asarray(abs(level.A).sum(axis=1)).ravel()
             self._levels.append(_Level(_Sparse.of(level.A), relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
 
     def __call__(self, residual: Field) -> Field:

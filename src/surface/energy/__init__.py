@@ -4,7 +4,7 @@ Belongs here: energies with derivatives, target shapes. Imports `hexconformal.co
 `hexconformal.mesh`, `hexconformal.geometry` and `mesh`.
 """
 
-from .barrier import Barrier
+from .barrier import Barrier, TurnedCellsSchedule
 from .distortion_energy import ENERGIES, Quaternionic, SurfaceEnergy, corner_frames
 from .target import TARGETS, target_shapes
 
@@ -14,6 +14,7 @@ __all__ = [
     "Barrier",
     "Quaternionic",
     "SurfaceEnergy",
+    "TurnedCellsSchedule",
     "corner_frames",
     "target_shapes",
 ]

@@ -2,21 +2,43 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from hexconformal.common import Schedule, tuned
 from hexconformal.geometry import Faces
 from hexconformal.kernel import Vector, add, cross, dot, plane_density, plane_gradient, plane_normal, scale, subtract
 
 from ..mesh import Floats
 from .distortion_energy import SurfaceEnergy, corner_frames
 
-__all__ = ["Barrier"]
+__all__ = ["Barrier", "TurnedCellsSchedule"]
 
 _TINY = 1e-300
-_REGULARIZATION = 4.0  # over the negative area: less is too stiff to turn a cell round
-_SMALLEST_AREA = 0.02  # relative to the size of a frame: below it the area is regularized
-_TILT_STIFFNESS = 0.1  # out of the plane, of that against a normal that stays
-_DOUBLED, _LARGEST_FACTOR = 2.0, 100.0  # density that counts twice with `emphasize_worst`, and the most any may count
+
+
+@dataclass(frozen=True)
+class TurnedCellsSchedule(Schedule):
+    """Cells that are turned over, or nearly so, or the worst.
+
+    Attributes
+    ----------
+    regularization
+        Over the negative area: less is too stiff to turn a cell round.
+    smallest_area
+        Relative to the size of a frame; below it the area is regularized.
+    tilt_stiffness
+        Out of the plane, of that against a normal that stays.
+    doubled, largest_factor
+        Density that counts twice with `emphasize_worst`, and the most any may count.
+    """
+
+    regularization: float = tuned(4.0)
+    smallest_area: float = tuned(0.02, 0.0, 1.0)
+    tilt_stiffness: float = tuned(0.1, 0.0, 1.0)
+    doubled: float = tuned(2.0)
+    largest_factor: float = tuned(100.0)
 
 
 class Barrier(SurfaceEnergy):
@@ -33,6 +55,8 @@ class Barrier(SurfaceEnergy):
         Of the density phi(e) = m (sqrt(1 + 2 e / m) - 1) + c e^3 / 3 of a cell of distortion e, equation (16). Beyond m
         it grows as the angles that are lost, so that a cell between others of other shapes does not spoil them all; the
         cube keeps the worst cells from paying for that. By default the distortion itself.
+    schedule
+        What is done about cells that are turned over.
 
     Attributes
     ----------
@@ -58,7 +82,9 @@ class Barrier(SurfaceEnergy):
         count: int,
         m: float = np.inf,
         c: float = 0.0,
+        schedule: TurnedCellsSchedule | None = None,
     ) -> None:
+        self._schedule = TurnedCellsSchedule() if schedule is None else schedule
         super().__init__(corner_frames(cells, shapes), count)
         self._m, self._c = m, c
         self.damping: float | Floats = 0.0
@@ -97,13 +123,12 @@ class Barrier(SurfaceEnergy):
         f1, f2 = self.frames.derivatives(points)
         area = np.asarray(dot(self._normals_at(f1, f2), cross(f1, f2)))
         size = 0.5 * (dot(f1, f1) + dot(f2, f2))
-        self.regularization = np.where(
-            area > _SMALLEST_AREA * size, 0.0, np.hypot(_REGULARIZATION * area, _SMALLEST_AREA * size)
-        )
+        schedule, least = self._schedule, self._schedule.smallest_area * size
+        self.regularization = np.where(area > least, 0.0, np.hypot(schedule.regularization * area, least))
         self._weights = self.frames.weights
         relative = self.densities(points) / self._weights
         if self.emphasize_worst:
-            self._weights = self._weights * (1 + np.minimum(relative / _DOUBLED, _LARGEST_FACTOR))
+            self._weights = self._weights * (1 + np.minimum(relative / schedule.doubled, schedule.largest_factor))
         else:
             self._weights = self._weights / (1 + relative / self.cap)
 
@@ -197,7 +222,7 @@ class Barrier(SurfaceEnergy):
             result[folded] = np.einsum("f,if,jf->fij", dip[folded], along, along)
             result[folded] += (w * 4 / area)[folded, None, None] * np.eye(6)
         # Out of the plane a frozen normal gives 4 / area, but it turns with a cell that travels round a bend.
-        normal = np.einsum("f,if,jf->fij", w * _TILT_STIFFNESS * 4 / area, np.stack(n), np.stack(n))
+        normal = np.einsum("f,if,jf->fij", w * self._schedule.tilt_stiffness * 4 / area, np.stack(n), np.stack(n))
         result[:, :3, :3] += normal
         result[:, 3:, 3:] += normal
         result[:, range(6), range(6)] += (self.damping * 4 * w / area)[:, None]

@@ -17,6 +17,7 @@ from .flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
 from .moment import Moment
 from .options import Record as FlowRecord
 from .options import Stepping
+from .schedule import FlowSchedule
 from .terms import Bending, Membrane, Tension, Term
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "Flow",
     "FlowRecord",
     "FlowRun",
+    "FlowSchedule",
     "Helfrich",
     "MeanCurvature",
     "Membrane",

@@ -19,20 +19,10 @@ from .flows import Flow
 from .moment import Moment, surface_with_arrays
 from .options import Record, Stepping, reduced_volume
 from .remeshing import Remesher
+from .schedule import FlowSchedule
 from .step import Conserved, implicit_step, restore_conserved
 
 __all__ = ["Evolution", "evolve"]
-
-_FIRST_DISPLACEMENT = 0.1  # of a node in the first step, in mean edge lengths
-_MAX_DISPLACEMENT = 0.5  # of a node in any step, in mean edge lengths
-_VANISHED_AREA = 1e-4  # share of the first area at which a surface has vanished
-_MAX_HALVINGS = 40
-_COLLAPSED_TAU = 1e-5  # share of the largest time step so far at which the steps have collapsed
-_STALL_WINDOW = 10  # steps over which a stall is measured
-_MAX_RISE = 0.95  # by a remeshing, as a share of the energy that the flow has lost since the last one
-_EARLY_REMESHINGS, _EARLY_RISE = 10, 0.05  # the first remeshings may raise the energy by this share in advance
-_FRACTIONS = (1.0, 0.5, 0.25, 0.125)  # of the displacements of a remeshing, until the energy rises no more than it may
-_MEAN_ANGLE_LOSS = 0.5  # degrees, over a window of partial remeshings, at which the mesh is worn out
 
 
 class Evolution:
@@ -44,6 +34,8 @@ class Evolution:
         The flow to follow.
     stepping
         Its options.
+    schedule
+        Other tuned numbers than those the benchmarks were made with.
 
     Attributes
     ----------
@@ -70,8 +62,9 @@ class Evolution:
     ('reached steps = 2', True)
     """
 
-    def __init__(self, flow: Flow, stepping: Stepping) -> None:
+    def __init__(self, flow: Flow, stepping: Stepping, schedule: FlowSchedule | None = None) -> None:
         self.flow, self.stepping = flow, stepping
+        self._schedule = FlowSchedule() if schedule is None else schedule
         self.mesh = as_surface_mesh(flow.mesh)
         self.notes = tuple(require_sound(self.mesh))
         cells = self.mesh.cells
@@ -88,7 +81,7 @@ class Evolution:
             raise OptionError("conserve must not have the volume where the surface is open: it encloses none")
         self._conserved = Conserved(flow.conserve, self._surface)
         self._first_area = self._surface.area
-        self._remesher = Remesher(self.mesh, self._fixed, stepping.remesh_options)
+        self._remesher = Remesher(self.mesh, self._fixed, stepping.remesh_options, self._schedule.early_iterations)
         self.history: list[Record] = []
         self._resumed = False
         self.reason = "not begun"
@@ -171,11 +164,11 @@ class Evolution:
             return f"reached t_end = {options.t_end:g}"
         if options.steps is not None and self._step >= options.steps:
             return f"reached steps = {options.steps}"
-        if self._tau < _COLLAPSED_TAU * self._largest_tau:
+        if self._tau < self._schedule.collapsed * self._largest_tau:
             return self._describe_singularity()
         if options.stall > 0.0 and (reason := self._stall_reason()) is not None:
             return reason
-        if self._surface.area <= _VANISHED_AREA * self._first_area:
+        if self._surface.area <= self._schedule.vanished_area * self._first_area:
             place = ", ".join(
                 f"{x:.6g}" for x in self._surface.points[self.mesh.cells.nodes()].mean(axis=0) + self.origin
             )
@@ -183,12 +176,12 @@ class Evolution:
         return None
 
     def _stall_reason(self) -> str | None:
-        stall, recent = self.stepping.stall, self._recent_energies
-        if len(recent) > _STALL_WINDOW and recent[0] - recent[-1] <= stall * abs(recent[-1]):
-            return f"the energy stalls: it fell by less than {stall:g} of it over {_STALL_WINDOW} steps"
-        if self._partial_remeshings >= _STALL_WINDOW:
+        stall, recent, steps = self.stepping.stall, self._recent_energies, self._schedule.stall_steps
+        if len(recent) > steps and recent[0] - recent[-1] <= stall * abs(recent[-1]):
+            return f"the energy stalls: it fell by less than {stall:g} of it over {steps} steps"
+        if self._partial_remeshings >= steps:
             mean = float(smallest_angles(self._surface.points, self.mesh.cells).mean())
-            if mean < self._angle_before - _MEAN_ANGLE_LOSS:
+            if mean < self._angle_before - self._schedule.angle_loss:
                 return (
                     f"the energy falls only by wearing out the mesh (mean angle {self._angle_before:.1f} to "
                     f"{mean:.1f}): a finer mesh would be needed to go on"
@@ -197,23 +190,24 @@ class Evolution:
 
     def _remesh(self) -> float:
         """Remesh if it is due; returns the jump of the energy, NaN without remeshing."""
-        options = self.stepping
+        options, schedule = self.stepping, self._schedule
         due = bool(options.remesh) and self._step % int(options.remesh) == 0
         if not due and options.remesh_below is not None:
             due = bool(smallest_angles(self._surface.points, self.mesh.cells).min() < options.remesh_below)
         if not due:
             return float("nan")
-        early = self._step < _EARLY_REMESHINGS * max(int(options.remesh), 1)
+        early = self._step < schedule.early_remeshings * max(int(options.remesh), 1)
         remeshed = self._remesher(self._surface.points, early)
         if remeshed is None:
             return float("nan")
         old = self._surface.points
         # A remeshing raises the energy by less than the flow has lowered it, so that over a run it falls. The first
         # remeshings may raise it in advance, so that the mesh is good early; the flow makes up for that before others.
-        largest_rise = max(_MAX_RISE * self._energy_credit + early * _EARLY_RISE * abs(self._energy), 0.0)
-        for fraction in _FRACTIONS:
+        in_advance = early * schedule.early_rise * abs(self._energy)
+        largest_rise = max(schedule.rise * self._energy_credit + in_advance, 0.0)
+        for fraction in schedule.fractions:
             moved = DiscreteSurface(self.elements, old + fraction * (remeshed - old))
-            new = restore_conserved(moved, self._conserved, self._fixed)
+            new = restore_conserved(moved, self._conserved, self._fixed, schedule.smoothing_length)
             if new is None:
                 continue
             after = energy(new, self.flow.terms)
@@ -237,7 +231,7 @@ class Evolution:
         surface, h = self._surface, mean_edge_length(self._surface.points, self.mesh.cells)
         before = face_area_vectors(surface.points, self.mesh.cells)
         stop = self.stepping.next_stop(self._time)
-        for halvings in range(_MAX_HALVINGS):
+        for halvings in range(self._schedule.halvings):
             last = self._time + self._tau * (1 + 1e-9) >= stop
             tau = stop - self._time if last else self._tau
             found = implicit_step(surface, self.flow.terms, self._conserved, tau, self._fixed)
@@ -247,7 +241,7 @@ class Evolution:
                 turned = (face_area_vectors(new.points, self.mesh.cells) * before).sum(axis=1) <= 0
                 value = energy(new, self.flow.terms)
                 if (
-                    longest <= _MAX_DISPLACEMENT * h
+                    longest <= self._schedule.largest_displacement * h
                     and not turned.any()
                     and value <= self._energy + 1e-14 * abs(self._energy)
                 ):
@@ -256,7 +250,7 @@ class Evolution:
                     self._time = stop if last else self._time + tau
                     self._step += 1
                     self._largest_tau = max(self._largest_tau, tau)
-                    self._recent_energies = [*self._recent_energies[-_STALL_WINDOW:], value]
+                    self._recent_energies = [*self._recent_energies[-self._schedule.stall_steps :], value]
                     if halvings == 0 and not last:
                         self._tau = min(self._tau * self.stepping.growth, self.stepping.tau_max)
                     return tau, multipliers, halvings
@@ -276,7 +270,7 @@ class Evolution:
         force = self._surface.solve_mass(energy_gradient(self._surface, self.flow.terms))
         fastest = float(np.linalg.norm(force, axis=1).max())
         h = mean_edge_length(self._surface.points, self.mesh.cells)
-        return _FIRST_DISPLACEMENT * h / fastest if fastest > 0 else h
+        return self._schedule.first_displacement * h / fastest if fastest > 0 else h
 
     def _moment(self, tau: float, jump: float, multipliers: Floats, halvings: int) -> Moment:
         surface = self._surface

@@ -17,7 +17,6 @@ from ..remeshing import Options, Remeshing
 __all__ = ["Remesher"]
 
 # A surface that flows is smooth or becomes so, and has no features; and it is remeshed again soon.
-_EARLY_ITERATIONS = 3  # while the mesh of the input is improved
 _DEFAULTS: dict[str, Any] = {"max_iterations": 1, "feature_angle": None, "emphasis": "worst"}
 
 
@@ -32,13 +31,17 @@ class Remesher:
         (n,) nodes that stay.
     options
         Fields of :class:`surface.Options` that differ from the defaults for flows.
+    early_iterations
+        While the mesh of the input is improved.
     """
 
-    def __init__(self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any]) -> None:
+    def __init__(
+        self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any], early_iterations: int
+    ) -> None:
         self._mesh = mesh
         self._options = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
         self._mean = replace(self._options, emphasis="mean")
-        self._early = replace(self._mean, max_iterations=max(self._options.max_iterations, _EARLY_ITERATIONS))
+        self._early = replace(self._mean, max_iterations=max(self._options.max_iterations, early_iterations))
 
     def __call__(self, points: Floats, early: bool) -> Floats | None:
         """Positions (n, 3) after remeshing, more thorough at the beginning; None where nothing could be done."""

@@ -32,7 +32,6 @@ __all__ = ["CONSERVED", "Conserved", "implicit_step", "restore_conserved"]
 CONSERVED = ("area", "volume")
 _MULTIPLIER_TOLERANCE = 1e-13  # relative error of area and volume
 _MAX_ITERATIONS = 30
-_SMOOTHING_LENGTH = 10.0  # in cells, of the displacements that restore area and volume
 
 
 class Conserved:
@@ -99,17 +98,17 @@ def implicit_step(
 
 
 def restore_conserved(
-    surface: DiscreteSurface, conserved: Conserved, fixed: NDArray[np.bool_]
+    surface: DiscreteSurface, conserved: Conserved, fixed: NDArray[np.bool_], smoothing_length: float = 10.0
 ) -> DiscreteSurface | None:
     """A surface close by that has the values to keep; None if there is none.
 
-    It is reached along the gradients of the conserved quantities, smoothed over some cells, (M + s K)^-1: those of a
+    It is reached along the gradients of the conserved quantities, smoothed over so many cells, (M + s K)^-1: those of a
     rough surface are rough, and would raise a bending energy more than remeshing lowers it.
     """
     if not conserved.names:
         return surface
     free_nodes = sparse.diags_array((~fixed).astype(np.float64))
-    smoothing = _SMOOTHING_LENGTH**2 * surface.area / len(surface.elements.cells)
+    smoothing = smoothing_length**2 * surface.area / len(surface.elements.cells)
     matrix = free_nodes @ (surface.mass_matrix + smoothing * surface.stiffness) @ free_nodes + sparse.diags_array(
         fixed * 1.0
     )
