@@ -223,7 +223,8 @@ def figures(case: Case, schedules: Schedules) -> Figures:
         pass
     result = run.result()
     seconds, after = time.process_time() - begun, result.report.after
-    distance = result.report.hausdorff / case.options.hausdorff if case.options.boundary == "slide" else 0.0
+    bound, reached = result.report.hausdorff_bound, result.report.hausdorff
+    distance = reached / bound if bound and reached is not None else 0.0
     quality = after.scaled_jacobian
     return Figures(result.points, quality.min, quality.mean, after.inverted, distance, seconds)
 
