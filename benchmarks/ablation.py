@@ -88,7 +88,6 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "interior": {
         "widths": ((0,), OFF),
         "rounds": (0, OFF),
-        "larger_eps": (0.5, OFF),
     },
     "folded": {
         "widths": ((), OFF, (0,)),
@@ -206,7 +205,7 @@ def pipe(thickness: float) -> tuple[Any, Any]:
 
 def cases(folder: Path, largest: int) -> list[Case]:
     """Meshes of a folder, then the rare ones."""
-    read = [(name, hc.read(source), {}) for name, source in meshes(folder)]
+    read: list[tuple[str, Any, dict[str, Any]]] = [(name, hc.read(source), {}) for name, source in meshes(folder)]
     found = [(name, mesh, options) for name, mesh, options in read if len(mesh.cells) <= largest]
     found += [(name, hc.as_hex_mesh(mesh), options) for name, mesh, options in rare()]
     return [

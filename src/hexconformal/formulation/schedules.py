@@ -65,8 +65,8 @@ class InteriorSchedule(Schedule):
         Rings of cells around the invalid ones that move with them, tried in this order.
     rounds, steps
         Values of eps, and steps of L-BFGS at each.
-    first_eps, larger_eps
-        First eps in smallest determinants, and where that has not been enough.
+    first_eps
+        First eps in smallest determinants.
     shrink
         Ratio of one eps to the one before.
     least_eps
@@ -77,7 +77,6 @@ class InteriorSchedule(Schedule):
     rounds: int = tuned(12)
     steps: int = tuned(100)
     first_eps: float = tuned(0.5)
-    larger_eps: float = tuned(2.0)
     shrink: float = tuned(0.5, 0.0, 1.0)
     least_eps: float = tuned(1e-3)
 

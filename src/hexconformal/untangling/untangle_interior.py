@@ -33,9 +33,7 @@ def untangle_interior(formulation: Formulation, points: Field) -> Field:
     invalid, and the boundary stays as near to the surface as it has to be.
     """
     schedule = formulation.schedules.interior
-    inner, free, first_eps = formulation.inner, formulation.free, schedule.first_eps
-    attempts = (inner, first_eps), (free, first_eps), (free, schedule.larger_eps)
-    for (movable, first_eps), width in product(attempts, schedule.widths):
+    for movable, width in product((formulation.inner, formulation.free), schedule.widths):
         regions = _invalid_inside(formulation, points)
         if not regions.any():
             break
@@ -43,7 +41,7 @@ def untangle_interior(formulation: Formulation, points: Field) -> Field:
             patch, nodes = formulation.restricted(region & movable, points)
             if patch.free.any():
                 trial = points.copy()
-                trial[nodes] = _unfold(patch, points[nodes], first_eps)
+                trial[nodes] = _unfold(patch, points[nodes])
                 reached = formulation.relative_distance(trial)
                 points = trial if reached <= max(1.0, formulation.relative_distance(points)) else points
     return points
@@ -54,7 +52,7 @@ def _invalid_inside(formulation: Formulation, points: Field) -> Mask:
     return np.asarray((formulation.measures(points).determinant > 0.0) & ~is_valid(points, formulation.cells))
 
 
-def _unfold(patch: Formulation, points: Field, first_eps: float) -> Field:
+def _unfold(patch: Formulation, points: Field) -> Field:
     """The first iterate at which fewer cells of the patch are invalid and none is newly so; the points if none is."""
     schedule = patch.schedules.interior
     valid, folded = is_valid(points, patch.cells), patch.measures(points).determinant <= 0.0
@@ -62,7 +60,7 @@ def _unfold(patch: Formulation, points: Field, first_eps: float) -> Field:
     moved = points
     for k in range(schedule.rounds):
         worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
-        eps = max(schedule.least_eps, first_eps * worst) * schedule.shrink**k
+        eps = max(schedule.least_eps, schedule.first_eps * worst) * schedule.shrink**k
         inside = ComposedTerm(DistortionTerm(parts, weights.shape[0], eps=eps, quadrature="corners"), weights)
         at = patch.problem(patch.with_distortion(inside, 0.0)).at(moved)
         for iterate in islice(lbfgs(at, np.copy, scaled=True), schedule.steps):
