@@ -217,10 +217,10 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.solver.multigrid": (
         ("solver/test_multigrid.py",),
         [
-            ("_DAMPING = 1.6", "_DAMPING = 2.4"),
+            ("relaxation = schedule.damping /", "relaxation = 1.5 * schedule.damping /"),
             ('"filter_entries": True', '"filter_entries": False'),
             ('"weighting": "local"', '"weighting": "diagonal"'),
-            ("{\"theta\": _STRONG}", '{"theta": 0.0}'),
+            ("{\"theta\": schedule.strong}", '{"theta": 0.0}'),
             ("linalg.pinvh(", "linalg.inv("),
             ("return level.matrix.smooth(level.relaxation, x, b)", "return x"),
             ("& free[matrix.indices]", "& free[matrix.indices[::-1]]"),
@@ -359,7 +359,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("np.where(fixed[:, None], 0.0, -gradient)", "-gradient"),
             ("loads = loads * free[:, None]", "loads = loads * 1.0"),
             ("coupling = free_nodes @ surface.stiffness", "coupling = 1.0 * surface.stiffness"),
-            ("_SMOOTHING_LENGTH**2 *", "0.0 *"),
+            ("smoothing_length**2 *", "0.0 *"),
             ("multipliers = multipliers - change", "multipliers = multipliers - 0.5 * change"),
             ("if conserved.error(new) <= 1e-11 else None", "if conserved.error(new) <= np.inf else None"),
             ("1.0 / np.broadcast_to(bending,", "1.0 * np.broadcast_to(bending,"),
