@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError
+from ..common import MeshError, first_ids
 from ..elements import FACES
 
 __all__ = ["Block", "Selection", "scatter_to_cells", "select", "with_straight_edges"]
+
+_LARGEST = 2**53  # numbers of nodes up to which those that come as real numbers are exact
 
 # Corners that each higher-order node of VTK's (and meshio's) hexahedra with 20 and 27 nodes lies between.
 _EDGE_NODES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
@@ -110,7 +112,11 @@ def select(
         notes.append(f"other cells are carried along, their nodes held: {_counts_by_type(others)}")
     rows = np.concatenate([rows for rows, _ in hexes])
     order = np.argsort(rows, kind="stable")
-    cells = np.concatenate([nodes for _, nodes in hexes])[order].astype(np.int64)
+    nodes = np.concatenate([nodes for _, nodes in hexes])[order]
+    bad = np.flatnonzero(~(np.abs(nodes) < _LARGEST).all(axis=1))
+    if len(bad):
+        raise MeshError(f"cells must have nodes that are numbers; others: {first_ids(bad)}")
+    cells = nodes.astype(np.int64)
     return Selection(cells, rows[order], held, tuple(higher_order), tuple(notes))
 
 
