@@ -12,6 +12,8 @@ from ....common import ReadError
 
 __all__ = ["TYPES", "TYPE_NAMES", "Element", "Header", "file_body", "file_header"]
 
+_LARGEST = 2**31  # numbers of points, more than any file of text has
+
 TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
     "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
@@ -110,7 +112,10 @@ class _Text:
             values = numbers[at]
             if of:
                 sizes = values.astype(np.int64)
-                result[name] = sizes, numbers[_within(at + 1, sizes)].astype(kind).astype(np.int64)
+                listed = numbers[_within(at + 1, sizes)]
+                if not (np.abs(listed) < _LARGEST).all():
+                    raise ReadError(f"the lists of {name} must have numbers of points, not {listed.max():g}")
+                result[name] = sizes, listed.astype(np.int64)
             else:
                 result[name] = values.astype(kind)
         return result
