@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from independent_distance import finely_measured
 from independent_validity import corner_scaled_jacobian, surely_invalid, surely_valid
 from machine import described
 from scipy.spatial.transform import Rotation
@@ -27,7 +28,6 @@ import hexconformal as hc
 import surface
 from hexconformal.generate import ball, box, cylinder, jittered, twisted_cube
 from hexconformal.geometry import Faces, face_area_vectors
-from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.io.pyvista_mesh import grid_from_arrays
 from hexconformal.mesh.topology import boundary_quads
 from surface.quality.assessment import smallest_angles
@@ -354,22 +354,6 @@ def _placed(points: np.ndarray, rng: np.random.Generator, traits: list[str]) -> 
 def _options(rng: np.random.Generator, **choices: list[Any]) -> dict[str, Any]:
     """Some of the options, the others as they are by default."""
     return {name: values[rng.integers(len(values))] for name, values in choices.items() if rng.random() < 0.25}
-
-
-def finely_measured(points: np.ndarray, reference: np.ndarray, quads: np.ndarray, parts: int) -> float:
-    """Hausdorff distance between two positions of bilinear quads, from many samples to many small triangles."""
-    s = np.linspace(0.0, 1.0, parts + 1)
-    u, v = (side.ravel() for side in np.meshgrid(s, s))
-    weights = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
-    number = np.arange((parts + 1) ** 2).reshape(parts + 1, -1)
-    a, b, c, d = (x.ravel() for x in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
-    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    faces = (faces + (len(weights) * np.arange(len(quads)))[:, None, None]).reshape(-1, 3)
-    center = reference[np.unique(quads)].mean(axis=0)
-    one, other = (np.einsum("sj,qji->qsi", weights, (x - center)[quads]).reshape(-1, 3) for x in (points, reference))
-    return max(
-        SurfaceLocator(here, faces).closest(there).distances.max() for here, there in ((one, other), (other, one))
-    )
 
 
 def _left(run: Any, leave: int | None, meshes: list[np.ndarray] | None = None) -> Any:

@@ -4,11 +4,11 @@ import importlib.util
 
 import numpy as np
 import pytest
+from independent_distance import fine_triangles, finely_measured
 from meshes.hexahedra import skin
 from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 from hexconformal.generate import ball, box
-from hexconformal.geometry.bilinear_surface import bilinear_grid
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.hausdorff import distance_between, faces_beyond, hausdorff, surface_samples
 from hexconformal.mesh.topology import boundary_quads
@@ -110,24 +110,6 @@ def test_no_less_than_the_tool_that_scores_results_and_what_many_samples_say(sha
     assert measured == pytest.approx(finely_measured(other, points, quads, 16) / diagonal, abs=3e-4)
 
 
-def fine(points, quads, parts):
-    """The bilinear surface in small quads, and samples of it."""
-    weights, around = bilinear_grid(parts)
-    samples = np.einsum("sj,qji->qsi", weights, points[quads])
-    count = len(weights) * np.arange(len(quads))
-    return samples.reshape(-1, 3), (around + count[:, None, None]).reshape(-1, 4)
-
-
-def finely_measured(points, reference, quads, parts=24):
-    """Hausdorff distance between bilinear surfaces at many samples of small quads."""
-    worst = 0.0
-    for this, that in ((points, reference), (reference, points)):
-        worst = max(
-            worst, SurfaceLocator(*fine(that, quads, parts)).closest(fine(this, quads, parts)[0]).distances.max()
-        )
-    return worst
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_coarse_warped_quads_are_measured_as_the_bilinear_surfaces_they_are(seed):
     points, quads = skin([box((3, 3, 3)), ball(3, 1)][seed % 2])
@@ -148,8 +130,7 @@ def test_what_is_not_above_a_distance_need_not_be_found():
 
 def sampled(points, faces):
     """Places on a surface, 25 x 25 on each face."""
-    weights, x = bilinear_grid(24)[0], points[np.concatenate([faces.triangles[:, [0, 1, 2, 2]], faces.quads])]
-    return np.einsum("sj,qji->qsi", weights, x).reshape(-1, 3)
+    return fine_triangles(points, np.concatenate([faces.triangles[:, [0, 1, 2, 2]], faces.quads]), 24)[0]
 
 
 @pytest.mark.parametrize("surface", [icosphere(1), mixed_sphere(2)])
@@ -160,7 +141,7 @@ def test_triangles_and_surfaces_of_both_kinds_are_measured(surface):
     expected = 0.0
     for this, that in ((x, y), (y, x)):
         # Triangles are exact in the locator, quads are cut finely.
-        quads = [fine(that, faces.quads, 24)] if len(faces.quads) else []
+        quads = [fine_triangles(that, faces.quads, 24)] if len(faces.quads) else []
         others = [SurfaceLocator(that, faces.triangles), *(SurfaceLocator(*quad) for quad in quads)]
         places = sampled(this, faces)
         expected = max(expected, np.min([other.closest(places).distances for other in others], axis=0).max())
@@ -205,3 +186,12 @@ def test_faces_beyond_a_bound_are_found_between_their_nodes():
     found = faces_beyond(large, small, 0.05, tolerance=1e-4)
     assert expected.sum() == 4
     np.testing.assert_array_equal(found, expected)
+
+
+def test_a_warped_quad_is_no_distance_from_small_ones_on_it():
+    # Four triangles around the centre are a 16th of what the diagonals miss each other by away from it.
+    saddle = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]])
+    quad = np.array([[0, 1, 2, 3]])
+    small = SurfaceLocator(*fine_triangles(saddle, quad, 64))
+    for tolerance in (1e-2, 1e-3):
+        assert distance_between(SurfaceLocator(saddle, quad), small, tolerance=tolerance) <= 1.5 * tolerance < 1 / 16

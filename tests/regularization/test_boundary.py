@@ -3,10 +3,10 @@
 import meshio
 import numpy as np
 import pytest
+from independent_distance import finely_measured
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.geometry import SurfaceLocator
 from hexconformal.mesh.topology import boundary_quads
 
 
@@ -69,19 +69,6 @@ def test_a_hex_mesh_comes_back_as_one():
     assert isinstance(hc.regularize(hc.as_hex_mesh(source)).mesh, hc.HexMesh)
 
 
-def fine_distance(points, reference, quads, parts=24):
-    """Hausdorff distance between bilinear surfaces at many samples, by triangles of their own."""
-    s = np.linspace(0.0, 1.0, parts + 1)
-    u, v = (side.ravel() for side in np.meshgrid(s, s))
-    weights = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
-    number = np.arange((parts + 1) ** 2).reshape(parts + 1, -1)
-    a, b, c, d = (x.ravel() for x in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
-    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    faces = (faces + (len(weights) * np.arange(len(quads)))[:, None, None]).reshape(-1, 3)
-    one, other = (np.einsum("sj,qji->qsi", weights, x[quads]).reshape(-1, 3) for x in (points, reference))
-    return max(SurfaceLocator(a, faces).closest(b).distances.max() for a, b in ((one, other), (other, one)))
-
-
 def shaken(mesh, amount, seed):
     points, cells = mesh
     edge = np.linalg.norm(points[cells[:, 1]] - points[cells[:, 0]], axis=1).mean()
@@ -101,7 +88,7 @@ def test_coarse_warped_quads_keep_the_bound_everywhere(name, options):
     points, cells = COARSE[name]
     result = hc.regularize((points, cells), **options)
     report, quads = result.report, boundary_quads(cells)[0]
-    apart = fine_distance(result.points, points, quads) / report.diagonal
+    apart = finely_measured(result.points, points, quads) / report.diagonal
     assert apart <= 0.005
     assert report.hausdorff == pytest.approx(apart, abs=0.0005)
     assert report.hausdorff <= 0.005
@@ -112,7 +99,7 @@ def test_the_volume_is_kept_within_the_bound_everywhere():
     points, cells = COARSE["box"]
     result = hc.regularize((points, cells), conserve_volume=True)
     assert abs(result.report.volume_change) < 1e-12
-    assert fine_distance(result.points, points, boundary_quads(cells)[0]) / result.report.diagonal <= 0.005
+    assert finely_measured(result.points, points, boundary_quads(cells)[0]) / result.report.diagonal <= 0.005
 
 
 def test_a_body_without_volume_has_no_planes_to_slide_in():
@@ -121,4 +108,4 @@ def test_a_body_without_volume_has_no_planes_to_slide_in():
     points = points * [1.0, 1.0, 0.0] + np.random.default_rng(3).uniform(-0.05, 0.05, points.shape) * [1.0, 1.0, 0.0]
     result = hc.regularize((points, cells), hausdorff=0.0)
     quads = boundary_quads(cells)[0]
-    assert fine_distance(result.points, points, quads) / result.report.diagonal < 1e-3
+    assert finely_measured(result.points, points, quads) / result.report.diagonal < 1e-3

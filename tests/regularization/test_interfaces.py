@@ -78,6 +78,17 @@ def test_a_tangled_mesh_is_unfolded_with_its_interface_kept():
     assert np.abs(result.points[plane, 0] - points[plane, 0]).max() < 1e-15
 
 
+def test_an_interface_with_coincident_nodes_is_no_obstacle():
+    points, cells, material, plane = two_materials()
+    inside = np.flatnonzero(plane & (np.abs(points[:, 1:] - points[:, 1:].mean(axis=0)).max(axis=1) < 0.35))
+    points = points.copy()
+    points[inside[0]] = points[inside[1]]
+    result = hc.regularize(meshed(points, cells, material))
+    assert result.report.before.inverted > 0
+    assert result.report.after.invalid == 0
+    assert np.abs(result.points[plane, 0] - points[plane, 0]).max() < 1e-15
+
+
 def test_the_command_line_keeps_those_of_an_array(tmp_path, capsys):
     from hexconformal.app.cli import main
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from .block_matrix import Assembly
 from .term import Patch, Term
 
 __all__ = ["ComposedTerm"]
@@ -18,7 +17,7 @@ Field = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ComposedTerm(Term):
-    """f(S x) for a term f and a matrix S: of nodes that lie inside cells, for instance.
+    """f(S x + b) for a term f and a matrix S: of nodes that lie inside cells, for instance.
 
     Attributes
     ----------
@@ -26,6 +25,8 @@ class ComposedTerm(Term):
         The term f.
     matrix
         (k, n) S.
+    offset
+        (k, 3) b: what nodes that do not move contribute.
 
     Examples
     --------
@@ -39,24 +40,26 @@ class ComposedTerm(Term):
 
     term: Term
     matrix: sparse.csr_array
+    offset: Field | float = 0.0
+
+    def _places(self, points: Field) -> Field:
+        return np.asarray(self.matrix @ points + self.offset)
 
     def value(self, points: Field) -> float:
         """Value at the points (n, 3)."""
-        return self.term.value(self.matrix @ points)
+        return self.term.value(self._places(points))
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """Value and gradient (n, 3)."""
-        value, gradient = self.term.value_gradient(self.matrix @ points)
+        value, gradient = self.term.value_gradient(self._places(points))
         return value, np.asarray(self.matrix.T @ gradient)
 
     def second_product(self, points: Field, variation: Field) -> Field:
         """The second derivative S^T H S times a variation (n, 3)."""
-        return np.asarray(self.matrix.T @ self.term.second_product(self.matrix @ points, self.matrix @ variation))
-
-    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
-        """Not there: its blocks would couple nodes that share no cell."""
-        raise NotImplementedError("a composed term has no convex blocks: minimize it by L-BFGS")
+        return np.asarray(self.matrix.T @ self.term.second_product(self._places(points), self.matrix @ variation))
 
     def restricted(self, patch: Patch) -> ComposedTerm:
-        """The same where only the nodes of a patch move."""
-        raise NotImplementedError("a composed term is made for a patch, not restricted to one")
+        """The same where only the nodes of a patch move; what the others contribute is a constant."""
+        others = patch.points.copy()
+        others[patch.nodes] = 0.0
+        return replace(self, matrix=self.matrix[:, patch.nodes], offset=self._places(others))

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from ..elements import CORNERS
 from ..kernel import parallel_ranges
-from .block_matrix import Assembly
 from .corner_kernels import corner_densities, corner_sums
-from .term import Patch, Term
+from .term import Patch, SummedTerm
 
 __all__ = ["CornerMeasures", "CornerTerm", "CornerWeights"]
 
@@ -31,7 +30,6 @@ def _corner_table() -> Ints:
 
 
 _TABLE = _corner_table()
-_NO_BLOCKS = np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
 
 
 @dataclass(frozen=True)
@@ -66,8 +64,8 @@ class CornerMeasures:
 
 
 @dataclass(frozen=True, eq=False)
-class CornerTerm(Term):
-    """Distortion and angles at the corners of cells.
+class CornerTerm(SummedTerm):
+    """Distortion and angles at the corners of cells; infinite where one is folded, or worse than the stiffness allows.
 
     Attributes
     ----------
@@ -93,23 +91,11 @@ class CornerTerm(Term):
     weights: CornerWeights = CornerWeights()
     scales: Field = field(default_factory=lambda: np.empty(0))
 
-    def value(self, points: Field) -> float:
-        """Value at the points; infinite where a corner is folded, or worse than the stiffness allows."""
-        return self._sums(points, 0, np.empty((0, 3)), *_NO_BLOCKS)
-
-    def value_gradient(self, points: Field) -> tuple[float, Field]:
-        """Value and gradient (n, 3)."""
-        gradient = np.zeros_like(points)
-        return self._sums(points, 1, gradient, *_NO_BLOCKS), gradient
-
-    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
-        """Add gradient and convex blocks, equation (11)."""
-        return self._sums(points, 2, gradient, assembly.matrix.data, assembly.places), self
-
-    def _sums(self, points: Field, order: int, *where: Field | Ints) -> float:
+    def _sums(self, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
         w = self.weights
-        settings = w.eps, w.distortion, w.angle, w.stiffness, order
-        return float(corner_sums(points, self.cells, _TABLE, self.inverses, self.scales, *settings, *where))
+        settings = self.scales, w.eps, w.distortion, w.angle, w.stiffness, order
+        where = gradient, data, places
+        return float(corner_sums(points, self.cells, _TABLE, self.inverses, *settings, *where))
 
     def restricted(self, patch: Patch) -> CornerTerm:
         """The same of the cells of a patch."""

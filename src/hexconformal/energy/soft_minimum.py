@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import CORNER_NEIGHBOURS
-from .block_matrix import Assembly
 from .term import Patch, Term
 
 __all__ = ["SoftMinimumTerm", "corner_jacobians"]
@@ -78,10 +77,6 @@ class SoftMinimumTerm(Term):
         np.add.at(forces, self.cells, -pulls.sum(axis=2))
         losses = self.floor_weight * (missing**2).sum() + self.loss_weight * (lost**2).sum()
         return float(np.log(shares.sum()) / self.sharpness - lowest + losses), forces
-
-    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
-        """Not there: the scaled Jacobian has no convex part that would be worth it."""
-        raise NotImplementedError("the soft minimum has no convex blocks: minimize it by L-BFGS")
 
     def restricted(self, patch: Patch) -> SoftMinimumTerm:
         """The same of the cells of a patch."""

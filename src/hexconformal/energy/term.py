@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from .block_matrix import Assembly
 
-__all__ = ["Patch", "Term"]
+__all__ = ["Patch", "SummedTerm", "Term"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+_NO_BLOCKS = np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
 _DIFFERENCE = 1e-6  # step of differences of gradients where edges are about 1: half of the digits are left
 
 
@@ -68,8 +69,8 @@ class Patch:
 class Term(ABC):
     """A function of the points (n, 3) of a mesh; outside its domain it is infinite.
 
-    A subclass gives value, gradient, the convex part of the second derivative in 3 x 3 blocks, and its restriction to a
-    patch. One that looks for closest points may also look again from where the points are.
+    A subclass gives value, gradient, and its restriction to a patch; for the convex equation also the convex part of
+    the second derivative in 3 x 3 blocks. One that looks for closest points may also look again from where it is.
     """
 
     @abstractmethod
@@ -81,12 +82,12 @@ class Term(ABC):
         """The value, and the gradient (n, 3)."""
 
     @abstractmethod
-    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
-        """Add the gradient, and the convex part of the second derivative; returns the value and the term from here."""
-
-    @abstractmethod
     def restricted(self, patch: Patch) -> Term:
         """The term as a function of the points of a patch."""
+
+    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
+        """Add the gradient, and the convex part of the second derivative; returns the value and the term from here."""
+        raise NotImplementedError(f"{type(self).__name__} has no convex part: minimize it by L-BFGS")
 
     def renewed(self, points: Field) -> Term:
         """The term as it is seen from these points."""
@@ -104,3 +105,24 @@ class Term(ABC):
     def frozen_product(self, points: Field, variation: Field) -> Field:
         """The same of what lies above the term and touches it at the points, with normals frozen."""
         return self.second_product(points, variation)
+
+
+class SummedTerm(Term):
+    """A term that one compiled loop over cells sums up, to any order of its derivatives."""
+
+    @abstractmethod
+    def _sums(self, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
+        """The value; from order 1 on adds the gradient, from 2 on the convex blocks to the data at places (m, 36)."""
+
+    def value(self, points: Field) -> float:
+        """The value at some points (n, 3)."""
+        return self._sums(points, 0, np.empty((0, 3)), *_NO_BLOCKS)
+
+    def value_gradient(self, points: Field) -> tuple[float, Field]:
+        """The value, and the gradient (n, 3)."""
+        gradient = np.zeros_like(points)
+        return self._sums(points, 1, gradient, *_NO_BLOCKS), gradient
+
+    def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
+        """Add gradient and convex blocks."""
+        return self._sums(points, 2, gradient, assembly.matrix.data, assembly.places), self

@@ -130,12 +130,12 @@ class DistanceBarrier(Term):
     # ------------------------------------------------------------------------------------------ the term
     def value(self, points: Field) -> float:
         """The barrier at some points (n, 3); infinite beyond the wall."""
-        steep, _ = self._looked(self._all_points(points), everywhere=False)
+        steep, *_ = self._looked(self._all_points(points), everywhere=False)
         return float(sum(kind.penalty(self.steepness, self.wall)[0] for kind in steep))
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """The barrier, and its gradient (n, 3)."""
-        steep, _ = self._looked(self._all_points(points), everywhere=False)
+        steep, *_ = self._looked(self._all_points(points), everywhere=False)
         gradient = np.zeros_like(points)
         return self._add(steep, gradient, None), gradient
 
@@ -229,23 +229,26 @@ class DistanceBarrier(Term):
     def _seen(self, points: Field) -> tuple[list[Steep], DistanceBarrier]:
         """The distances from points (n, 3), and the barrier as it is seen from there."""
         x = self._all_points(points)
-        steep, (forward, backward, curves) = self._looked(x, everywhere=True)
+        steep, looks, curves = self._looked(x, everywhere=True)
+        forward, backward = (
+            samples.seen(*look) for samples, look in zip((self.forward, self.backward), looks, strict=True)
+        )
         wall = max((kind.wall_beyond(self.schedule) for kind in steep), default=self.schedule.wall)
         return steep, replace(self, measured_at=x, wall=wall, forward=forward, backward=backward, curves=curves)
 
-    def _looked(self, x: Field, everywhere: bool) -> tuple[list[Steep], tuple[Samples, Samples, Curves]]:
-        """Distances of samples that may be beyond the onset, and of all nodes; samples and curves as they are then."""
+    def _looked(self, x: Field, everywhere: bool) -> tuple[list[Steep], list[tuple[Ints, Distances, Field]], Curves]:
+        """Distances of samples that may be beyond the onset, and of all nodes; what that tells of them."""
         moved = moved_by(x - self.measured_at, self.original.faces)
         surfaces, onset = self._surfaces(x), self.schedule.onset * self.bound
         far = self.schedule.wall * self.bound if everywhere else None
-        steep, seen = [], []
+        steep, looks = [], []
         for samples in (self.forward, self.backward):
             # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
             most = samples.most(moved)
             which = np.flatnonzero(samples.active & (samples.at_node | (most >= onset)))
             found = samples.measured(which, *surfaces, far)
             steep.append(self._steep(found, np.where(samples.at_node[which], self.schedule.attraction, 0.0)))
-            seen.append(samples.seen(which, found, most))
+            looks.append((which, found, most))
         curves = self.curves
         if curves.locator is not None and len(curves.near):
             places = np.einsum("kj,kji->ki", curves.weights, x[curves.nodes])
@@ -260,7 +263,7 @@ class DistanceBarrier(Term):
             nodes = np.column_stack([curves.corners, curves.corners])
             weights, distances = np.tile([1.0, 0.0], (len(nodes), 1)), np.linalg.norm(residuals, axis=1)
             steep.append(self._of_curves(nodes, weights, residuals, distances, partial(identities, len(nodes))))
-        return steep, (seen[0], seen[1], curves)
+        return steep, looks, curves
 
     def _steep(self, found: Distances, attraction: Field) -> Steep:
         growing = partial(found.directions, self.bound)

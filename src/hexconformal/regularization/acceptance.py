@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 
 _MANY_STRETCHED = 0.05  # share of stretched cells from which on a note says that they count as distorted
 _ROUNDING = 1e-12  # of a scaled Jacobian
-_APART = 5e-4  # diagonals; flat patches that are less apart are the same, but for how it is measured
+_APART = 1e-5  # diagonals; patches that are flat to less than this are where they were
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
 _LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
 
@@ -40,12 +40,15 @@ def boundary_distance(
     """Hausdorff distance of the boundary from where it was, or from the surface to slide on, in diagonals."""
     if barrier is not None and barrier.reference is not None:
         return distance_between(SurfaceLocator(points, normalized.quads), barrier.reference) / normalized.diagonal
-    nodes = np.unique(normalized.quads)
-    if points is normalized.points or np.array_equal(points[nodes], normalized.points[nodes]):
+    # Only quads that have moved can be away from where they were.
+    gone = (points != normalized.points).any(axis=1)
+    moved = normalized.quads[gone[normalized.quads].any(axis=1)]
+    if len(moved) == 0:
         return 0.0
     if barrier is not None:
         return barrier.farthest(points) * barrier.bound / normalized.diagonal
-    apart = hausdorff(points, normalized.points, normalized.quads) / normalized.diagonal
+    quads = normalized.quads if boundary == "free" else moved
+    apart = hausdorff(points, normalized.points, quads) / normalized.diagonal
     # Nodes that slide in the planes of flat patches leave the surface where it is, unless these have no outline, as
     # cells without volume do.
     return apart if boundary == "free" or apart > _APART else 0.0

@@ -122,7 +122,10 @@ def _interface_normals(normalized: NormalizedMesh, options: Options) -> tuple[Fi
     quads = interface_quads(normalized.cells, regions.labels[normalized.cell_ids])
     if len(quads) == 0:
         return none, ()
-    sums = planar_normal_sums(normalized.points, quads, normalized.node_labels)
+    # A quad with an edge of no length, in a tangled mesh, is no obstacle: the others around its nodes have planes.
+    x = normalized.points[quads]
+    edges = np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2)
+    sums = planar_normal_sums(normalized.points, quads[(edges > 0.0).all(axis=1)])
     free = count_free_directions(sums)[np.unique(quads)]
     what = f"{len(regions.names)} regions ({regions.source}: {first_names(list(regions.names))})"
     nodes = f"{int((free > 0).sum())} nodes slide in them, {int((free == 0).sum())} stay"

@@ -147,7 +147,8 @@ class Minimization:
         preconditioner = self._preconditioner(at)
         if phase == "lbfgs":
             return lbfgs(at, preconditioner)
-        return newton(at, MatrixFreeEquation(preconditioner, at.gradient_norm, frozen=phase == "majorize"))
+        frozen, schedule = phase == "majorize", self._formulation.schedules.newton
+        return newton(at, MatrixFreeEquation(preconditioner, at.gradient_norm, frozen, schedule))
 
     def _convex_equation(self) -> ConvexEquation:
         of_corners = self._at_corners and not self._alone

@@ -72,8 +72,8 @@ class Options:
         their shape is worth, inverted ones having no size; "free"; (m,) target volumes, in the mesh's unit of length
         cubed, or the name of a cell array with them: quality may be lost on the way to these, but no cell folds.
         What counts is the ratio of the two; the report has the smallest and largest. Without effect where the
-        distortion alone is minimized: with the quaternionic energy, and in valid meshes with flat or fixed boundary
-        until the worst cells are raised.
+        distortion alone is minimized: in meshes with flat or fixed boundary, by the quaternionic energy always and by
+        the other, where they are valid, until the worst cells are raised.
     weight
         "reference": every cell counts the same; "volume": by its volume in the input, the dV of Gruber & Aulisa.
     energy

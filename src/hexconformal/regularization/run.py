@@ -231,7 +231,7 @@ class Regularization:
     def _record(self, iteration: Iteration) -> Record:
         scaled_jacobian = corner_scaled_jacobian(iteration.points, self._normalized.cells)
         inverted = int((scaled_jacobian <= 0).sum())
-        energy = self._setting.energy(iteration.points) if np.isnan(iteration.energy) else iteration.energy
+        energy = self._setting.distortion.value(iteration.points) if np.isnan(iteration.energy) else iteration.energy
         if inverted and self.options.energy == "barrier":
             energy = float("nan")  # rounding may leave a flat corner a finite one
         return Record(

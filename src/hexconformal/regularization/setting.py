@@ -55,10 +55,6 @@ class Setting:
         """The distortion as the options ask for it."""
         return distortion_term(self.normalized, self.options)
 
-    def energy(self, points: Field) -> float:
-        """The summed distortion at some points; infinite where a point of the quadrature is folded."""
-        return self.distortion.value(points)
-
     def formulation(self, boundary: Boundary) -> Formulation:
         """What objectives are made of, with a boundary."""
         normalized, options = self.normalized, self.options

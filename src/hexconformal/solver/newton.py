@@ -181,7 +181,8 @@ class ConvexEquation:
         current = self.convex(current)
         limits = self.schedule.tolerance, self.schedule.iterations
         matrix, gradient = self.assembly.matrix, current.gradient
-        direction = solve_blocks(matrix, -gradient, self.projectors, *limits, self.added)
+        space = current.problem.space
+        direction = solve_blocks(matrix, -gradient, self.projectors, *limits, self.added, space)
         if self.rounding > 0.0:
             rounded = round_direction(direction, current.points, self.cells, self.rounding)
             direction = current.problem.project(rounded)

@@ -149,7 +149,7 @@ def line_search(current: Iterate, direction: Field, with_gradient: bool = True) 
     slope = problem.space.inner(current.gradient, direction)
     step = 1.0
     for _ in range(search.halvings):
-        trial = problem.at(current.points + step * direction, step, with_gradient)
+        trial = problem.at(problem.space.update(current.points + step * direction), step, with_gradient)
         if np.isfinite(trial.energy) and not (with_gradient and not np.isfinite(trial.gradient).all()):
             enough = trial.energy <= current.energy + search.enough * step * slope
             # At the level of rounding the slope still tells whether the step is too long.
