@@ -42,7 +42,7 @@ HEADER = """| number | default | value | changed | min: loss | gain | mean: loss
 |---|--:|--:|--:|---|---|---|---|--:|--:|--:|"""
 PAGE = """# What each mechanism is good for
 
-Numbers of the [schedules](../src/hexconformal/formulation/schedules.py), one at a time at another value, on real and
+Numbers of the schedules (`hexconformal.formulation.schedules`), one at a time at another value, on real and
 rare meshes: `ablation.py` says what the columns are. With the defaults:
 
 | case | cells | min | mean | inverted | H | CPU s |

@@ -129,7 +129,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         [
             ("place if indices[place] == column else -1", "place"),
             ("joined = cells if diagonals else", "joined = cells if not diagonals else"),
-            ("if free[row] and free[column]:", "if free[row]:"),
+            ("if free[row]:", "if row >= 0:"),
             ("& free[indices] & free[rows]", "& free[indices]"),
         ],
     ),
@@ -243,7 +243,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.formulation.formulation": (
-        ("regularization/test_minimization.py", "energy/test_volume_term.py", "energy/test_corner_term.py"),
+        ("formulation/test_formulation.py", "regularization/test_minimization.py", "energy/test_volume_term.py", "energy/test_corner_term.py"),
         [
             ("None if self._valid.all() else np.flatnonzero(self._valid)", "np.flatnonzero(~self._valid)"),
             ("self._valid |= is_valid(points, self._cells)", "pass"),

@@ -91,3 +91,20 @@ def test_what_comes_of_it_is_another_one():
     assert watching.spacing == 0.5 * barrier.spacing
     with pytest.raises(AttributeError):
         barrier.wall = 1.0
+
+
+def test_a_patch_has_the_value_and_gradient_of_the_whole_where_its_nodes_move():
+    barrier = around(None).renewed(HERE)
+    # One node on the rim of the cylinder and its neighbours inside: faces, curves and corners have their samples there.
+    rim = np.flatnonzero(np.isclose(np.hypot(*POINTS[:, :2].T), 1.0) & (POINTS[:, 2] == POINTS[:, 2].max()))[0]
+    moving = np.zeros(len(POINTS), dtype=bool)
+    moving[rim] = True
+    part = Patch.around(moving, CELLS, HERE)
+    shift = np.zeros_like(POINTS)
+    shift[rim] = [0.01, -0.007, 0.004]
+    own = barrier.restricted(part)
+    change = own.value((HERE + shift)[part.nodes]) - own.value(HERE[part.nodes])
+    assert abs(change) > 1e-3
+    assert change == pytest.approx(barrier.value(HERE + shift) - barrier.value(HERE), rel=1e-9)
+    gradients = own.value_gradient((HERE + shift)[part.nodes])[1], barrier.value_gradient(HERE + shift)[1]
+    np.testing.assert_allclose(gradients[0][part.local[rim]], gradients[1][rim], rtol=1e-9)

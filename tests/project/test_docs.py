@@ -102,6 +102,14 @@ def test_pages_point_at_what_exists():
         assert (page.parent / link).exists(), (page.name, link)
 
 
+def test_pages_of_the_site_point_at_what_is_in_it():
+    inside = [DOCS, ROOT / "benchmarks", ROOT / "examples"]
+    for page in [*DOCS.rglob("*.md"), *(ROOT / "benchmarks").glob("*.md")]:
+        for link in re.findall(r"\]\(([^)#:]+)[)#]", page.read_text(encoding="utf-8")):
+            target = (page.parent / link).resolve()
+            assert any(target.is_relative_to(folder) for folder in inside), (page.name, link)
+
+
 def test_docstrings_name_what_is_there():
     """Every parameter and field that a docstring lists is one, and no field of a class is left out of its list."""
     wrong = []

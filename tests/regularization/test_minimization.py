@@ -1,6 +1,7 @@
 """When a minimization of the distortion ends, what it watches, and what takes over."""
 
 import numpy as np
+import pytest
 
 import hexconformal as hc
 from hexconformal.elements.validity import is_valid
@@ -102,3 +103,18 @@ def test_thin_cells_are_stiffer_in_the_metric():
     run, normalized = minimization(points, cells)
     stiffness, volumes = run._stiffness(), hc.quality((normalized.points, cells)).volume
     np.testing.assert_allclose(stiffness, volumes ** (-2 / 3), rtol=1e-9)
+
+
+@pytest.mark.parametrize("energy", ["barrier", "quaternionic"])
+def test_newton_converges_quadratically_and_lbfgs_linearly(energy):
+    # 6 and 16 iterations.
+    mesh = hc.HexMesh(*jittered(*box((5, 5, 5)), 0.2, seed=1))
+    ended = {}
+    for method in ("newton", "lbfgs"):
+        options = {"boundary": "fixed", "emphasis": "mean", "gradient_tolerance": 1e-9, "energy": energy}
+        result = hc.regularize(mesh, method=method, **options)
+        assert result.converged
+        ended[method] = [one.gradient for one in result.history]
+    assert ended["newton"][-1] < ended["newton"][-2] ** 1.3
+    assert ended["lbfgs"][-1] > ended["lbfgs"][-2] ** 1.3
+    assert len(ended["newton"]) < 10 < len(ended["lbfgs"])

@@ -24,9 +24,9 @@ def _places(cells, free, indptr, indices, places):  # type: ignore[no-untyped-de
             for b in range(a + 1):
                 row, column = max(cells[c, a], cells[c, b]), min(cells[c, a], cells[c, b])
                 place = -1
-                if free[row] and free[column]:
+                if free[row]:
                     place = binary_search(indices, indptr[row], indptr[row + 1], column)
-                    # The ends of a diagonal of the whole cell share no face, and may have no block.
+                    # Held columns have no block, nor may the ends of a diagonal of the whole cell, which share no face.
                     place = place if indices[place] == column else -1
                 places[c, a * (a + 1) // 2 + b] = place
 
