@@ -243,7 +243,12 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.formulation.formulation": (
-        ("formulation/test_formulation.py", "regularization/test_minimization.py", "energy/test_volume_term.py", "energy/test_corner_term.py"),
+        (
+            "formulation/test_formulation.py",
+            "regularization/test_minimization.py",
+            "energy/test_volume_term.py",
+            "energy/test_corner_term.py",
+        ),
         [
             ("None if self._valid.all() else np.flatnonzero(self._valid)", "np.flatnonzero(~self._valid)"),
             ("self._valid |= is_valid(points, self._cells)", "pass"),
