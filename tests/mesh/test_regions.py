@@ -70,7 +70,16 @@ def test_sets_of_cells_that_do_not_overlap_are_regions_and_the_rest_is_one():
 
 
 def test_faces_between_regions():
-    quads = interface_quads(CELLS, NUMBERS)
+    quads, pairs = interface_quads(CELLS, NUMBERS)
     assert len(quads) == 4
     assert (POINTS[quads][..., 0] == 0.5).all()
-    assert len(interface_quads(CELLS, np.zeros(len(CELLS), int))) == 0
+    assert (pairs == pairs[0]).all()
+    assert len(interface_quads(CELLS, np.zeros(len(CELLS), int))[0]) == 0
+
+
+def test_pairs_of_regions_are_told_apart_whichever_comes_first():
+    points, cells = generate.box((4, 1, 1))
+    quads, pairs = interface_quads(cells, np.array([0, 1, 0, 2]))
+    where = points[quads][:, 0, 0]
+    np.testing.assert_array_equal(where, [0.25, 0.5, 0.75])
+    assert pairs[0] == pairs[1] != pairs[2]

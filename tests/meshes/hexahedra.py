@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hexconformal import generate
+from hexconformal import HexMesh, generate
 from hexconformal.elements import CORNERS
-from hexconformal.mesh import boundary_quads
+from hexconformal.mesh import boundary_quads, interface_quads
 
 # All corners, Gauss points and the 27 lattice points are positive, yet det J is negative inside.
 INVALID_INSIDE = np.array(
@@ -86,3 +86,41 @@ def turned(points, axis, degrees):
     """Displacement of a rotation about the origin."""
     axis = np.asarray(axis) / np.linalg.norm(axis)
     return Rotation.from_rotvec(axis * np.radians(degrees)).apply(points) - points
+
+
+def parts(points, cells, regions, jitter=0.0, seed=1):
+    """A mesh with an array "material", nodes neither on the skin nor between regions moved by shares of an edge."""
+    inside = np.ones(len(points), dtype=bool)
+    inside[boundary_quads(cells)[0]] = False
+    inside[interface_quads(cells, regions)[0]] = False
+    edge = np.linalg.norm(points[cells[:, 0]] - points[cells[:, 1]], axis=1).mean()
+    shift = jitter * edge * np.random.default_rng(seed).uniform(-1, 1, points.shape)
+    return HexMesh(points + shift * inside[:, None], cells, cell_data={"material": regions})
+
+
+def wavy_layers(n=10, amplitude=0.12, jitter=0.3):
+    """The unit cube in two layers with a wavy interface between them."""
+    points, cells = generate.box((n, n, n))
+    x, y, z = points.T
+    height = 0.5 + amplitude * np.sin(2 * np.pi * x) * np.cos(2 * np.pi * y)
+    layers = (z[cells].mean(axis=1) > 0.5).astype(np.int64)
+    z = np.where(z <= 0.5, 2 * z * height, 1 - 2 * (1 - z) * (1 - height))
+    return parts(np.stack([x, y, z], axis=1), cells, layers, jitter)
+
+
+def grains(n=10, count=8, jitter=0.3):
+    """The unit cube in voxels, each of the grain whose seed is closest."""
+    points, cells = generate.box((n, n, n))
+    seeds = np.random.default_rng(1).uniform(0, 1, (count, 3))
+    apart = np.linalg.norm(points[cells].mean(axis=1)[:, None] - seeds, axis=2)
+    return parts(points, cells, apart.argmin(axis=1), jitter)
+
+
+def fibre(jitter=0.2):
+    """A round fibre along the axis of a cylinder, and the mask of the nodes on it."""
+    points, cells = generate.cylinder(4, 3, 4)
+    radius = np.hypot(*points[:, :2].T)
+    levels = np.unique(radius.round(9))
+    level = levels[np.abs(levels - 0.8).argmin()]
+    regions = (np.hypot(*points[cells].mean(axis=1)[:, :2].T) > level).astype(np.int64)
+    return parts(points, cells, regions, jitter), np.isclose(radius, level)

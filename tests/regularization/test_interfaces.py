@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+import pyvista as pv
+from independent_distance import finely_measured
+from meshes.hexahedra import fibre, grains, parts, wavy_layers
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.mesh import interface_quads
+from hexconformal.elements import cell_volumes
+from hexconformal.geometry import SurfaceLocator
+from hexconformal.mesh import boundary_quads, interface_quads
 
 
 def two_materials(seed=1):
@@ -18,16 +23,6 @@ def two_materials(seed=1):
     shift[plane, 0] = 0.0
     shift[:, 0] += 0.13 * np.sin(np.pi * x)
     return points + shift, cells, material, plane
-
-
-def fibre():
-    """A round fibre along the axis of a cylinder."""
-    points, cells = generate.cylinder(4, 3, 4)
-    radius = np.hypot(*points[:, :2].T)
-    of_cells = np.hypot(*points[cells].mean(axis=1)[:, :2].T)
-    levels = np.unique(radius.round(9))
-    material = np.where(of_cells < levels[np.abs(levels - 0.8).argmin()], 1, 2)
-    return generate.jittered(points, cells, 0.2, seed=4), material
 
 
 def meshed(points, cells, material):
@@ -57,15 +52,142 @@ def test_volumes_of_both_sides_of_a_flat_interface_stay():
         assert after[material == number].sum() == pytest.approx(before[material == number].sum(), rel=1e-12)
 
 
-def test_a_curved_interface_stays():
-    (points, cells), material = fibre()
-    nodes = np.unique(interface_quads(cells, material))
-    result = hc.regularize(meshed(points, cells, material))
-    assert 0 < len(nodes) < len(points)
-    radii = [np.hypot(*x[nodes, :2].T) for x in (points, result.points)]
-    np.testing.assert_allclose(radii[1], radii[0], atol=1e-12)
+def distances(mesh, result):
+    """Distance in diagonals of the interface of each pair of regions from itself, by many samples on fine triangles."""
+    quads, pairs = interface_quads(mesh.cells, mesh.cell_data["material"])
+    diagonal = np.linalg.norm(np.ptp(mesh.points, axis=0))
+    return [finely_measured(result.points, mesh.points, quads[pairs == k], 8) / diagonal for k in np.unique(pairs)]
+
+
+def volumes(points, mesh):
+    return np.bincount(mesh.cell_data["material"], cell_volumes(points, mesh.cells))
+
+
+@pytest.mark.parametrize("bound", [0.005, 0.001])
+def test_a_wavy_interface_slides_within_its_bound(bound):
+    mesh = wavy_layers()
+    result = hc.regularize(mesh, hausdorff=bound)
+    assert 0.2 * bound < distances(mesh, result)[0] <= bound
+    assert result.report.hausdorff < 1e-14
+    np.testing.assert_allclose(volumes(result.points, mesh), volumes(mesh.points, mesh), rtol=1e-3)
+    assert result.report.before.scaled_jacobian.min < 0.1
+    assert result.report.after.scaled_jacobian.min > 0.5
     assert result.report.after.invalid == 0
+    # Without a word it would go eight bounds away.
+    ignored = hc.regularize(mesh, interfaces="ignore")
+    assert distances(mesh, ignored)[0] > 0.04
+
+
+@pytest.mark.parametrize("options", [{"boundary": "fixed"}, {"hausdorff": 0.0}, {"boundary": "free"}])
+def test_a_wavy_interface_stays_where_nothing_slides_on_curved_ones(options):
+    mesh = wavy_layers(6)
+    result = hc.regularize(mesh, **options)
+    nodes = np.unique(interface_quads(mesh.cells, mesh.cell_data["material"])[0])
+    # Where the wave has a line in its faces nodes slide along it.
+    np.testing.assert_allclose(result.points[nodes, 2], mesh.points[nodes, 2], atol=1e-12)
     assert result.report.largest_displacement > 0.01
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"constraint": "compatible", "eps": 1e-7},
+        {"energy": "quaternionic"},
+        {"emphasis": "mean"},
+        {"method": "lbfgs"},
+        {"conserve_volume": True},
+        {"features": "soft"},
+    ],
+)
+def test_a_fibre_stays_round(options):
+    mesh, nodes = fibre()
+    result = hc.regularize(mesh, hausdorff=0.002, **options)
+    bound = 0.002 * np.linalg.norm(np.ptp(mesh.points, axis=0))
+    radius = np.hypot(*mesh.points[nodes, :2].T).mean()
+    assert np.abs(np.hypot(*result.points[nodes, :2].T) - radius).max() <= bound
+    assert distances(mesh, result)[0] <= 0.002
+    assert result.report.hausdorff <= 0.002
+    assert result.report.after.invalid == 0
+    assert result.report.after.scaled_jacobian.mean > result.report.before.scaled_jacobian.mean + 0.05
+
+
+def test_grains_keep_their_volumes_and_the_lines_between_them():
+    mesh = grains(10)
+    result = hc.regularize(mesh)
+    assert result.report.before.scaled_jacobian.min < 0.3
+    assert result.report.after.scaled_jacobian.min > 0.95
+    assert max(distances(mesh, result)) <= 0.005
+    np.testing.assert_allclose(volumes(result.points, mesh), volumes(mesh.points, mesh), rtol=0.01)
+    # Lines where three grains meet, as those of nodes that belong to three or more.
+    grain = [set() for _ in mesh.points]
+    for cell, number in zip(mesh.cells, mesh.cell_data["material"], strict=True):
+        for node in cell:
+            grain[node].add(number)
+    triple = np.array([len(numbers) > 2 for numbers in grain])
+    shift = np.linalg.norm(result.points - mesh.points, axis=1)
+    assert shift[triple].max() <= 0.005 * 3**0.5
+    assert shift.max() > 0.02
+
+
+def test_layers_one_cell_apart_do_not_take_each_others_place():
+    points, cells = generate.box((6, 6, 6))
+    height = points[:, 2] + 0.06 * np.sin(3 * points[:, 0]) * np.sin(np.pi * points[:, 2])
+    layers = np.isclose(points[cells].mean(axis=1)[:, 2], 3.5 / 6).astype(np.int64)
+    mesh = parts(np.column_stack([points[:, :2], height]), cells, layers, jitter=0.4)
+    result = hc.regularize(mesh, hausdorff=0.02)
+    lower, upper = (np.isclose(points[:, 2], z) for z in (3 / 6, 4 / 6))
+    quads, _ = interface_quads(cells, layers)
+    for level in (lower, upper):
+        own = quads[level[quads].all(axis=1)]
+        assert len(own) == 36
+        assert finely_measured(result.points, mesh.points, own, 8) <= 0.02 * 3**0.5
+    assert result.report.after.scaled_jacobian.min > 0.7
+
+
+def test_an_inclusion_that_touches_the_skin_and_itself_is_kept():
+    points, cells = generate.box((6, 6, 6))
+    centre = points[cells].mean(axis=1)
+    one = (centre < [0.5, 0.5, 0.5]).all(axis=1)
+    other = (centre > [0.5, 0.5, 0.5]).all(axis=1)
+    # The two blocks touch in one node only.
+    mesh = parts(points, cells, (one | other).astype(np.int64), jitter=0.4)
+    result = hc.regularize(mesh)
+    assert result.report.after.scaled_jacobian.min > 0.9
+    between = np.unique(interface_quads(cells, mesh.cell_data["material"])[0])
+    # Flat faces and straight edges are kept exactly.
+    np.testing.assert_allclose(volumes(result.points, mesh), volumes(points, mesh), rtol=1e-12)
+    middle = np.flatnonzero((points == 0.5).all(axis=1))
+    assert middle in between
+    np.testing.assert_array_equal(result.points[middle], points[middle])
+
+
+def test_the_skin_slides_on_another_surface_and_the_fibre_on_itself():
+    mesh, nodes = fibre()
+    outside = SurfaceLocator(1.01 * mesh.points * [1, 1, 0] + mesh.points * [0, 0, 1], boundary_quads(mesh.cells)[0])
+    faces = np.column_stack([np.full(len(outside.faces), 4), outside.faces]).ravel()
+    result = hc.regularize(mesh, surface=pv.PolyData(outside.points, faces), hausdorff=0.01)
+    bound = 0.01 * np.linalg.norm(np.ptp(mesh.points, axis=0))
+    radius = np.hypot(*mesh.points[nodes, :2].T).mean()
+    assert np.abs(np.hypot(*result.points[nodes, :2].T) - radius).max() <= bound
+    skin = np.hypot(*mesh.points[:, :2].T) > 0.99 * np.hypot(*mesh.points[:, :2].T).max()
+    assert np.hypot(*result.points[skin, :2].T).mean() > 1.005 * np.hypot(*mesh.points[skin, :2].T).mean()
+
+
+def test_a_tangled_mesh_with_a_wavy_interface_is_unfolded():
+    mesh = wavy_layers(8, jitter=0.7)
+    result = hc.regularize(mesh)
+    assert result.report.before.inverted > 20
+    assert result.report.after.invalid == 0
+    assert distances(mesh, result)[0] <= 0.005
+
+
+def test_one_region_is_none():
+    points, cells = generate.jittered(*generate.cylinder(4, 3, 4), 0.2, seed=4)
+    plain = hc.regularize(hc.HexMesh(points, cells))
+    for numbers in (np.ones(len(cells), int), np.arange(len(cells))):
+        same = hc.regularize(meshed(points, cells, numbers))
+        np.testing.assert_array_equal(same.points, plain.points)
 
 
 def test_a_tangled_mesh_is_unfolded_with_its_interface_kept():

@@ -134,6 +134,8 @@ class Formulation:
         """(n,) nodes inside the mesh that can move in all directions."""
         inner = (self.projectors == np.eye(3)).all(axis=(1, 2))
         inner[boundary_quads(self.cells)[0]] = False
+        if self.barrier is not None:
+            inner[self.barrier.nodes] = False
         return np.asarray(inner)
 
     # --------------------------------------------------------------------------------------------- parts

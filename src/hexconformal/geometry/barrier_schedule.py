@@ -73,7 +73,7 @@ class Steep:
     weights: Field
     residuals: Field
     t: Field  # distances in bounds
-    bound: float
+    bound: Field | float  # (k,) in units of length
     attraction: Field | float  # (k,) factor of t^2
     onset: float  # t0
     directions: Callable[[], Field]  # (k, 3, 3) projection onto the directions in which the distance grows

@@ -31,6 +31,8 @@ class BilinearSurface:
         (q, 4) nodes in cyclic order.
     parts
         (q,) parts along a side of each quad; see :func:`needed_parts`.
+    sheets
+        (q,) as of a :class:`SurfaceLocator`.
 
     Examples
     --------
@@ -45,6 +47,7 @@ class BilinearSurface:
     points: Floats
     faces: Ints
     parts: Ints
+    sheets: Ints | None = None
 
     def with_points(self, points: Floats) -> BilinearSurface:
         """The same faces and parts with other points (n, 3)."""
@@ -52,6 +55,11 @@ class BilinearSurface:
         other.__dict__["_cut"] = self._cut
         other.__dict__["_neighbours"] = self._neighbours
         return other
+
+    @property
+    def nodes_of_sheets(self) -> Ints:
+        """(q, 4) as of a :class:`SurfaceLocator`."""
+        return SurfaceLocator(self.points, self.faces, self.sheets).nodes_of_sheets
 
     @cached_property
     def first(self) -> Ints:
@@ -88,12 +96,13 @@ class BilinearSurface:
         """The parts, each of which stands for four triangles around its centre."""
         quads, shares, faces, _ = self._cut
         inside = np.einsum("sj,sji->si", shares, self.points[self.faces[quads]])
-        return SurfaceLocator(np.concatenate([self.points, inside]), faces)
+        sheets = None if self.sheets is None else self.sheets[self.parents]
+        return SurfaceLocator(np.concatenate([self.points, inside]), faces, sheets)
 
     @cached_property
     def _neighbours(self) -> tuple[Ints, Ints]:
         # Quads that share a node with each quad, itself among them: (q + 1,) offsets and ids.
-        return SurfaceLocator(self.points, self.faces).neighbours
+        return SurfaceLocator(self.points, self.faces, self.sheets).neighbours
 
     @cached_property
     def _boxes(self) -> Floats:

@@ -52,6 +52,9 @@ class SurfaceLocator:
         (n, 3) coordinates.
     faces
         (f, 3) or (f, 4) nodes in cyclic order.
+    sheets
+        (f,) numbers from 0 on of the sheets that each face belongs to: points are closest on one sheet, whatever else
+        is there. None where there is one.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class SurfaceLocator:
 
     points: Floats
     faces: Ints
+    sheets: Ints | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", np.ascontiguousarray(self.points, dtype=np.float64))
@@ -100,8 +104,27 @@ class SurfaceLocator:
     def with_points(self, points: Floats) -> SurfaceLocator:
         """The same faces with other points (n, 3); their neighbours are not looked for again."""
         other = replace(self, points=points)
-        other.__dict__["neighbours"] = self.neighbours
+        for name in ("neighbours", "_labels"):
+            other.__dict__[name] = getattr(self, name)
         return other
+
+    @cached_property
+    def _labels(self) -> Ints:
+        return np.zeros(len(self.faces), dtype=np.int64) if self.sheets is None else np.ascontiguousarray(self.sheets)
+
+    def any_of_sheet(self, other: SurfaceLocator, faces: Ints) -> Ints | None:
+        """(k,) a face of the sheet that each of some faces (k,) of another surface is on; None without sheets."""
+        if self.sheets is None or other.sheets is None:
+            return None
+        return np.unique(self.sheets, return_index=True)[1][other.sheets[faces]]
+
+    @cached_property
+    def nodes_of_sheets(self) -> Ints:
+        """(f, k) the nodes of the faces, numbered anew so that a node has a number for each sheet that it is on."""
+        if self.sheets is None:
+            return self.faces
+        keys = self.faces * (int(self.sheets.max()) + 1) + self.sheets[:, None]
+        return np.unique(keys, return_inverse=True)[1].reshape(keys.shape)
 
     @cached_property
     def triangles(self) -> Floats:
@@ -116,8 +139,9 @@ class SurfaceLocator:
 
     @cached_property
     def neighbours(self) -> tuple[Ints, Ints]:
-        """Faces that share a node with each face, itself among them: (f + 1,) offsets and their ids."""
-        return _sharing_a_node(self.faces, len(self.points), ascending=True)
+        """Faces of its sheet that share a node with each face, itself among them: (f + 1,) offsets and their ids."""
+        nodes = self.nodes_of_sheets
+        return _sharing_a_node(nodes, max(len(self.points), int(nodes.max()) + 1), ascending=True)
 
     def neighbours_of_same(self, labels: Ints) -> tuple[Ints, Ints]:
         """The neighbours that have the same label (f,) as each face: (f + 1,) offsets and their ids."""
@@ -169,20 +193,20 @@ class SurfaceLocator:
         return order, tree
 
     def closest(self, places: ArrayLike, near: Ints | None = None) -> ClosestPoints:
-        """The closest point of the whole surface, exactly.
+        """The closest point of the whole surface, or of one sheet of it, exactly.
 
         Parameters
         ----------
         places
             (k, 3) where from.
         near
-            (k,) faces that are probably close: with them it goes faster.
+            (k,) faces that are probably close: with them it goes faster. Where there are sheets they tell which one.
         """
         places = np.ascontiguousarray(places, dtype=np.float64)
         if near is None:
             order, codes = self._sorted
             near = order[np.minimum(np.searchsorted(codes, self._codes(places)), len(order) - 1)]
-        return self.query(closest_range, places, near, *self._tree)
+        return self.query(closest_range, places, near, self._labels, *self._tree)
 
     def closest_by_walk(self, places: ArrayLike, start: Ints) -> ClosestPoints:
         """The closest point that is found from a face by going to neighbours as long as that helps.

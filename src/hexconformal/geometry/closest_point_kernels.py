@@ -186,8 +186,9 @@ def walk_parts_range(  # type: ignore[no-untyped-def]
 
 @loop
 def closest_range(  # type: ignore[no-untyped-def]
-    first, last, places, start, triangles, order, tree, positions, distances, faces, weights
+    first, last, places, start, triangles, sheets, order, tree, positions, distances, faces, weights
 ):
+    # Only faces of the sheet of the face from which it starts count.
     leaves = len(tree) // 2
     found, nodes, bounds = np.empty(4), np.empty(64, np.int64), np.empty(64)
     for k in range(first, last):
@@ -204,9 +205,10 @@ def closest_range(  # type: ignore[no-untyped-def]
                 continue
             if node >= leaves:
                 other = order[node - leaves]
-                d = _closer_face(p, triangles, other, best, found)
-                if d < best:
-                    best, face = d, other
+                if sheets[other] == sheets[start[k]]:
+                    d = _closer_face(p, triangles, other, best, found)
+                    if d < best:
+                        best, face = d, other
                 continue
             one, two = _box_distance(p, tree[2 * node]), _box_distance(p, tree[2 * node + 1])
             # The nearer child comes off the stack first.

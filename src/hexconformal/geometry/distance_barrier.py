@@ -31,6 +31,7 @@ __all__ = ["DistanceBarrier"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +109,7 @@ class DistanceBarrier(Term):
         (0.0, 0.3464)
         """
         points, quads = original.points, original.faces
-        faces, weights = surface_samples(quads)
+        faces, weights = surface_samples(original.nodes_of_sheets)
         at_node = weights.max(axis=1) == 1.0
         places, zeros = np.einsum("sj,sji->si", weights, points[quads[faces]]), np.zeros(len(faces))
         if reference is None:
@@ -116,8 +117,10 @@ class DistanceBarrier(Term):
             backward = Samples.backward(places, faces, zeros)
             curves = Curves.of(points, features)
         else:
-            nodes = reference.points[np.unique(reference.faces)]
-            there, here = reference.closest(places), original.closest(nodes)
+            _, first = np.unique(reference.nodes_of_sheets, return_index=True)
+            nodes, of = reference.points[reference.faces.ravel()[first]], first // reference.faces.shape[1]
+            there = reference.closest(places, reference.any_of_sheet(original, faces))
+            here = original.closest(nodes, original.any_of_sheet(reference, of))
             forward = Samples.forward(faces, weights, there.faces, there.distances, at_node)
             backward = Samples.backward(nodes, here.faces, here.distances)
             curves = Curves.of(points, None)
@@ -126,6 +129,15 @@ class DistanceBarrier(Term):
             original, bound, schedule.steepness, reference, forward, backward, curves, points, schedule.wall,
             schedule.spacing, schedule,
         )  # fmt: skip
+
+    @property
+    def nodes(self) -> Ints:
+        """Nodes that are kept near where they were: of the mesh, or of a patch of it."""
+        nodes = np.unique(self.original.faces)
+        if self.patch is None:
+            return nodes
+        local = self.patch.local[nodes]
+        return np.asarray(local[local >= 0])
 
     # ------------------------------------------------------------------------------------------ the term
     def value(self, points: Field) -> float:
@@ -171,13 +183,16 @@ class DistanceBarrier(Term):
 
     def farthest(self, points: Field) -> float:
         """Hausdorff distance of the bilinear surface from its original, in units of the bound."""
-        x, quads = self.original.points, self.original.faces
-        return hausdorff(points, x, quads, self.schedule.tolerance * self.bound) / self.bound
+        return self._hausdorff(points) / self.bound
 
     def exceeded(self, points: Field) -> bool:
         """True where any place of the bilinear surface is farther from its original than the bound, or nearly so."""
-        x, quads, least = self.original.points, self.original.faces, self.schedule.within * self.bound
-        return hausdorff(points, x, quads, self.schedule.tolerance * self.bound, least) > least
+        least = self.schedule.within * self.bound
+        return self._hausdorff(points, least) > least
+
+    def _hausdorff(self, points: Field, least: float = 0.0) -> float:
+        x, quads, sheets = self.original.points, self.original.faces, self.original.sheets
+        return hausdorff(points, x, quads, self.schedule.tolerance * self.bound, least, sheets=sheets)
 
     def watching(self, points: Field) -> DistanceBarrier:
         """The barrier with samples where quads, or the original, are nearly out of the bound; warped ones followed."""
@@ -187,9 +202,9 @@ class DistanceBarrier(Term):
         if isinstance(original, BilinearSurface):
             parts = np.maximum(parts, original.parts)
         if parts.max() > 1:
-            original = BilinearSurface(x, quads, parts)
+            original = BilinearSurface(x, quads, parts, original.sheets)
         # Samples half-way to the corners lay on triangles.
-        faces, weights = surface_samples(quads)
+        faces, weights = surface_samples(self.original.nodes_of_sheets)
         weights = bilinear_weights(weights @ [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
         places, count = np.einsum("sj,sji->si", weights, x[quads[faces]]), len(faces)
         forward = replace(self.forward, weights=np.concatenate([weights, self.forward.weights[count:]]))
@@ -256,13 +271,15 @@ class DistanceBarrier(Term):
             ends = curves.locator.points[curves.locator.edges[there.faces]]
             residuals = places - there.positions
             growing = partial(normal_projectors, ends, there.weights)
-            steep.append(self._of_curves(curves.nodes, curves.weights, residuals, there.distances, growing))
+            moved_with = curves.nodes, curves.weights
+            steep.append(self._of_curves(*moved_with, residuals, there.distances, curves.slack, growing))
             curves = replace(curves, near=there.faces)
         if len(curves.corners):
             residuals = x[curves.corners] - self.original.points[curves.corners]
             nodes = np.column_stack([curves.corners, curves.corners])
             weights, distances = np.tile([1.0, 0.0], (len(nodes), 1)), np.linalg.norm(residuals, axis=1)
-            steep.append(self._of_curves(nodes, weights, residuals, distances, partial(identities, len(nodes))))
+            growing, slack = partial(identities, len(nodes)), curves.slack_corners
+            steep.append(self._of_curves(nodes, weights, residuals, distances, slack, growing))
         return steep, looks, curves
 
     def _steep(self, found: Distances, attraction: Field) -> Steep:
@@ -271,11 +288,12 @@ class DistanceBarrier(Term):
         return Steep(found.nodes, found.weights, found.residuals, t, self.bound, attraction, onset, growing)
 
     def _of_curves(
-        self, nodes: Ints, weights: Field, residuals: Field, distances: Field, directions: Callable[[], Field]
-    ) -> Steep:
-        bound, attraction = self.schedule.curve_bound * self.bound, self.schedule.curve_attraction
-        t, onset = distances / bound, self.schedule.curve_onset
-        return Steep(nodes, weights, residuals, t, bound, attraction, onset, directions)
+        self, nodes: Ints, weights: Field, residuals: Field, distances: Field, slack: Mask,
+        directions: Callable[[], Field],
+    ) -> Steep:  # fmt: skip
+        bound = np.where(slack, 1.0, self.schedule.curve_bound) * self.bound
+        attraction, onset = self.schedule.curve_attraction, self.schedule.curve_onset
+        return Steep(nodes, weights, residuals, distances / bound, bound, attraction, onset, directions)
 
     def _add(self, steep: list[Steep], gradient: Field, assembly: Assembly | None) -> float:
         """Add gradients, and curvatures where there is an assembly; returns the sum."""

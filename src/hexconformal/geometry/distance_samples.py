@@ -146,22 +146,28 @@ class Curves:
         (k, 2) nodes that move each sample, and their shares.
     near
         (k,) edge that was closest when they were last looked at.
+    slack
+        (k,) samples that may go as far as the surface.
     corners
         (c,) nodes that stay near where they were.
+    slack_corners
+        (c,) those that may go as far as the surface.
     """
 
     locator: CurveLocator | None
     nodes: Ints
     weights: Field
     near: Ints
+    slack: Mask
     corners: Ints
+    slack_corners: Mask
 
     @classmethod
     def of(cls, points: Field, features: Features | None) -> Curves:
         """The features that are not soft."""
-        none = np.empty(0, np.int64)
+        none, never = np.empty(0, np.int64), np.empty(0, bool)
         if features is None or features.soft:
-            return cls(None, np.empty((0, 2), np.int64), np.empty((0, 2)), none, none)
+            return cls(None, np.empty((0, 2), np.int64), np.empty((0, 2)), none, never, none, never)
         edges = features.edges
         # Each node once per curve; corners are held by themselves.
         keys = edges * (int(features.curves.max(initial=0)) + 1) + features.curves[:, None]
@@ -170,16 +176,22 @@ class Curves:
         ends = edges.ravel()[first]
         nodes = np.vstack([np.column_stack([ends, ends]), edges])
         weights = np.vstack([np.tile([1.0, 0.0], (len(ends), 1)), np.full((len(edges), 2), 0.5)])
+        corners = features.corners, features.slack_corners
         if len(edges) == 0:
-            return cls(None, nodes, weights, none, features.corners)
+            return cls(None, nodes, weights, none, never, *corners)
         near = np.concatenate([first // 2, np.arange(len(edges))])
-        return cls(CurveLocator(points, edges, features.curves), nodes, weights, near, features.corners)
+        locator = CurveLocator(points, edges, features.curves)
+        return cls(locator, nodes, weights, near, features.slack[near], *corners)
 
     def restricted(self, patch: Patch) -> Curves:
         """Those that can move."""
         keep = patch.moving[self.nodes].any(axis=1)
-        corners = self.corners[patch.moving[self.corners]]
-        return replace(self, nodes=self.nodes[keep], weights=self.weights[keep], near=self.near[keep], corners=corners)
+        inside = patch.moving[self.corners]
+        return replace(
+            self,
+            **{name: getattr(self, name)[keep] for name in ("nodes", "weights", "near", "slack")},
+            **{name: getattr(self, name)[inside] for name in ("corners", "slack_corners")},
+        )
 
 
 def moved_by(shift: Field, faces: Ints) -> Field:

@@ -105,6 +105,7 @@ def hausdorff(
     tolerance: float | None = None,
     least: float = 0.0,
     relative: float = _RELATIVE,
+    sheets: Ints | None = None,
 ) -> float:
     """Largest distance between two positions of a surface, taken in both directions.
 
@@ -116,6 +117,8 @@ def hausdorff(
         Triangles and bilinear quadrilaterals.
     tolerance, least, relative
         See :func:`distance_between`.
+    sheets
+        (f,) sheet of each face: each is compared with itself.
 
     Returns
     -------
@@ -132,9 +135,8 @@ def hausdorff(
     # Its own face on the other surface is the best first guess, the whole surface is searched.
     table = Faces.of(faces).table
     near = np.arange(len(table))
-    return distance_between(
-        SurfaceLocator(points, table), SurfaceLocator(reference, table), (near, near), tolerance, least, relative
-    )
+    one, other = (SurfaceLocator(x, table, sheets) for x in (points, reference))
+    return distance_between(one, other, (near, near), tolerance, least, relative)
 
 
 def distance_between(
@@ -227,7 +229,7 @@ def _followed(surface: SurfaceLocator, tolerance: float) -> BilinearSurface:
     """The surface by triangles that are close to it; triangles are quads, two corners of which are one."""
     quads = surface.faces[:, [0, 1, 2, -1]]
     parts = np.where(quads[:, 2] == quads[:, 3], 1, needed_parts(surface.points, quads, tolerance))
-    followed = BilinearSurface(surface.points, quads, parts)
+    followed = BilinearSurface(surface.points, quads, parts, surface.sheets)
     if parts.max() == 1:
         followed.__dict__["locator"] = surface
     return followed
@@ -258,11 +260,12 @@ class _Patches:
     @classmethod
     def of(cls, this: SurfaceLocator, that: BilinearSurface, near: Ints | None) -> _Patches:
         """The faces of a surface."""
-        nodes, first, at = np.unique(this.faces, return_index=True, return_inverse=True)
+        _, first, at = np.unique(this.nodes_of_sheets, return_index=True, return_inverse=True)
         start = None if near is None else that.first[near[first // this.faces.shape[1]]]
-        there = that.locator.closest(this.points[nodes], start)
+        places = this.points[this.faces.ravel()[first]]
+        there = that.locator.closest(places, start)
         at = at.reshape(this.faces.shape)[:, [0, 1, 2, -1]]
-        return cls(that, np.arange(len(at)), this.points[nodes][at], there.distances[at], there.faces[at])
+        return cls(that, np.arange(len(at)), places[at], there.distances[at], there.faces[at])
 
     def levels(
         self, least: float, tolerance: float, relative: float | None = None

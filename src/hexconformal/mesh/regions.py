@@ -91,20 +91,26 @@ def find_regions(mesh: HexMesh, interfaces: Any = "auto") -> Regions | None:
     return _given(interfaces, len(mesh.cells), "given")
 
 
-def interface_quads(cells: Ints, labels: Ints) -> Ints:
-    """(k, 4) faces between cells of different regions.
+def interface_quads(cells: Ints, labels: Ints) -> tuple[Ints, Ints]:
+    """Faces between cells of different regions.
+
+    Returns
+    -------
+    (k, 4) nodes of each, and (k,) the pair of regions, as numbers that are the same for the same pair.
 
     Examples
     --------
     >>> from hexconformal.generate import box
-    >>> _, cells = box((2, 1, 1))
-    >>> interface_quads(cells, np.array([0, 1]))
-    array([[ 1,  4, 10,  7]])
+    >>> _, cells = box((3, 1, 1))
+    >>> interface_quads(cells, np.array([0, 1, 0]))
+    (array([[ 1,  5, 13,  9],
+           [ 2,  6, 14, 10]]), array([1, 1]))
     """
     table = face_table(cells)
     one, other = table.cells.T
     between = (other >= 0) & (labels[one] != labels[other])
-    return np.ascontiguousarray(table.quads[between])
+    sides = np.sort(np.stack([labels[one[between]], labels[other[between]]]), axis=0)
+    return np.ascontiguousarray(table.quads[between]), sides[0] * (int(labels.max(initial=0)) + 1) + sides[1]
 
 
 def _given(values: Any, count: int, source: str) -> Regions | None:

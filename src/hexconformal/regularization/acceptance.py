@@ -7,12 +7,27 @@ from numpy.typing import NDArray
 
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import Formulation
-from ..geometry import DistanceBarrier, SurfaceLocator, distance_between, enclosed_volume, hausdorff
+from ..geometry import (
+    BarrierSchedule,
+    DistanceBarrier,
+    InnerSheets,
+    SurfaceLocator,
+    distance_between,
+    enclosed_volume,
+    hausdorff,
+)
 from ..mesh import NormalizedMesh
 from .options import Record
 from .volume_restoration import restore_volume
 
-__all__ = ["auto_target_notes", "boundary_distance", "no_worse_than", "size_ratios", "with_volume_restored"]
+__all__ = [
+    "auto_target_notes",
+    "boundary_distance",
+    "no_worse_than",
+    "sheets_distance",
+    "size_ratios",
+    "with_volume_restored",
+]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -34,9 +49,7 @@ def no_worse_than(record: Record, first: Record) -> bool:
     )
 
 
-def boundary_distance(
-    points: Field, normalized: NormalizedMesh, barrier: DistanceBarrier | None, boundary: str
-) -> float:
+def boundary_distance(points: Field, normalized: NormalizedMesh, barrier: DistanceBarrier | None, mode: str) -> float:
     """Hausdorff distance of the boundary from where it was, or from the surface to slide on, in diagonals."""
     if barrier is not None and barrier.reference is not None:
         return distance_between(SurfaceLocator(points, normalized.quads), barrier.reference) / normalized.diagonal
@@ -45,13 +58,24 @@ def boundary_distance(
     moved = normalized.quads[gone[normalized.quads].any(axis=1)]
     if len(moved) == 0:
         return 0.0
-    if barrier is not None:
-        return barrier.farthest(points) * barrier.bound / normalized.diagonal
-    quads = normalized.quads if boundary == "free" else moved
-    apart = hausdorff(points, normalized.points, quads) / normalized.diagonal
+    quads = moved if barrier is None and mode == "slide" else normalized.quads
+    tolerance = None if barrier is None else barrier.schedule.tolerance * barrier.bound
+    apart = hausdorff(points, normalized.points, quads, tolerance) / normalized.diagonal
     # Nodes that slide in the planes of flat patches leave the surface where it is, unless these have no outline, as
     # cells without volume do.
-    return apart if boundary == "free" or apart > _APART else 0.0
+    return apart if quads is not moved or apart > _APART else 0.0
+
+
+def sheets_distance(points: Field, normalized: NormalizedMesh, inner: InnerSheets, bound: float) -> float:
+    """Largest Hausdorff distance of the sheets inside from where each was, in diagonals; to 2 % of a bound."""
+    gone = (points != normalized.points).any(axis=1)
+    which = np.isin(inner.sheets, inner.sheets[gone[inner.quads].any(axis=1)])
+    if not which.any():
+        return 0.0
+    numbers = np.unique(inner.sheets[which], return_inverse=True)[1]
+    tolerance = BarrierSchedule.tolerance * bound * normalized.diagonal
+    apart = hausdorff(points, normalized.points, inner.quads[which], tolerance, sheets=numbers) / normalized.diagonal
+    return apart if apart > _APART else 0.0
 
 
 def with_volume_restored(

@@ -10,7 +10,19 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, first_names
 from ..formulation import Schedules
-from ..geometry import DistanceBarrier, Features, SurfaceLocator, find_features, kept_edges, surface_tags
+from ..geometry import (
+    DistanceBarrier,
+    Faces,
+    Features,
+    InnerSheets,
+    SurfaceLocator,
+    fan_triangles,
+    find_features,
+    find_inner_sheets,
+    joined_features,
+    kept_edges,
+    surface_tags,
+)
 from ..io import read_surface
 from ..mesh import NormalizedMesh, find_regions, interface_quads
 from ..solver import (
@@ -45,14 +57,19 @@ class Boundary:
         Keeps curved parts near the surface; None where there are none that may move.
     notes
         Decisions, in words.
-    patches
-        (q,) smooth patch of each boundary quad; empty where there is no barrier.
+    quads, patches
+        (q, 4) faces of the boundary and of the sheets inside, and the smooth patch (q,) of each; empty where there is
+        no barrier.
+    inner
+        The sheets inside; None where there are none, or they are held.
     """
 
     admissible: AdmissibleDirections
     barrier: DistanceBarrier | None = None
     notes: tuple[str, ...] = ()
+    quads: Ints = field(default_factory=lambda: np.empty((0, 4), np.int64))
     patches: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    inner: InnerSheets | None = None
 
 
 def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedules | None = None) -> Boundary:
@@ -72,64 +89,110 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
-    inner, inner_notes = _interface_normals(normalized, options)
+    faces = _inner_faces(normalized, options)
     if options.boundary != "slide" or options.hausdorff == 0.0:
         edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
-        labels = normalized.node_labels
-        return Boundary(
-            boundary_directions(points, quads, options.boundary, fixed, labels, edges, inner), notes=inner_notes
-        )
+        labels, planes = normalized.node_labels, _planar_normals(points, faces.quads)
+        admissible = boundary_directions(points, quads, options.boundary, fixed, labels, edges, planes)
+        if len(faces.quads) == 0:
+            return Boundary(admissible)
+        can = count_free_directions(planes)[np.unique(faces.quads)] > 0
+        return Boundary(admissible, notes=(f"{faces.note}: {can.sum()} nodes slide in them, {(~can).sum()} stay",))
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
-    features = find_features(
-        points,
-        quads,
-        tags=tags,
-        cells=cells,
-        mode=options.features,
-        tolerance=tolerance,
-        schedule=schedules.features,
-    )
-    sums = np.zeros((len(points), 3, 3))
+    how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
+    features = find_features(points, quads, tags=tags, cells=cells, **how)
+    flat_within = schedules.barrier.flat * tolerance
+    sums, nowhere = np.zeros((len(points), 3, 3)), np.zeros(len(points), dtype=bool)
     if not features.soft and reference is None:
-        sums, flat = flat_normals(points, quads, features.patches, schedules.barrier.flat * tolerance)
+        sums, flat = flat_normals(points, quads, features.patches, flat_within)
         sums += _normals_of_curves(points, features, sums, flat)
-    admissible = AdmissibleDirections.from_normal_sums(sums + inner, fixed)
-    sliding = np.zeros(len(sums), dtype=bool)
+    skin, sliding = sums, nowhere.copy()
     sliding[quads] = True
-    sliding &= count_free_directions(sums) == 3
+    sliding &= count_free_directions(skin) == 3
     if not features.soft:
         # Straight edges between flat patches need no barrier, curved ones do.
-        bent = features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]
-        sliding[bent] = True
-    notes = (f"features: {features.reason}", *inner_notes)
-    if not (sliding & admissible.free(len(points))).any():
-        return Boundary(admissible, None, notes)
-    original = SurfaceLocator(points, quads)
-    barrier = DistanceBarrier.around(original, tolerance, features, reference, schedules.barrier)
-    return Boundary(admissible, barrier, notes, features.patches)
+        sliding |= _on_bent(features, skin)
+    notes = [f"features: {features.reason}"]
+    inner, bent = None, nowhere
+    if len(faces.quads):
+        inner = find_inner_sheets(points, faces.quads, faces.kinds, **how)
+        own, flat = flat_normals(points, inner.quads, inner.features.patches, flat_within)
+        sums = skin + own
+        sums += _normals_of_curves(points, inner.features, sums, flat)
+        bent = ~flat | _on_bent(inner.features, sums)
+        features = joined_features(points, features, inner.features)
+        notes.append(f"{faces.note} in {inner.sheets.max() + 1} sheets: {inner.features.reason}")
+    admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
+    free = admissible.free(len(points))
+    surface = _kept_near(points, quads if (sliding & free).any() else quads[:0], inner, bent & free)
+    if surface is None:
+        return Boundary(admissible, None, tuple(notes), inner=inner)
+    if reference is not None and surface.sheets is not None:
+        reference = _with_sheets(reference, surface)
+    barrier = DistanceBarrier.around(surface, tolerance, features, reference, schedules.barrier)
+    every = quads if inner is None else np.concatenate([quads, inner.quads])
+    return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner)
 
 
-def _interface_normals(normalized: NormalizedMesh, options: Options) -> tuple[Field, tuple[str, ...]]:
-    """Sums (n, 3, 3) of n n^T over the faces between regions around every node, and what is told of them.
+@dataclass(frozen=True, eq=False)
+class _InnerFaces:
+    """Faces (k, 4) inside the mesh that are kept, what kind each is (k,), and what is told of them."""
 
-    Nodes slide where all these faces lie in one plane, along a line where they lie in two, and stay elsewhere.
-    """
-    none = np.zeros((len(normalized.points), 3, 3))
+    quads: Ints
+    kinds: Ints
+    note: str = ""
+
+
+def _inner_faces(normalized: NormalizedMesh, options: Options) -> _InnerFaces:
+    """The faces between regions."""
     regions = find_regions(normalized.mesh, options.interfaces)
     if regions is None:
-        return none, ()
-    quads = interface_quads(normalized.cells, regions.labels[normalized.cell_ids])
-    if len(quads) == 0:
-        return none, ()
-    # A quad with an edge of no length, in a tangled mesh, is no obstacle: the others around its nodes have planes.
-    x = normalized.points[quads]
-    edges = np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2)
-    sums = planar_normal_sums(normalized.points, quads[(edges > 0.0).all(axis=1)])
-    free = count_free_directions(sums)[np.unique(quads)]
+        return _InnerFaces(np.empty((0, 4), np.int64), np.empty(0, np.int64))
+    quads, kinds = interface_quads(normalized.cells, regions.labels[normalized.cell_ids])
     what = f"{len(regions.names)} regions ({regions.source}: {first_names(list(regions.names))})"
-    nodes = f"{int((free > 0).sum())} nodes slide in them, {int((free == 0).sum())} stay"
-    return sums, (f"interfaces: {what}, {len(quads)} faces between them are kept: {nodes}",)
+    return _InnerFaces(quads, kinds, f"interfaces: {what}, {len(quads)} faces between them are kept")
+
+
+def _kept_near(points: Field, skin: Ints, inner: InnerSheets | None, moving: Mask) -> SurfaceLocator | None:
+    """The surface to be kept near where it was: a skin, and the sheets that moving nodes (n,) may leave."""
+    if inner is None:
+        return SurfaceLocator(points, skin) if len(skin) else None
+    curved = np.unique(inner.sheets[moving[inner.quads].any(axis=1)])
+    which = np.isin(inner.sheets, curved)
+    quads = np.concatenate([skin, inner.quads[which]])
+    if len(quads) == 0:
+        return None
+    labels = np.concatenate([np.zeros(len(skin), np.int64), np.searchsorted(curved, inner.sheets[which]) + 1])
+    return SurfaceLocator(points, quads, labels if len(curved) else None)
+
+
+def _with_sheets(reference: SurfaceLocator, surface: SurfaceLocator) -> SurfaceLocator:
+    """Another surface for the skin to slide on, and the sheets inside as they are."""
+    sheets = np.asarray(surface.sheets)
+    inside = sheets > 0
+    points, fans, of = fan_triangles(surface.points, Faces.of(surface.faces[inside]))
+    skin = Faces.of(reference.faces)
+    there, faces, _ = fan_triangles(reference.points, skin)
+    labels = np.concatenate([np.zeros(len(faces), np.int64), sheets[inside][of]])
+    return SurfaceLocator(np.concatenate([there, points]), np.concatenate([faces, fans + len(there)]), labels)
+
+
+def _on_bent(features: Features, sums: Field) -> Mask:
+    """(n,) nodes of feature edges at an end of which more than one direction is free."""
+    on = np.zeros(len(sums), dtype=bool)
+    on[features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]] = True
+    return on
+
+
+def _planar_normals(points: Field, quads: Ints) -> Field:
+    """Sums (n, 3, 3) of n n^T over faces inside: nodes slide where all lie in one plane, or along where two meet."""
+    if len(quads) == 0:
+        return np.zeros((len(points), 3, 3))
+    # A quad with an edge of no length, in a tangled mesh, is no obstacle: the others around its nodes have planes.
+    x = points[quads]
+    edges = np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2)
+    return planar_normal_sums(points, quads[(edges > 0.0).all(axis=1)])
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:

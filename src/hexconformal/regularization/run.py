@@ -16,7 +16,14 @@ from ..formulation import Iteration, Schedules
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh
 from ..quality import attainable_scaled_jacobian, quality, require_sound
-from .acceptance import auto_target_notes, boundary_distance, no_worse_than, size_ratios, with_volume_restored
+from .acceptance import (
+    auto_target_notes,
+    boundary_distance,
+    no_worse_than,
+    sheets_distance,
+    size_ratios,
+    with_volume_restored,
+)
 from .boundary import boundary_of
 from .options import Options, Record
 from .report import Report
@@ -201,6 +208,11 @@ class Regularization:
         if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
         moved = boundary_distance(points, normalized, barrier, self.options.boundary)
+        inner = self._stages.state.boundary.inner
+        between = 0.0 if inner is None else sheets_distance(points, normalized, inner, bound)
+        if between > bound:
+            reason = f"an interface would move by {between:.4g}: the input is returned"
+            return _Outcome(np.array(self.mesh.points), reason, 0.0)
         if self.options.boundary == "slide" and moved > bound:
             if barrier is None or barrier.reference is None:
                 reason = f"the surface would move by {moved:.4g}: the input is returned"

@@ -141,8 +141,8 @@ class Stages:
         problem = distortion, formulation, self._setting.options, points, referenced
         minimization: Minimization | CompatibleSteps = Minimization(*problem, alone)
         if self._setting.options.constraint == "compatible" and formulation.barrier is not None:
-            quads = self._setting.normalized.quads
-            minimization = CompatibleSteps(*problem, formulation.barrier, quads, self.state.boundary.patches)
+            boundary = self.state.boundary
+            minimization = CompatibleSteps(*problem, formulation.barrier, boundary.quads, boundary.patches)
         yield from minimization
         self._ended(minimization.reason, minimization.converged)
 

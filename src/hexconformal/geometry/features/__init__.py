@@ -3,6 +3,7 @@
 from .crack_fronts import kept_edges
 from .creases import find_creases
 from .feature_curves import CORNER, CURVE, SMOOTH, Features, find_features, nonmanifold_nodes
+from .inner_sheets import InnerSheets, find_inner_sheets, joined_features
 from .schedules import CreaseSchedule, FeatureSchedule
 
 __all__ = [
@@ -12,8 +13,11 @@ __all__ = [
     "CreaseSchedule",
     "FeatureSchedule",
     "Features",
+    "InnerSheets",
     "find_creases",
     "find_features",
+    "find_inner_sheets",
+    "joined_features",
     "kept_edges",
     "nonmanifold_nodes",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,6 +44,8 @@ class Features:
         surface may move.
     reason
         What was found and decided, and why, in words.
+    slack_curves
+        (c,) numbers of curves that may go as far as the surface: where soft sheets meet.
     """
 
     kind: NDArray[np.int8]
@@ -52,11 +54,25 @@ class Features:
     patches: Ints
     soft: bool = False
     reason: str = ""
+    slack_curves: Ints = field(default_factory=lambda: np.empty(0, np.int64))
 
     @property
     def corners(self) -> Ints:
         """Nodes that are corners, ascending."""
         return np.flatnonzero(self.kind == CORNER)
+
+    @property
+    def slack(self) -> Mask:
+        """(k,) feature edges that may go as far as the surface."""
+        return np.isin(self.curves, self.slack_curves)
+
+    @property
+    def slack_corners(self) -> Mask:
+        """(c,) corners all of whose edges may."""
+        tied, all_tied = np.zeros(len(self.kind), dtype=bool), np.ones(len(self.kind), dtype=bool)
+        tied[self.edges[~self.slack]] = True
+        all_tied[self.edges[self.slack]] = False
+        return ~(tied | all_tied)[self.corners]
 
     @classmethod
     def along(
@@ -149,8 +165,9 @@ def find_features(
     if cells is not None:
         fronts = crack_fronts(points, faces, edges, cells, schedule.opening)
     kept = fronts | (False if tags is None else _changes(tags, edges, len(faces)))
+    # Where a crease comes to a curve that is there anyhow it does not end freely.
     stops = nonmanifold.copy()
-    stops[edges.nodes[edges.manifold[kept]]] = True
+    stops[edges.nodes[np.union1d(edges.manifold[kept], edges.nonmanifold)]] = True
     soft, chosen, why = _by_angle(points, faces, edges, fronts, stops, angle, mode, tolerance, schedule)
     if kept.any() and mode != "soft":
         by = [name for name, some in (("tags", kept & ~fronts), ("crack fronts", fronts)) if some.any()]

@@ -1,0 +1,135 @@
+"""Sheets inside a mesh, which may meet in threes and more: their sides, their curves, and those of skin and sheets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...mesh import connected_components
+from ..edges import EdgeTable, edge_table
+from ..faces import Faces
+from .feature_curves import CORNER, CURVE, Features, find_features, nonmanifold_nodes
+from .schedules import FeatureSchedule
+
+__all__ = ["InnerSheets", "find_inner_sheets", "joined_features"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class InnerSheets:
+    """Faces inside a mesh, cut into sheets where more than two meet, they end, or they become others.
+
+    Attributes
+    ----------
+    quads
+        (k, 4) nodes; those of one sheet have the same side out, if it has two.
+    sheets
+        (k,) sheet of each, numbers from 0 on.
+    features
+        Curves, corners and smooth patches; curves where sheets meet are there even if others are soft.
+    """
+
+    quads: Ints
+    sheets: Ints
+    features: Features
+
+
+def find_inner_sheets(
+    points: Floats,
+    quads: Ints,
+    kinds: Ints,
+    *,
+    mode: str = "auto",
+    tolerance: float = 0.0,
+    schedule: FeatureSchedule | None = None,
+) -> InnerSheets:
+    """Find the sheets that faces inside a mesh make up, and their features.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (k, 4) nodes, either side out.
+    kinds
+        (k,) what they are; between faces of two kinds is a curve.
+    mode, tolerance, schedule
+        See :func:`find_features`.
+
+    Examples
+    --------
+    A cross of two planes: four sheets that meet along a line.
+
+    >>> points = np.array([[x, y, z] for x, y in ((0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)) for z in (0, 1)], float)
+    >>> wings = np.array([[0, 1, k + 1, k] for k in (2, 4, 6, 8)])
+    >>> inner = find_inner_sheets(points, wings, np.zeros(4, int))
+    >>> inner.sheets, len(inner.features.corners)
+    (array([0, 1, 2, 3]), 10)
+    """
+    schedule = FeatureSchedule() if schedule is None else schedule
+    edges = edge_table(quads)
+    quads = _with_one_side_out(quads, edges)
+    faces, edges = Faces.of(quads), edge_table(quads)
+    same = kinds[edges.sides[:, 0]] == kinds[edges.sides[:, 1]]
+    sheets = connected_components(edges.sides[same], len(quads))
+    features = find_features(points, faces, tags=kinds, mode=mode, tolerance=tolerance, schedule=schedule)
+    if features.soft:
+        # What is between sheets stays, as near as the sheets do; within them nothing is sharp.
+        ends = np.union1d(edges.nonmanifold, edges.manifold[~same])
+        stops = nonmanifold_nodes(faces, edges, len(points))
+        along = Features.along(points, faces, edges, ends, stops, schedule.turn)
+        features = replace(along, reason=features.reason, slack_curves=np.unique(along.curves))
+    return InnerSheets(quads, sheets, features)
+
+
+def _with_one_side_out(quads: Ints, edges: EdgeTable) -> Ints:
+    """The quads, turned over where they have another side out than those beside."""
+    # Each quad is there twice, once with either side out; those that go together are connected.
+    count, (one, other) = len(quads), edges.sides.T
+    twin = np.where(edges.opposed, 0, count)
+    pairs = np.concatenate([[one, other + twin], [one + count, other + count - twin]], axis=1)
+    side = connected_components(pairs.T, 2 * count)
+    turned = side[:count] > side[count:]
+    return np.where(turned[:, None], quads[:, ::-1], quads)
+
+
+def joined_features(points: Floats, skin: Features, inner: Features) -> Features:
+    """The features of a skin and of sheets inside: nodes where curves of both cross are corners.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    skin, inner
+        Those of each; patches of the skin come first. Curves of a soft skin are none.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.mesh import boundary_quads
+    >>> points, cells = box((2, 2, 2))
+    >>> skin = find_features(points, boundary_quads(cells)[0])
+    >>> half = find_inner_sheets(points, cells[:4, 4:], np.zeros(4, int)).features
+    >>> both = joined_features(points, skin, half)
+    >>> len(skin.corners), len(half.corners), len(both.corners), both.patches.max() + 1
+    (8, 4, 12, np.int64(7))
+    """
+    kept = skin
+    if skin.soft:
+        kept = replace(skin, kind=np.zeros_like(skin.kind), edges=skin.edges[:0], curves=skin.curves[:0])
+    offset, patches = int(kept.curves.max(initial=-1)) + 1, int(skin.patches.max(initial=-1)) + 1
+    edges = np.concatenate([kept.edges, inner.edges])
+    kind = np.maximum(kept.kind, inner.kind)
+    degree = np.bincount(np.unique(np.sort(edges, axis=1), axis=0).ravel(), minlength=len(points))
+    kind[(kind == CURVE) & (degree != 2)] = CORNER
+    return Features(
+        kind,
+        edges,
+        np.concatenate([kept.curves, inner.curves + offset]),
+        np.concatenate([skin.patches, inner.patches + patches]),
+        slack_curves=inner.slack_curves + offset,
+    )
