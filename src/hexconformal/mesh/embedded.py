@@ -102,7 +102,7 @@ def find_embedded(mesh: HexMesh, skin: Ints) -> Embedded:
     held.add("vertices", vertices.nodes)
     for name, parts in of_nodes.items():
         held.add(name, parts.held)
-        told.add("too many to be held, unless fixed='name' says so", name, parts.scattered, "nodes")
+        told.add("too many to be held (fixed='name' holds them)", name, parts.scattered, "nodes")
     return Embedded(
         faces.inner,
         faces.inner_kinds,
