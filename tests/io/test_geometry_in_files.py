@@ -1,4 +1,4 @@
-"""Geometry that files carry beside hexahedra, format by format: two by two by two cubes, and what each has of its own."""
+"""Geometry that files carry beside hexahedra, format by format: eight cubes, and what each has of its own."""
 
 import meshio
 import numpy as np
