@@ -144,6 +144,9 @@ def test_tags_tell_boundary_quads_apart(name):
 def test_quads_that_are_not_carried_are_of_kind_0_and_other_arrays_tell_nothing():
     missing = np.flatnonzero(FLOOR)[:5]
     embedded = found(tagged("tag", missing))
+    halves = tagged("tag")
+    halves.cell_data["tag"][0] = halves.cell_data["tag"][0] % 2 + 0.5
+    assert len(np.unique(found(halves).skin_kinds)) == 1
     assert np.flatnonzero(embedded.skin_kinds == 0).tolist() == missing.tolist()
     assert len(np.unique(embedded.skin_kinds)) == 4
     assert len(np.unique(found(tagged("pressure")).skin_kinds)) == 1
@@ -221,6 +224,20 @@ def test_nodes_that_no_hexahedron_has_are_not_held():
     points = np.vstack([POINTS, [[2.0, 2.0, 2.0], [3.0, 3.0, 3.0]]])
     mesh = meshio.Mesh(points, [("hexahedron", CELLS), ("line", [[124, 125], [125, 126]]), ("vertex", [[126]])])
     assert found(mesh).held.tolist() == [124]
+    assert_empty(found(meshio.Mesh(points, [("hexahedron", CELLS)], point_sets={"all": np.arange(127)})))
+
+
+def test_cells_in_sets_that_are_no_faces_change_nothing_else():
+    sets = {"odd": [np.array([0]), np.empty(0, int)], "gmsh:bounding_entities": [np.array([2]), np.array([3])]}
+    embedded = found(source(("quad", [[5, 6, 7, 62], *WALL.tolist()]), cell_sets=sets))
+    assert len(np.unique(embedded.kinds)) == 1
+    assert not embedded.skin_kinds.any()
+
+
+def test_edges_have_the_lower_id_first_whatever_the_cells():
+    last = len(POINTS) - 1
+    mesh = meshio.Mesh(POINTS[::-1], [("line", [[0, 1]]), ("hexahedron", last - CELLS)])
+    assert found(mesh, last - SKIN).edges.tolist() == [[0, 1]]
 
 
 def test_a_set_of_nodes_of_a_wall_has_an_outline():
@@ -311,6 +328,15 @@ def test_the_fringe_of_a_choice_on_the_boundary_is_neither_curve_nor_held():
     assert len(embedded.edges) == len(embedded.held) == 0
 
 
+def test_fringes_that_meet_are_no_curve_either():
+    i, j = np.rint(4 * X), np.rint(4 * Y)
+    squares = ((i < 2) & (j < 2)) | ((i > 1) & (i < 4) & (j > 2))
+    fringe = (j == 2) & ((i == 1) | (i == 2))
+    embedded = of_nodes(choice=(Z == 1) & (squares | fringe))
+    assert (embedded.skin_kinds > 0).sum() == 2
+    assert len(embedded.edges) == len(embedded.held) == 0
+
+
 def test_many_scattered_nodes_are_not_held_and_that_is_told():
     points, cells = generate.box((9, 9, 9))
     checks = np.rint(points * 9).sum(axis=1) % 2 == 0  # no two of them are neighbours
@@ -348,6 +374,6 @@ def test_nothing_depends_on_the_order_of_cells_and_faces():
 
 
 def test_cells_with_nodes_that_are_not_there_are_left_out():
-    mesh = source(("quad", [[0, 1, 2, 999]]), ("line", [[-1, 0]]), ("vertex", [[4000]]))
+    mesh = source(("quad", [[0, 1, 2, 999]]), ("line", [[-1, 0], [-999, 0]]), ("vertex", [[4000]]))
     embedded = found(mesh)
     assert embedded.held.tolist() == [0, 1, 2]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -55,7 +55,6 @@ def of_grid(
     nodes: Ints,
     corners: int,
     arrays: Mapping[str, Any],
-    groups: Mapping[str, Sequence[range]] | None = None,
 ) -> CarriedCells:
     """Those of a VTK grid with so many corners.
 
@@ -71,8 +70,6 @@ def of_grid(
         1 to 4.
     arrays
         On the cells (m,), by name.
-    groups
-        Runs of cells, by name.
     """
     is_carried = np.isin(types, _VTK_TYPES[corners])
     cells = np.flatnonzero(is_carried)
@@ -81,13 +78,7 @@ def of_grid(
     steps = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
     rows = np.repeat(cells, counts)
     table = nodes[(offsets[rows] + steps)[:, None] + np.arange(corners)]
-    sets = {}
-    for name, runs in (groups or {}).items():
-        mask = np.zeros(len(types), dtype=bool)
-        for run in runs:
-            mask[run.start : run.stop] = True
-        sets[name] = mask[rows]
-    return CarriedCells(table, {name: np.asarray(values)[rows] for name, values in arrays.items()}, sets)
+    return CarriedCells(table, {name: np.asarray(values)[rows] for name, values in arrays.items()})
 
 
 def _mask(members: Any, count: int) -> NDArray[np.bool_]:

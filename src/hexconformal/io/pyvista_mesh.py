@@ -73,13 +73,12 @@ class PyvistaOrigin:
         return NodeGroups(self.source.n_points)
 
     def carried_cells(self, corners: int) -> CarriedCells:
-        """The cells with 1 to 4 corners, with their arrays and the groups of the file."""
+        """The cells with 1 to 4 corners, with their arrays."""
         if self.source.n_cells == len(self.selection.rows):
             return CarriedCells(np.empty((0, corners), dtype=np.int64))
         grid = self.source.cast_to_unstructured_grid()
         nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
-        groups = None if self.file is None else self.file.cell_groups
-        return of_grid(grid.celltypes, cell_offsets(grid), nodes, corners, dict(grid.cell_data), groups)
+        return of_grid(grid.celltypes, cell_offsets(grid), nodes, corners, dict(grid.cell_data))
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""

@@ -39,8 +39,8 @@ class CarriedCells:
     sets: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
 
 
-def telling_tags(cells: CarriedCells, rows: Ints, places: Ints, count: int) -> tuple[str, Ints] | None:
-    """The first array of integers with a name that stands for tags, and with more than one value at some places.
+def telling_tags(cells: CarriedCells, rows: Ints) -> tuple[str, Ints] | None:
+    """The first array of integers with a name that stands for tags, and with more than one value.
 
     Looked for are ``gmsh:geometrical``, ``CellEntityIds``, ``gmsh:physical``, ``medit:ref``, ``cell_tags`` and the
     like.
@@ -51,10 +51,6 @@ def telling_tags(cells: CarriedCells, rows: Ints, places: Ints, count: int) -> t
         What the mesh carries.
     rows
         (r,) the cells that are looked at.
-    places
-        (r,) where each of them is.
-    count
-        Number of places; one without a cell counts as another value.
 
     Returns
     -------
@@ -63,7 +59,7 @@ def telling_tags(cells: CarriedCells, rows: Ints, places: Ints, count: int) -> t
     Examples
     --------
     >>> cells = CarriedCells(np.zeros((2, 4), int), {"gmsh:geometrical": np.array([5, 5]), "tag": np.array([3, 4])})
-    >>> telling_tags(cells, np.array([0, 1]), np.array([0, 1]), 2)
+    >>> telling_tags(cells, np.array([0, 1]))
     ('tag', array([3, 4]))
     """
     for name in _TAGS:
@@ -71,7 +67,6 @@ def telling_tags(cells: CarriedCells, rows: Ints, places: Ints, count: int) -> t
         if values is None or len(rows) == 0 or values.ndim != 1 or not np.array_equal(values, np.rint(values)):
             continue
         tags = values[rows].astype(np.int64)
-        bare = len(np.unique(places)) < count
-        if bare or (tags != tags[0]).any():
+        if (tags != tags[0]).any():
             return name, tags
     return None

@@ -87,7 +87,7 @@ def find_embedded(mesh: HexMesh, skin: Ints) -> Embedded:
     count = len(mesh.points)
     of_nodes = _parts_of_node_sets(mesh, skin, node_sets)
     sides = {f"side set {name!r}": nodes for name, nodes in face_sets.items()}
-    sides |= {name: np.concatenate([skin[parts.skin], parts.inner]) for name, parts in of_nodes.items()}
+    sides |= {name: parts.faces for name, parts in of_nodes.items()}
     faces = classify(mesh.cells, FACES, skin, count, quads, sides)
     chains = {name: parts.edges for name, parts in of_nodes.items()}
     edges = classify(mesh.cells, EDGES, np.empty((0, 2), dtype=np.int64), count, lines, chains)

@@ -80,8 +80,7 @@ def classify(
     tags = ""
     for start, stop in ((0, first), (first, last)):
         mine = np.flatnonzero((own >= start) & (own < stop))
-        wanted = first if start == 0 else len(np.unique(own[mine]))
-        found = telling_tags(carried, mine, own[mine], wanted)
+        found = telling_tags(carried, mine)
         kinds.split(own[mine])
         if found is not None:
             tags = found[0] if start == 0 else tags

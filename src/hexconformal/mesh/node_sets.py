@@ -28,10 +28,8 @@ class NodeSetParts:
 
     Attributes
     ----------
-    skin
-        (s,) boundary quads whose four nodes are in the set.
-    inner
-        (k, 4) faces inside the mesh of which the same holds.
+    faces
+        (k, 4) faces, on the boundary and inside, whose four nodes are in the set.
     edges
         (e, 2) edges on the boundary that join other nodes of the set to curves.
     held
@@ -40,8 +38,7 @@ class NodeSetParts:
         Number of nodes that are too many to be single ones.
     """
 
-    skin: Ints
-    inner: Ints = field(default_factory=lambda: _none(4))
+    faces: Ints = field(default_factory=lambda: _none(4))
     edges: Ints = field(default_factory=lambda: _none(2))
     held: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     scattered: int = 0
@@ -66,7 +63,7 @@ class NodeSets:
     >>> points, cells = box((2, 2, 2))
     >>> sets = NodeSets(cells, boundary_quads(cells)[0], len(points))
     >>> floor, centre = points[:, 2] == 0, (points == 0.5).all(axis=1)
-    >>> len(sets.parts(floor).skin), sets.parts(centre).held
+    >>> len(sets.parts(floor).faces), sets.parts(centre).held
     (4, array([13]))
     """
 
@@ -89,20 +86,17 @@ class NodeSets:
         inside = members & self._used
         ids = np.flatnonzero(inside)
         if len(ids) == np.count_nonzero(self._used):
-            return NodeSetParts(np.empty(0, dtype=np.int64))
+            return NodeSetParts()
         near, counts = _around(self._around_cells, ids, 8)
         quads, corners = _around(self._around_skin, ids, 4)
-        skin = quads[corners == 4]
+        on_skin = self._skin[quads[corners == 4]]
         if (counts == 8).any():
-            return NodeSetParts(skin)
+            return NodeSetParts(on_skin)
         faces = parts_within(self._cells[near], FACES, inside)
-        both = np.concatenate([self._skin[skin], faces])
-        inner = faces[same_rows(both)[len(skin) :] >= len(skin)]
         loose = inside.copy()
-        loose[self._skin[skin]] = False
-        loose[inner] = False
+        loose[faces] = False
         if not loose.any():
-            return NodeSetParts(skin, inner)
+            return NodeSetParts(faces)
         fringe = np.zeros(len(loose), dtype=bool)
         joined = parts_within(self._cells[near], EDGES, inside)
         fringe[joined[loose[joined].any(axis=1) & ~loose[joined].all(axis=1)]] = True
@@ -113,8 +107,8 @@ class NodeSets:
         single[edges] = False
         held = np.flatnonzero(single)
         if len(held) > self._most:
-            return NodeSetParts(skin, scattered=len(held))
-        return NodeSetParts(skin, inner, edges, held)
+            return NodeSetParts(on_skin, scattered=len(held))
+        return NodeSetParts(faces, edges, held)
 
 
 def _around(incidences: tuple[Ints, Ints], ids: Ints, width: int) -> tuple[Ints, Ints]:
