@@ -220,6 +220,17 @@ def test_cells_that_are_no_face_and_no_edge_hold_their_nodes():
         )
 
 
+@pytest.mark.parametrize(("kind", "what"), [("vertex", "vertices"), ("triangle", "triangles")])
+def test_cells_on_a_whole_layer_and_more_hold_nothing(kind, what):
+    for count, held in ((25, 25), (26, 0)):
+        nodes = np.arange(count)
+        rows = nodes[:, None] if kind == "vertex" else np.stack([nodes, nodes, np.roll(nodes, 1)], axis=1)
+        embedded = found(source((kind, rows)))
+        assert len(embedded.held) == held
+        fate = "held" if held else "too many to be held, unless `fixed` says so"
+        assert embedded.notes == (f"{fate}: {what} ({count} nodes)",)
+
+
 def test_nodes_that_no_hexahedron_has_are_not_held():
     points = np.vstack([POINTS, [[2.0, 2.0, 2.0], [3.0, 3.0, 3.0]]])
     mesh = meshio.Mesh(points, [("hexahedron", CELLS), ("line", [[124, 125], [125, 126]]), ("vertex", [[126]])])
@@ -343,7 +354,7 @@ def test_many_scattered_nodes_are_not_held_and_that_is_told():
     mesh = hc.HexMesh(points, cells, {"checks": checks})
     embedded = find_embedded(mesh, boundary_quads(cells)[0])
     assert len(embedded.held) == 0
-    assert embedded.notes == ("too many to be held (fixed='name' holds them): node set 'checks' (500 nodes)",)
+    assert embedded.notes == ("too many to be held, unless `fixed` says so: node set 'checks' (500 nodes)",)
 
 
 @pytest.mark.parametrize(

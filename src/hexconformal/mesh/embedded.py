@@ -13,12 +13,14 @@ from ..elements import EDGES, FACES
 from .carried_cells import CarriedCells
 from .hex_mesh import HexMesh
 from .kinds import Classified, classify
-from .node_sets import NodeSetParts, NodeSets
+from .node_sets import NodeSetParts, NodeSets, most_single_nodes
 
 __all__ = ["Embedded", "find_embedded"]
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+_TOO_MANY = "too many to be held, unless `fixed` says so"
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,7 @@ def find_embedded(mesh: HexMesh, skin: Ints) -> Embedded:
     held.add("vertices", vertices.nodes)
     for name, parts in of_nodes.items():
         held.add(name, parts.held)
-        told.add("too many to be held (fixed='name' holds them)", name, parts.scattered, "nodes")
+        told.add(_TOO_MANY, name, parts.scattered, "nodes")
     return Embedded(
         faces.inner,
         faces.inner_kinds,
@@ -135,16 +137,20 @@ class _Held:
     def __init__(self, mesh: HexMesh, told: _Told) -> None:
         self._used = np.zeros(len(mesh.points), dtype=bool)
         self._used[mesh.cells] = True
+        self._most = most_single_nodes(int(np.count_nonzero(self._used)))
         self._told = told
         self.mask = np.zeros(len(mesh.points), dtype=bool)
 
     def add(self, name: str, nodes: Ints) -> None:
-        """Hold some nodes, as far as hexahedra have them."""
+        """Hold some nodes, as far as hexahedra have them; those of all cells, or of a whole layer, are not meant."""
         ids = np.unique(nodes)
         ids = ids[(ids >= 0) & (ids < len(self.mask))]
         ids = ids[self._used[ids]]
-        self.mask[ids] = True
-        self._told.add("held", name, len(ids), "nodes")
+        if len(ids) > self._most:
+            self._told.add(_TOO_MANY, name, len(ids), "nodes")
+        else:
+            self.mask[ids] = True
+            self._told.add("held", name, len(ids), "nodes")
 
 
 def _parts_of_node_sets(mesh: HexMesh, skin: Ints, node_sets: Mapping[str, Mask]) -> dict[str, NodeSetParts]:

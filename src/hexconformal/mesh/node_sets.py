@@ -12,10 +12,19 @@ from .adjacency import corner_incidences
 from .edges import face_edges
 from .row_matching import parts_within, same_rows
 
-__all__ = ["NodeSetParts", "NodeSets"]
+__all__ = ["NodeSetParts", "NodeSets", "most_single_nodes"]
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+
+def most_single_nodes(count: int) -> int:
+    """How many nodes of so many may count as single ones, that are held: a layer of a cube, or the corners of a cell.
+
+    >>> most_single_nodes(12), most_single_nodes(1000)
+    (8, 100)
+    """
+    return max(round(count ** (2 / 3)), 8)
 
 
 def _none(width: int) -> Ints:
@@ -72,14 +81,13 @@ class NodeSets:
         self._around_cells = corner_incidences(cells, count)
         self._around_skin = corner_incidences(skin, count)
         self._used = np.diff(self._around_cells[0]) > 0
-        # As many nodes as a layer of a cube has.
-        self._most = max(int(np.count_nonzero(self._used) ** (2 / 3)), 1)
+        self._most = most_single_nodes(int(np.count_nonzero(self._used)))
 
     def parts(self, members: Mask) -> NodeSetParts:
         """What a set (n,) is made of.
 
         A set of all nodes says nothing. One that holds whole cells is a region, or a choice of nodes by a box: what it
-        says are its faces on the boundary, and so does one with more than n^(2/3) scattered nodes. Otherwise faces
+        says are its faces on the boundary, and so does one with too many scattered nodes. Otherwise faces
         and, of the nodes that no face has, edges on the boundary and single nodes count; nodes that an edge joins to
         a face of the set are the fringe of a choice, and say nothing.
         """
