@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..mesh import HexMesh
-from .node_groups import NodeGroups, meshio_groups
+from ..mesh import CarriedCells, HexMesh
+from .carried_cells import of_meshio
+from .node_groups import NodeGroups, meshio_groups, meshio_node_sets
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
@@ -90,6 +91,15 @@ class MeshioOrigin:
     def node_groups(self) -> NodeGroups:
         """Nodes by the names of sets and groups."""
         return meshio_groups(self.source)
+
+    @property
+    def node_sets(self) -> NodeGroups:
+        """Nodes by the names of sets of nodes alone."""
+        return meshio_node_sets(self.source)
+
+    def carried_cells(self, corners: int) -> CarriedCells:
+        """The cells with 1 to 4 corners, with their arrays and sets."""
+        return of_meshio(self.source, corners)
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""

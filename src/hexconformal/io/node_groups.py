@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["NodeGroups", "cell_array_groups", "meshio_groups"]
+__all__ = ["NodeGroups", "cell_array_groups", "meshio_groups", "meshio_node_sets"]
 
 Mask = NDArray[np.bool_]
 
@@ -43,11 +43,20 @@ class NodeGroups(Mapping[str, Mask]):
         return len(self._groups)
 
 
-def meshio_groups(mesh: Any) -> NodeGroups:
-    """The sets of a meshio.Mesh, the physical groups of Gmsh and the families of MED."""
+def meshio_node_sets(mesh: Any) -> NodeGroups:
+    """The sets of nodes of a meshio.Mesh, and the groups of nodes of MED."""
     groups = NodeGroups(len(mesh.points))
     for name, ids in mesh.point_sets.items():
         groups.add(str(name), partial(np.asarray, ids, dtype=np.int64))
+    for tag, names in getattr(mesh, "point_tags", {}).items():
+        for name in names:
+            groups.add(name, partial(np.equal, mesh.point_data["point_tags"], tag))
+    return groups
+
+
+def meshio_groups(mesh: Any) -> NodeGroups:
+    """The sets of a meshio.Mesh, the physical groups of Gmsh and the families of MED."""
+    groups = meshio_node_sets(mesh)
     for name, parts in mesh.cell_sets.items():
         if not str(name).startswith("gmsh:"):
             rows = [None if part is None else np.asarray(part, dtype=np.int64) for part in parts]
@@ -58,9 +67,6 @@ def meshio_groups(mesh: Any) -> NodeGroups:
     for tag, names in getattr(mesh, "cell_tags", {}).items():
         for name in names:
             groups.add(name, partial(_of_family, mesh, tag))
-    for tag, names in getattr(mesh, "point_tags", {}).items():
-        for name in names:
-            groups.add(name, partial(np.equal, mesh.point_data["point_tags"], tag))
     return groups
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids, unusable_points
-from ..mesh import HexMesh
+from ..mesh import CarriedCells, HexMesh
+from .carried_cells import of_grid
 from .node_groups import NodeGroups, cell_array_groups
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
@@ -65,6 +66,19 @@ class PyvistaOrigin:
             for run in runs:
                 groups.add(name, partial(_nodes_of_run, grid, run))
         return groups
+
+    @property
+    def node_sets(self) -> NodeGroups:
+        """None: VTK has no sets of nodes besides arrays."""
+        return NodeGroups(self.source.n_points)
+
+    def carried_cells(self, corners: int) -> CarriedCells:
+        """The cells with 1 to 4 corners, with their arrays."""
+        if self.source.n_cells == len(self.selection.rows):
+            return CarriedCells(np.empty((0, corners), dtype=np.int64))
+        grid = self.source.cast_to_unstructured_grid()
+        nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
+        return of_grid(grid.celltypes, cell_offsets(grid), nodes, corners, dict(grid.cell_data))
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""

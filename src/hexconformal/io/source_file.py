@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["FileContents", "SourceFile"]
@@ -33,6 +34,9 @@ class SourceFile:
         What it calls its cells, of all types, in their order (0 for those it has no number for); None likewise.
     cell_groups
         Cells in groups that the file names, as runs of rows, where what is read from it has no place for them.
+    face_sets
+        Faces (k, 4) of hexahedra that the file lists by cell and side, by name, where what is read from it has no
+        place for them.
     model
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     """
@@ -46,6 +50,7 @@ class SourceFile:
     node_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_groups: Mapping[str, Sequence[range]] = field(default_factory=dict, repr=False, compare=False)
+    face_sets: Mapping[str, NDArray[np.int64]] = field(default_factory=dict, repr=False, compare=False)
     model: tuple[str, ...] = ()
 
 

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import HexMesh
+from ..mesh import CarriedCells, HexMesh
+from .carried_cells import of_grid
 from .node_groups import NodeGroups, cell_array_groups
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
@@ -52,12 +53,20 @@ class VtkOrigin:
     @property
     def node_groups(self) -> NodeGroups:
         """Nodes by the names of cell arrays."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-
-        data = self.source.GetCellData()
-        names = [data.GetArrayName(number) for number in range(data.GetNumberOfArrays())]
-        arrays = {name: vtk_to_numpy(data.GetArray(name)) for name in names if data.GetArray(name) is not None}
+        arrays = _cell_arrays(self.source)
         return cell_array_groups(self.source.GetNumberOfPoints(), arrays, *cell_table(self.source.GetCells()))
+
+    @property
+    def node_sets(self) -> NodeGroups:
+        """None: VTK has no sets of nodes besides arrays."""
+        return NodeGroups(self.source.GetNumberOfPoints())
+
+    def carried_cells(self, corners: int) -> CarriedCells:
+        """The cells with 1 to 4 corners, with their arrays."""
+        if self.source.GetNumberOfCells() == len(self.selection.rows):
+            return CarriedCells(np.empty((0, corners), dtype=np.int64))
+        table = cell_table(self.source.GetCells())
+        return of_grid(_cell_types(self.source), *table, corners, _cell_arrays(self.source))
 
     def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
         """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
@@ -184,6 +193,14 @@ def cell_table(cells: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
     offsets, nodes = (vtk_to_numpy(array) for array in (cells.GetOffsetsArray(), cells.GetConnectivityArray()))
     return offsets.astype(np.int64), nodes.astype(np.int64)
+
+
+def _cell_arrays(grid: Any) -> dict[str, NDArray[Any]]:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    data = grid.GetCellData()
+    names = [data.GetArrayName(number) for number in range(data.GetNumberOfArrays())]
+    return {name: vtk_to_numpy(data.GetArray(name)) for name in names if data.GetArray(name) is not None}
 
 
 def _cell_types(grid: Any) -> NDArray[np.uint8]:

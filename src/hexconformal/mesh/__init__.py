@@ -5,7 +5,9 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 
 from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, read_only
+from .carried_cells import CarriedCells
 from .edges import face_edges, unique_edges
+from .embedded import Embedded, find_embedded
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
 from .regions import Regions, find_regions, interface_quads
@@ -21,6 +23,8 @@ from .topology import (
 )
 
 __all__ = [
+    "CarriedCells",
+    "Embedded",
     "FaceTable",
     "HexMesh",
     "NormalizedMesh",
@@ -36,6 +40,7 @@ __all__ = [
     "corner_incidences",
     "face_edges",
     "face_table",
+    "find_embedded",
     "find_regions",
     "interface_quads",
     "morton_codes",

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError
 from .arrays import checked_cells, checked_data, checked_points
+from .carried_cells import CarriedCells
 
 __all__ = ["HexMesh"]
 
@@ -96,6 +97,23 @@ class HexMesh:
         """Masks (m,) of the hexahedra in the sets of cells of the file, by name."""
         groups = getattr(self.origin, "cell_groups", None)
         return {} if groups is None else groups
+
+    def carried_cells(self, corners: int) -> CarriedCells:
+        """The cells with 1 to 4 corners that came along: vertices, lines, triangles or quadrilaterals."""
+        if self.origin is None:
+            return CarriedCells(np.empty((0, corners), dtype=np.int64))
+        carried: CarriedCells = self.origin.carried_cells(corners)
+        return carried
+
+    def node_sets(self) -> Mapping[str, NDArray[np.bool_]]:
+        """Masks (n,) of nodes by name: point arrays of booleans, and the sets of nodes of the file."""
+        marked = {name: array for name, array in self.point_data.items() if array.dtype == bool and array.ndim == 1}
+        return ChainMap(marked, {} if self.origin is None else self.origin.node_sets)
+
+    def face_sets(self) -> Mapping[str, NDArray[np.int64]]:
+        """Faces (k, 4) of hexahedra that the file lists by cell and side, by name."""
+        file = getattr(self.origin, "file", None)
+        return {} if file is None else file.face_sets
 
     def replaced(
         self,

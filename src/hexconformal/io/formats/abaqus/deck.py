@@ -53,7 +53,7 @@ class Scope:
     nodes, elements
         In order.
     sets
-        What sets list, by "NSET" or "ELSET" and the name in capitals.
+        What sets list, by "NSET", "ELSET" or "SURFACE" with a side, and the name in capitals.
     set_names
         Their names as they are written.
     held

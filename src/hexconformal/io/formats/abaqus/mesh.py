@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ....common import ReadError
 from .deck import Deck, ElementBlock, Instance, NodeBlock, Scope
 from .sets import LabelIndex, SetKey, SetMember, WorkLimit, resolve
+from .surfaces import SURFACE, sides_of
 from .systems import Placement
 
 __all__ = ["DeckMesh", "Member", "members_of", "mesh_of"]
@@ -55,12 +56,25 @@ class Member:
 
 @dataclass(frozen=True, eq=False)
 class DeckMesh:
-    """A meshio.Mesh, what the deck calls its nodes and cells, and the nodes (k,) of elements that are set aside."""
+    """The mesh of a deck.
+
+    Attributes
+    ----------
+    mesh
+        A meshio.Mesh.
+    node_labels, cell_labels
+        What the deck calls its nodes and cells.
+    held
+        (k,) nodes of elements that are set aside.
+    face_sets
+        (k, 4) the faces of surfaces, by name.
+    """
 
     mesh: Any
     node_labels: NDArray[Any]
     cell_labels: NDArray[Any]
     held: Ints
+    face_sets: dict[str, Ints]
 
 
 def members_of(deck: Deck) -> list[Member]:
@@ -113,7 +127,7 @@ def mesh_of(deck: Deck, length: int) -> DeckMesh:
     )
     node_labels = _labels(members, [member.labels for member in members])
     cell_labels = _labels([members[number] for number in cells.owners], cells.labels)
-    return DeckMesh(mesh, node_labels, cell_labels, _held(members, node_indices))
+    return DeckMesh(mesh, node_labels, cell_labels, _held(members, node_indices), sets.faces())
 
 
 class _Cells:
@@ -182,6 +196,9 @@ class _Sets:
                 for (kind, key), listed in scope.sets.items():
                     self._members.setdefault((number, kind, key), []).extend(listed)
                     self._names[number, kind, key] = scope.set_names[kind, key]
+        for place, lists in self._members.items():
+            if place[1].startswith(SURFACE):
+                self._members[place] = [replace(one, names=self._known(place[0], one)) for one in lists]
         self._owner_names = [member.name for member in members]
         self._rows = resolve(self._members, self._references, self._combine)
 
@@ -197,6 +214,27 @@ class _Sets:
             owner = self._owner_names[number]
             result[f"{owner}.{self._names[key]}" if owner and uses[name] > 1 else self._names[key]] = self._rows[key]
         return result
+
+    def faces(self) -> dict[str, Ints]:
+        """Faces of the surfaces, by name."""
+        found: dict[str, list[Ints]] = {}
+        for kind in dict.fromkeys(key[1] for key in self._members if key[1].startswith(SURFACE)):
+            for name, rows in self.named(kind).items():
+                sides = sides_of(self._cells.nodes, self._cells.by_type(rows), kind.removeprefix(SURFACE))
+                found.setdefault(name, []).append(sides)
+        return {name: np.concatenate(parts) for name, parts in found.items()}
+
+    def _known(self, number: int, member: SetMember) -> tuple[str, ...]:
+        """The names in a surface that mean something: others, such as those of rigid surfaces, do not matter here."""
+
+        def is_known(name: str) -> bool:
+            try:
+                self._key(number, "ELSET", name, member)
+            except ReadError:
+                return False
+            return True
+
+        return tuple(filter(is_known, member.names))
 
     def _places(self, number: int, member: SetMember) -> list[int]:
         """Numbers of the members in which names are looked for."""
@@ -223,7 +261,7 @@ class _Sets:
         number, kind, _ = key
         found = []
         for member in self._members[key]:
-            found += [self._key(number, kind, name, member) for name in member.names]
+            found += [self._key(number, _listed(kind), name, member) for name in member.names]
             if member.elements:
                 found.append(self._key(number, "ELSET", member.elements, member))
         return [other for other in dict.fromkeys(found) if other is not None]
@@ -233,16 +271,21 @@ class _Sets:
         indices = self._nodes if kind == "NSET" else self._cells.indices
         parts = [np.empty(0, dtype=np.int64)]
         for other, rows in zip(self._references(key), others, strict=True):
-            parts.append(self._cells.nodes_of(rows) if other[1] != kind else rows)
+            parts.append(self._cells.nodes_of(rows) if other[1] != _listed(kind) else rows)
         for member in self._members[key]:
             index = indices[self._places(number, member)[0]]
             parts += [index.of_present(member.labels), index.of_ranges(member.ranges, self._limit)]
             for name in member.names:
-                if self._key(number, kind, name, member) is None:
+                if self._key(number, _listed(kind), name, member) is None:
                     instance, _, label = name.partition(".")
                     parts.append(indices[self._by_name[instance.upper()]].of_present(np.array([int(label)])))
         self._limit.spend(sum(len(part) for part in parts))
         return np.unique(np.concatenate(parts))
+
+
+def _listed(kind: str) -> str:
+    """The kind of sets that one of a kind may list."""
+    return "ELSET" if kind.startswith(SURFACE) else kind
 
 
 def _labels(owners: list[Member], parts: list[Ints]) -> NDArray[Any]:

@@ -12,6 +12,7 @@ from .elements import cell_type_of, in_vtk_order
 from .generation import Generator
 from .lines import Section, sections, split_fields
 from .sets import SetMember, read_members
+from .surfaces import SURFACE, read_sides
 from .systems import System, read_placement, read_system
 from .tables import read_integers, read_nodes
 
@@ -45,6 +46,7 @@ def read_deck(lines: list[str]) -> Deck:
         "ELGEN": reader.elgen,
         "NSET": reader.node_or_element_set,
         "ELSET": reader.node_or_element_set,
+        "SURFACE": reader.surface,
         "SYSTEM": reader.system,
         "PART": reader.part,
         "ENDPART": reader.end_part,
@@ -126,6 +128,11 @@ class _Reader:
 
     def node_or_element_set(self, section: Section) -> None:
         self.scope.extend(section.keyword, section.options.get(section.keyword), [read_members(section)])
+
+    def surface(self, section: Section) -> None:
+        if section.options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+            for side, member in read_sides(section):
+                self.scope.extend(SURFACE + side, section.options.get("NAME"), [member])
 
     def system(self, section: Section) -> None:
         self.scope.frame = read_system(section.data)

@@ -14,7 +14,8 @@ from .lines import Section, split_fields
 __all__ = ["LabelIndex", "SetKey", "SetMember", "WorkLimit", "read_members", "resolve"]
 
 Ints = NDArray[np.int64]
-SetKey = tuple[int, str, str]  # number of the member of the mesh, "NSET" or "ELSET", name in capitals
+# Number of the member of the mesh; "NSET", "ELSET", or "SURFACE" with a side; name in capitals.
+SetKey = tuple[int, str, str]
 
 
 @dataclass(frozen=True, eq=False)

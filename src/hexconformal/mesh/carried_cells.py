@@ -1,0 +1,72 @@
+"""Cells of lower dimension that a mesh carries along beside its hexahedra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CarriedCells", "telling_tags"]
+
+Ints = NDArray[np.int64]
+
+# Arrays on cells that tell surfaces and curves apart, those of the geometry first.
+_TAGS = (
+    *("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "nastran:ref", "cell_tags"),
+    *("tags", "tag", "surface"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedCells:
+    """Cells with the same number of corners: vertices, lines, triangles or quadrilaterals.
+
+    Attributes
+    ----------
+    nodes
+        (k, j) their corners.
+    arrays
+        (k,) values by name.
+    sets
+        Masks (k,) by the name of a set or group.
+    """
+
+    nodes: Ints
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    sets: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+
+
+def telling_tags(cells: CarriedCells, rows: Ints) -> tuple[str, Ints] | None:
+    """The first array of integers with a name that stands for tags, and with more than one value.
+
+    Looked for are ``gmsh:geometrical``, ``CellEntityIds``, ``gmsh:physical``, ``medit:ref``, ``cell_tags`` and the
+    like.
+
+    Parameters
+    ----------
+    cells
+        What the mesh carries.
+    rows
+        (r,) the cells that are looked at.
+
+    Returns
+    -------
+    The name, and (r,) values; None if there is none.
+
+    Examples
+    --------
+    >>> cells = CarriedCells(np.zeros((2, 4), int), {"gmsh:geometrical": np.array([5, 5]), "tag": np.array([3, 4])})
+    >>> telling_tags(cells, np.array([0, 1]))
+    ('tag', array([3, 4]))
+    """
+    for name in _TAGS:
+        values = cells.arrays.get(name)
+        if values is None or len(rows) == 0 or values.ndim != 1 or not np.array_equal(values, np.rint(values)):
+            continue
+        tags = values[rows].astype(np.int64)
+        if (tags != tags[0]).any():
+            return name, tags
+    return None
