@@ -8,7 +8,7 @@ from .arrays import checked_cells, checked_data, checked_points, read_only
 from .edges import face_edges, unique_edges
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
-from .regions import Regions, find_regions, interface_quads
+from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, interface_quads
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
@@ -21,6 +21,8 @@ from .topology import (
 )
 
 __all__ = [
+    "REGION_ARRAYS",
+    "SURFACE_ARRAYS",
     "FaceTable",
     "HexMesh",
     "NormalizedMesh",

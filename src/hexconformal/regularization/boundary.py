@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, first_names
+from ..common import MeshError
 from ..formulation import Schedules
 from ..geometry import DistanceBarrier, Features, SurfaceLocator, find_features, kept_edges, surface_tags
 from ..io import read_surface
@@ -127,9 +127,8 @@ def _interface_normals(normalized: NormalizedMesh, options: Options) -> tuple[Fi
     edges = np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2)
     sums = planar_normal_sums(normalized.points, quads[(edges > 0.0).all(axis=1)])
     free = count_free_directions(sums)[np.unique(quads)]
-    what = f"{len(regions.names)} regions ({regions.source}: {first_names(list(regions.names))})"
     nodes = f"{int((free > 0).sum())} nodes slide in them, {int((free == 0).sum())} stay"
-    return sums, (f"interfaces: {what}, {len(quads)} faces between them are kept: {nodes}",)
+    return sums, (f"interfaces: {regions}, {len(quads)} faces between them are kept: {nodes}",)
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:
