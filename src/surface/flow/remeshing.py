@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hexconformal.common import MeshError, options_from
 
+from ..constraint import find_interfaces
 from ..mesh import Floats, SurfaceMesh
 from ..remeshing import Options, Remeshing
 
@@ -33,13 +34,21 @@ class Remesher:
         Fields of :class:`surface.Options` that differ from the defaults for flows.
     early_iterations
         While the mesh of the input is improved.
+
+    Attributes
+    ----------
+    notes
+        What is kept, in words.
     """
 
     def __init__(
         self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any], early_iterations: int
     ) -> None:
         self._mesh = mesh
-        self._options = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
+        given = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
+        found = find_interfaces(mesh, given.interfaces)
+        self.notes = () if found is None else (found.note,)
+        self._options = replace(given, interfaces="ignore" if found is None else found.regions.labels)
         self._mean = replace(self._options, emphasis="mean")
         self._early = replace(self._mean, max_iterations=max(self._options.max_iterations, early_iterations))
 
