@@ -51,9 +51,10 @@ class InputSurface:
     """
 
     def __init__(self, points: Floats, cells: Faces, interfaces: Interfaces | None = None) -> None:
-        self._points, self._cells, self._interfaces = points, cells, interfaces
+        self._points, self._cells = points, cells
+        interfaces = Interfaces() if interfaces is None else interfaces
         # An edge is a triangle that has one of its nodes twice.
-        lines = np.empty((0, 3), np.int64) if interfaces is None else interfaces.edges[:, [0, 1, 1]]
+        lines, self._beside_lines = interfaces.edges[:, [0, 1, 1]], interfaces.sides
         self._lines = SurfaceLocator(points, lines) if len(lines) else None
         self._tolerance = _TOLERANCE * float(np.linalg.norm(np.ptp(points[cells.nodes()], axis=0)))
         vertices, self._faces, self._owners = fan_triangles(points, cells)
@@ -131,15 +132,15 @@ class InputSurface:
         return np.asarray(bad | over | self._beside_lines_beyond(points, bound))
 
     def _beside_lines_beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
-        """(m,) cells beside lines between regions that are farther than `bound` from those of the input, or uncover them.
+        """(m,) cells beside lines that are farther than `bound` from those of the input, or leave them uncovered.
 
         There are few edges of lines, so they are measured between all places at once.
         """
         result = np.zeros(len(self._cells), dtype=bool)
-        if self._lines is not None and self._interfaces is not None:
+        if self._lines is not None:
             moved, own = SurfaceLocator(points, self._lines.faces), np.arange(len(self._lines.faces))
             beyond = faces_beyond(moved, self._lines, bound, (own, own), self._tolerance)
-            result[self._interfaces.sides[beyond]] = True
+            result[self._beside_lines[beyond]] = True
         return result
 
     def accept(self) -> None:

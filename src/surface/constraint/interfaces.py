@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from hexconformal.geometry import Faces, edge_table
+from hexconformal.geometry import edge_table
 from hexconformal.mesh import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions
 
 from ..mesh import Ints, SurfaceMesh
 
 __all__ = ["Interfaces", "find_interfaces"]
+
+
+def _no_edges() -> Ints:
+    return np.empty((0, 2), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,33 +26,23 @@ class Interfaces:
     Attributes
     ----------
     regions
-        The regions.
+        The regions; None where there is one.
     edges, sides
         (k, 2) nodes of these edges, and the two cells beside each.
     """
 
-    regions: Regions
-    edges: Ints
-    sides: Ints
+    regions: Regions | None = None
+    edges: Ints = field(default_factory=_no_edges)
+    sides: Ints = field(default_factory=_no_edges)
 
-    @classmethod
-    def between(cls, regions: Regions, cells: Faces) -> Interfaces:
-        """Those of a surface whose regions are known."""
-        table = edge_table(cells)
-        different = regions.labels[table.sides[:, 0]] != regions.labels[table.sides[:, 1]]
-        return cls(regions, table.nodes[table.manifold[different]], table.sides[different])
-
-    @property
-    def note(self) -> str:
-        """What is kept, in words."""
-        return (
-            f"interfaces: {self.regions}, {len(self.edges)} edges between them are kept: nodes slide along them, and "
-            "stay where they meet or turn sharply"
-        )
+    def notes(self, what: str) -> tuple[str, ...]:
+        """What becomes of them, in words; empty where there are none."""
+        found = f"interfaces: {self.regions}, {len(self.edges)} edges between them {what}"
+        return (found,) if len(self.edges) else ()
 
 
-def find_interfaces(mesh: SurfaceMesh, interfaces: Any = "auto") -> Interfaces | None:
-    """The lines between the regions of a surface; None where none are asked for, or there are none.
+def find_interfaces(mesh: SurfaceMesh, interfaces: Any = "auto") -> Interfaces:
+    """The lines between the regions of a surface.
 
     Parameters
     ----------
@@ -70,5 +64,8 @@ def find_interfaces(mesh: SurfaceMesh, interfaces: Any = "auto") -> Interfaces |
     array([[0, 2]])
     """
     regions = find_regions(mesh, interfaces, (*REGION_ARRAYS, *SURFACE_ARRAYS))
-    found = None if regions is None else Interfaces.between(regions, mesh.cells)
-    return found if found is not None and len(found.edges) else None
+    if regions is None:
+        return Interfaces()
+    table = edge_table(mesh.cells)
+    different = regions.labels[table.sides[:, 0]] != regions.labels[table.sides[:, 1]]
+    return Interfaces(regions, table.nodes[table.manifold[different]], table.sides[different])

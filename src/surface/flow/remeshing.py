@@ -13,6 +13,7 @@ from hexconformal.common import MeshError, options_from
 
 from ..constraint import find_interfaces
 from ..mesh import Floats, SurfaceMesh
+from ..quality import held_nodes
 from ..remeshing import Options, Remeshing
 
 __all__ = ["Remesher"]
@@ -47,8 +48,11 @@ class Remesher:
         self._mesh = mesh
         given = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
         found = find_interfaces(mesh, given.interfaces)
-        self.notes = () if found is None else (found.note,)
-        self._options = replace(given, interfaces="ignore" if found is None else found.regions.labels)
+        self.notes = found.notes("go where the flow takes them: remeshing holds their nodes")
+        # Sliding cuts the corners of a line, a little every time: over a run the line would go astray.
+        held = held_nodes(mesh, given.fixed)
+        held[found.edges] = True
+        self._options = replace(given, fixed=held)
         self._mean = replace(self._options, emphasis="mean")
         self._early = replace(self._mean, max_iterations=max(self._options.max_iterations, early_iterations))
 

@@ -57,7 +57,7 @@ class RemeshingProblem:
     eps: float
     normal: str
     bound: float | None
-    interfaces: Interfaces | None = None
+    interfaces: Interfaces = field(default_factory=Interfaces)
     schedule: ProblemSchedule = field(default_factory=ProblemSchedule)
 
     def __post_init__(self) -> None:

@@ -72,10 +72,8 @@ class Remeshing:
         self._schedules = Schedules() if schedules is None else schedules
         self.mesh: SurfaceMesh = as_surface_mesh(mesh)
         self.history: list[Record] = []
-        self._notes = list(require_sound(self.mesh))
-        self._interfaces = find_interfaces(self.mesh, self.options.interfaces)
-        if self._interfaces is not None:
-            self._notes.append(self._interfaces.note)
+        sound, self._interfaces = require_sound(self.mesh), find_interfaces(self.mesh, self.options.interfaces)
+        self._notes = [*sound, *self._interfaces.notes("are kept: nodes slide along them, corners and junctions stay")]
         self._reason, self._converged = "interrupted before it began", False
         cells = self.mesh.cells
         # Coordinates of the run have their origin near the mesh, and edges of unit length on average.
@@ -93,9 +91,8 @@ class Remeshing:
     def _make_problem(self) -> RemeshingProblem:
         options, cells, x, schedule = self.options, self.mesh.cells, self._start, self._schedules.problem
         angle = options.feature_angle if options.feature_edges is None else None
-        fixed = held_nodes(self.mesh, options.fixed)
-        lines = None if self._interfaces is None else self._interfaces.edges
-        features = find_features(x, cells, angle, options.feature_edges, fixed | self._held, options.boundary, lines)
+        fixed, lines = held_nodes(self.mesh, options.fixed) | self._held, self._interfaces
+        features = find_features(x, cells, angle, options.feature_edges, fixed, options.boundary, lines.edges)
         shapes = target_shapes(options.target, x, cells)
         energy: SurfaceEnergy
         if options.energy == "barrier":
@@ -108,9 +105,7 @@ class Remeshing:
         # A copy for the records, since the run adapts its own in every iteration.
         self._recorded_energy = copy(energy)
         bound = schedule.bound_margin * options.hausdorff * self._diagonal if options.project else None
-        return RemeshingProblem(
-            x, cells, features, energy, options.eps, options.normal, bound, self._interfaces, schedule
-        )
+        return RemeshingProblem(x, cells, features, energy, options.eps, options.normal, bound, lines, schedule)
 
     @property
     def points(self) -> Floats:

@@ -77,7 +77,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--remesh", type=int, nargs="?", const=1, default=0, metavar="K", help="before every step, or every K-th"
     )
     mesh.add_argument("--remesh-below", type=float, metavar="DEGREES", help="where an angle is smaller than this")
-    add_interfaces(mesh, "lines between regions, along which alone it moves nodes")
+    add_interfaces(mesh, "lines between regions, whose nodes it holds")
     group = parser.add_argument_group("outputs")
     group.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     group.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
