@@ -9,6 +9,7 @@ from program import run
 import surface
 from hexconformal import OptionError
 from surface.constraint import find_interfaces
+from surface.io import from_vtk, to_vtk
 from surface.mesh import SurfaceMesh
 
 SPHERES = {
@@ -202,3 +203,21 @@ def test_the_command_line_keeps_those_of_an_array(tmp_path, capsys, monkeypatch)
     assert distance_of_lines(surface.read("b.vtu").points, mesh.points, line_of(mesh)) < bound
     assert run("remesh a.vtu c.vtu --max-iterations 1") == 0
     assert "interfaces" not in capsys.readouterr().out
+
+
+def test_regions_of_plain_vtk_are_found_and_its_arrays_stay():
+    points, cells = SPHERES["both"]()
+    faces = np.concatenate(
+        [np.insert(cells.quads, 0, 4, axis=1).ravel(), np.insert(cells.triangles, 0, 3, axis=1).ravel()]
+    )
+    source = pv.PolyData(points, faces, lines=[2, 0, 1])
+    height = source.cell_centers().points[:, 2]
+    source.cell_data["material"], source.cell_data["height"] = (height > 0.1).astype(np.int32), height
+    mesh = from_vtk(source)
+    expected = find_interfaces(surface.as_surface_mesh(source))
+    assert len(expected.edges) > 10
+    np.testing.assert_array_equal(find_interfaces(mesh).edges, expected.edges)
+    after = pv.wrap(to_vtk(source, mesh))
+    assert after["material"].dtype == np.int32
+    for name in ("material", "height"):
+        np.testing.assert_array_equal(after[name], source[name])
