@@ -32,7 +32,7 @@ CALLS = [
     *[(lambda **o: hc.regularize(HEXAHEDRA, **{"max_iterations": 1, **o}), name) for name in names(hc.Options)],
     *[(lambda **o: surface.remesh(FAN, **{"max_iterations": 1, **o}), name) for name in names(surface.Options)],
     *[(flow, name) for name in names(surface.Stepping)],
-    *[(motion, name) for name in ("moving", "fixed", "target", "operator", "energy_tolerance")],
+    *[(motion, name) for name in ("moving", "fixed", "target", "operator", "energy_tolerance", "interfaces")],
     (lambda displacement: motion().step(displacement), "displacement"),
     (lambda dt: motion().step(np.zeros((len(LID), 3)), dt), "dt"),
     *[(lambda **o: list(surface.evolve(surface.MeanCurvature(FAN, **o), steps=1)), n) for n in ("conserve", "fixed")],

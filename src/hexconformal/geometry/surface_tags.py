@@ -5,17 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import HexMesh
+from ..mesh import SURFACE_ARRAYS, HexMesh
 
 __all__ = ["surface_tags"]
 
 Ints = NDArray[np.int64]
-
-
-_TAGS = (
-    *("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "nastran:ref", "cell_tags"),
-    *("tags", "tag", "surface"),
-)
 
 
 def surface_tags(mesh: HexMesh, quads: Ints) -> Ints | None:
@@ -35,7 +29,7 @@ def surface_tags(mesh: HexMesh, quads: Ints) -> Ints | None:
     -------
     (q,) integers, -1 on quads that the mesh does not carry; None if there are no tags, or all are the same.
     """
-    for name in _TAGS:
+    for name in SURFACE_ARRAYS:
         carried = _carried(mesh, name)
         if carried is None or len(carried[0]) == 0:
             continue

@@ -57,6 +57,17 @@ class PyvistaOrigin:
         return grid
 
     @property
+    def cell_groups(self) -> dict[str, NDArray[np.bool_]]:
+        """Masks (m,) of the selected cells in the groups of the file, by name."""
+        groups = {}
+        for name, runs in ({} if self.file is None else self.file.cell_groups).items():
+            inside = np.zeros(self.source.n_cells, dtype=bool)
+            for run in runs:
+                inside[run.start : run.stop] = True
+            groups[name] = inside[self.selection.rows]
+        return groups
+
+    @property
     def node_groups(self) -> NodeGroups:
         """Nodes by the names of cell arrays, and of groups of cells in the file."""
         grid = self.source.cast_to_unstructured_grid()

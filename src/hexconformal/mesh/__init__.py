@@ -10,7 +10,7 @@ from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded
 from .hex_mesh import HexMesh
 from .normalized_mesh import NormalizedMesh
-from .regions import Regions, find_regions, interface_quads
+from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, interface_quads
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
@@ -23,6 +23,8 @@ from .topology import (
 )
 
 __all__ = [
+    "REGION_ARRAYS",
+    "SURFACE_ARRAYS",
     "CarriedCells",
     "Embedded",
     "FaceTable",

@@ -9,15 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .regions import SURFACE_ARRAYS
+
 __all__ = ["CarriedCells", "telling_tags"]
 
 Ints = NDArray[np.int64]
-
-# Arrays on cells that tell surfaces and curves apart, those of the geometry first.
-_TAGS = (
-    *("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "nastran:ref", "cell_tags"),
-    *("tags", "tag", "surface"),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +58,7 @@ def telling_tags(cells: CarriedCells, rows: Ints) -> tuple[str, Ints] | None:
     >>> telling_tags(cells, np.array([0, 1]))
     ('tag', array([3, 4]))
     """
-    for name in _TAGS:
+    for name in SURFACE_ARRAYS:
         values = cells.arrays.get(name)
         if values is None or len(rows) == 0 or values.ndim != 1 or not np.array_equal(values, np.rint(values)):
             continue

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..common import OptionError, array_of_numbers, first_names
-from .hex_mesh import HexMesh
 from .topology import face_table
 
-__all__ = ["Regions", "find_regions", "interface_quads"]
+__all__ = ["REGION_ARRAYS", "SURFACE_ARRAYS", "Regions", "find_regions", "interface_quads"]
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 # Arrays on cells that tell regions apart, those with the plainest names first; their case does not matter.
-_NAMES = (
+REGION_ARRAYS = (
     *("material", "materials", "materialids", "material_id", "region", "regions", "part", "parts", "block", "blocks"),
     *("subdomain", "domain", "attribute", "gmsh:physical", "medit:ref", "nastran:ref", "cell_tags"),
+)
+# Arrays on faces that tell surfaces apart, those of the geometry first.
+SURFACE_ARRAYS = (
+    *("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "nastran:ref", "cell_tags"),
+    *("tags", "tag", "surface"),
 )
 _MANY = 0.5  # values per cell from which on an array numbers cells, not regions
 
@@ -44,18 +48,38 @@ class Regions:
     names: tuple[str, ...]
     source: str
 
+    def __str__(self) -> str:
+        return f"{len(self.names)} regions ({self.source}: {first_names(list(self.names))})"
 
-def find_regions(mesh: HexMesh, interfaces: Any = "auto") -> Regions | None:
+
+class Tagged(Protocol):
+    """A mesh with arrays on its cells, and sets of them, as volumes and surfaces are."""
+
+    @property
+    def cells(self) -> Sized:
+        """The cells."""
+
+    @property
+    def cell_data(self) -> Mapping[str, NDArray[Any]]:
+        """Arrays by name, first axis m."""
+
+    def cell_groups(self) -> Mapping[str, Mask]:
+        """Masks (m,) of the cells in sets, by name."""
+
+
+def find_regions(mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = REGION_ARRAYS) -> Regions | None:
     """The regions of a mesh, from what it carries.
 
     Parameters
     ----------
     mesh
-        The mesh.
+        The mesh, a volume or a surface.
     interfaces
         "auto": the first array on cells with a name that stands for regions (material, region, part, block,
         gmsh:physical and the like) and more than one value, else the cell sets of the file as far as they do not
         overlap; "ignore": none; the name of an array; or (m,) integers.
+    names
+        Those that stand for regions.
 
     Returns
     -------
@@ -68,24 +92,27 @@ def find_regions(mesh: HexMesh, interfaces: Any = "auto") -> Regions | None:
 
     Examples
     --------
+    >>> from hexconformal import HexMesh
     >>> from hexconformal.generate import box
     >>> mesh = HexMesh(*box((2, 1, 1)), cell_data={"material": np.array([7, 3])})
     >>> regions = find_regions(mesh)
     >>> regions.labels, regions.names, regions.source
     (array([1, 0]), ('3', '7'), "array 'material'")
+    >>> print(regions)
+    2 regions (array 'material': 3, 7)
     """
     if isinstance(interfaces, str):
         if interfaces == "ignore":
             return None
         if interfaces == "auto":
             known = {name.lower(): name for name in mesh.cell_data}
-            given = [known[name] for name in _NAMES if name in known]
+            given = [known[name.lower()] for name in names if name.lower() in known]
             found = (_of_values(mesh.cell_data[name], f"array {name!r}") for name in given)
             return next((regions for regions in found if regions is not None), None) or _of_sets(mesh.cell_groups())
         if interfaces not in mesh.cell_data:
-            names = first_names(list(mesh.cell_data)) if mesh.cell_data else "none"
+            there = first_names(list(mesh.cell_data)) if mesh.cell_data else "none"
             raise OptionError(
-                f"interfaces must be 'auto', 'ignore' or an array on cells, not {interfaces!r}; there are: {names}"
+                f"interfaces must be 'auto', 'ignore' or an array on cells, not {interfaces!r}; there are: {there}"
             )
         return _given(mesh.cell_data[interfaces], len(mesh.cells), f"array {interfaces!r}")
     return _given(interfaces, len(mesh.cells), "given")

@@ -4,9 +4,10 @@ Belongs here: MeshMotion, the extension of displacements, and runs by a table. I
 `mesh`, `energy`, `io`, `geometry`, `quality`, `runs` and `solver`.
 """
 
-from .mesh_motion import MeshMotion, MotionReport, MotionStep
+from .mesh_motion import MeshMotion
 from .motion_run import MotionRun
 from .motion_table import read_motion
+from .report import MotionReport, MotionStep
 from .schedule import MotionSchedule
 
 __all__ = [

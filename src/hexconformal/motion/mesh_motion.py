@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,69 +33,17 @@ from ..solver import (
     line_normal_sums,
     planar_normal_sums,
 )
+from .carried_interfaces import CarriedInterfaces
 from .extension import EXTENSIONS
+from .report import MotionReport, MotionStep
 from .schedule import MotionSchedule
 
-__all__ = ["MeshMotion", "MotionReport", "MotionStep"]
+__all__ = ["MeshMotion"]
 
 Field = NDArray[np.float64]
 
 OPERATORS = ("conformal", *EXTENSIONS)
 TARGETS = ("input", "current")
-
-
-@dataclass(frozen=True)
-class MotionReport:
-    """Report of a step.
-
-    Attributes
-    ----------
-    reached
-        Share of the step that was made, 1 unless it was refused.
-    substeps, iterations
-        Work done.
-    min_scaled_jacobian, mean_scaled_jacobian
-        Of the corners of the cells, after the step.
-    blocked
-        Cells that would be inverted by going on; empty unless the step was refused.
-    reason
-        Reason of a refusal, in words; "" otherwise.
-    seconds
-        Wall time.
-    """
-
-    reached: float
-    substeps: int
-    iterations: int
-    min_scaled_jacobian: float
-    mean_scaled_jacobian: float
-    blocked: NDArray[np.int64]
-    reason: str
-    seconds: float
-
-    @property
-    def refused(self) -> bool:
-        """True where the boundary could not go all the way."""
-        return self.reached < 1.0
-
-
-@dataclass(frozen=True)
-class MotionStep:
-    """A mesh that has moved.
-
-    Attributes
-    ----------
-    points
-        (n, 3) all of them, in their old order.
-    velocity
-        (n, 3) displacement of this step over its time, equation (28); None where no time was given.
-    report
-        Share of the step that was made, quality, and why it was refused.
-    """
-
-    points: Field
-    velocity: Field | None
-    report: MotionReport
 
 
 class MeshMotion:
@@ -124,6 +71,13 @@ class MeshMotion:
         "elastic" extend the displacement by a linear problem, as is usual, and may end early.
     energy_tolerance
         Stop where a further iteration would lower the energy by less than this, relatively.
+    interfaces
+        Faces between regions, which move as the displacement is extended, not to where cells are best: "auto", where an
+        array on cells changes that stands for regions (material, region, part, gmsh:physical and the like), or else
+        between the cell sets of the file as far as they do not overlap; "ignore"; the name of an array; or (m,)
+        integers. Their nodes follow the harmonic extension of the displacement from the initial mesh, so that they are
+        in one place for one displacement; those among `moving` go where they are told. A linear operator moves them
+        itself.
     schedule
         Other tuned numbers than those the benchmarks were made with.
 
@@ -160,6 +114,7 @@ class MeshMotion:
         target: str = "input",
         operator: str = "conformal",
         energy_tolerance: float = 1e-6,
+        interfaces: Any = "auto",
         schedule: MotionSchedule | None = None,
     ) -> None:
         self._schedule = schedule = MotionSchedule() if schedule is None else schedule
@@ -186,8 +141,13 @@ class MeshMotion:
         # Both sides of a slit lie in one plane, in which its front must not slide.
         edges = kept_edges(normalized.points, normalized.quads, normalized.cells)
         sums += line_normal_sums(normalized.points, edges)
-        self._admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
+        admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
         linear = operator != "conformal"
+        self._interfaces = CarriedInterfaces(
+            normalized, admissible, self.moving, interfaces, linear, schedule.linear_tolerance
+        )
+        self.notes += self._interfaces.notes
+        self._admissible = admissible.with_held(self._interfaces.nodes)
         self._extension = EXTENSIONS[operator if linear else "harmonic"](
             normalized, self._admissible, schedule.linear_tolerance if linear else schedule.guess_tolerance
         )
@@ -199,6 +159,11 @@ class MeshMotion:
     def options(self) -> str:
         """Operator, target and tolerance, in words."""
         return f"{self._operator}, {self._target}, {self._energy_tolerance:g}"
+
+    @property
+    def carried(self) -> NDArray[np.int64]:
+        """Ids of the nodes of interfaces that follow the extension of the displacement."""
+        return self._interfaces.nodes
 
     @property
     def points(self) -> Field:
@@ -296,20 +261,17 @@ class MeshMotion:
         normalized = self._normalized
         if self._target == "input" and not prescribed.any():
             return normalized.points, 0
-        if self._operator == "harmonic":
-            guess = self._extended(normalized.points, prescribed)
-        else:
-            guess = self._extended(self._points, prescribed - self._prescribed)
+        linear = self._operator == "harmonic"
+        points, since = (normalized.points, 0.0) if linear else (self._points, self._prescribed)
+        carried = self._interfaces.nodes
+        field = np.zeros_like(points)
+        field[self.moving] = prescribed - since
+        field[carried] = self._interfaces.places(prescribed) - points[carried]
+        guess = points + self._extension(field, points)
         bad = ~is_valid(guess, normalized.cells)
         if bad.any():
             return np.flatnonzero(bad)
         return self._minimize(guess, tolerance) if self._operator == "conformal" else (guess, 1)
-
-    def _extended(self, points: Field, change: Field) -> Field:
-        """The points moved by a linear extension of the change of the boundary."""
-        field = np.zeros_like(points)
-        field[self.moving] = change
-        return points + self._extension(field, points)
 
     def _minimize(self, points: Field, tolerance: float) -> tuple[Field, int]:
         cells = self._normalized.cells

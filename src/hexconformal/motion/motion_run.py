@@ -23,7 +23,7 @@ __all__ = ["MotionRecord", "MotionRun"]
 
 @dataclass(frozen=True)
 class MotionRecord:
-    """A step in a row of the history; see :class:`hexconformal.motion.mesh_motion.MotionReport`."""
+    """A step in a row of the history; see :class:`hexconformal.motion.MotionReport`."""
 
     step: int
     time: float
@@ -78,7 +78,8 @@ class MotionRun:
     def fingerprint(self) -> str:
         """Digest of what a resumed run must have the same: mesh, nodes and options."""
         motion = self._motion
-        return run_fingerprint(motion.options, (motion.mesh.points, motion.mesh.cells, motion.moving, motion.held))
+        mesh = motion.mesh
+        return run_fingerprint(motion.options, (mesh.points, mesh.cells, motion.moving, motion.held, motion.carried))
 
     def __iter__(self) -> Iterator[RunState]:
         if not self._resumed:

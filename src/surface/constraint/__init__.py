@@ -6,6 +6,7 @@ Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `h
 
 from .features import find_features, held_projectors
 from .input_surface import InputSurface
+from .interfaces import Interfaces, find_interfaces
 from .saddle_point import NORMALS, ConstrainedSystem, constrained_system
 from .smooth_projection import SmoothProjection
 
@@ -13,8 +14,10 @@ __all__ = [
     "NORMALS",
     "ConstrainedSystem",
     "InputSurface",
+    "Interfaces",
     "SmoothProjection",
     "constrained_system",
     "find_features",
+    "find_interfaces",
     "held_projectors",
 ]

@@ -21,7 +21,7 @@ from hexconformal.geometry import (
     unit_vectors,
 )
 
-from ..mesh import Floats
+from ..mesh import Floats, Ints
 
 __all__ = ["curve_tangents", "find_features", "held_projectors"]
 
@@ -33,6 +33,7 @@ def find_features(
     edges: ArrayLike | None = None,
     fixed: NDArray[np.bool_] | None = None,
     boundary: str = "slide",
+    interfaces: Ints | None = None,
 ) -> Features:
     """Find the feature curves and corners.
 
@@ -49,6 +50,8 @@ def find_features(
         (n,) nodes that stay.
     boundary
         "slide": nodes of open boundaries move along them, "fixed": they stay.
+    interfaces
+        (k, 2) edges between regions, which are feature edges, too.
 
     Raises
     ------
@@ -71,8 +74,9 @@ def find_features(
         stops |= fixed
     if angle is not None:
         sharp |= find_creases(points, cells, table, angle)
-    if edges is not None:
-        sharp |= _given(table, edges, len(points))
+    for given in (edges, interfaces):
+        if given is not None:
+            sharp |= _given(table, given, len(points))
     return Features.along(points, cells, table, np.flatnonzero(sharp), stops)
 
 

@@ -19,6 +19,7 @@ from hexconformal.geometry import (
 from hexconformal.mesh import corner_incidences
 
 from ..mesh import Floats, Ints
+from .interfaces import Interfaces
 
 __all__ = ["InputSurface", "corner_normals"]
 
@@ -37,6 +38,9 @@ class InputSurface:
     ----------
     points, cells
         The input.
+    interfaces
+        Lines between its regions, to measure those of others against: on a smooth surface nothing else tells where they
+        are.
 
     Attributes
     ----------
@@ -46,8 +50,12 @@ class InputSurface:
         Whether at least one is that turns over because it comes closer to another sheet of the input than to its own.
     """
 
-    def __init__(self, points: Floats, cells: Faces) -> None:
+    def __init__(self, points: Floats, cells: Faces, interfaces: Interfaces | None = None) -> None:
         self._points, self._cells = points, cells
+        interfaces = Interfaces() if interfaces is None else interfaces
+        # An edge is a triangle that has one of its nodes twice.
+        lines, self._beside_lines = interfaces.edges[:, [0, 1, 1]], interfaces.sides
+        self._lines = SurfaceLocator(points, lines) if len(lines) else None
         self._tolerance = _TOLERANCE * float(np.linalg.norm(np.ptp(points[cells.nodes()], axis=0)))
         vertices, self._faces, self._owners = fan_triangles(points, cells)
         self._surface = SurfaceLocator(vertices, self._faces)
@@ -77,14 +85,18 @@ class InputSurface:
         self._turned = self._accepted_turned = np.zeros(len(cells), dtype=bool)
 
     def hausdorff(self, points: Floats) -> float:
-        """Hausdorff distance of a surface from the input, both ways."""
-        return hausdorff(points, self._points, self._cells, self._tolerance, relative=_ACCURACY)
+        """Hausdorff distance of a surface from the input, both ways, and of the lines between its regions."""
+        of_surface = hausdorff(points, self._points, self._cells, self._tolerance, relative=_ACCURACY)
+        if self._lines is None:
+            return of_surface
+        return max(of_surface, hausdorff(points, self._points, self._lines.faces, self._tolerance, relative=_ACCURACY))
 
     def cells_beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
-        """(m,) cells with places farther than `bound` from the input, or closest to such places of it."""
+        """(m,) cells with places farther than `bound` from the input, or closest to such places of it; lines alike."""
         own = np.arange(len(self._cells))
         moved, given = (SurfaceLocator(x, self._cells.table) for x in (points, self._points))
-        return faces_beyond(moved, given, bound, (own, own), self._tolerance)
+        beyond = faces_beyond(moved, given, bound, (own, own), self._tolerance)
+        return np.asarray(beyond | self._beside_lines_beyond(points, bound))
 
     def cells_out_of_bounds(self, points: Floats, bound: float, still: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(m,) cells with centres or nodes farther than `bound` from the input, or closest to a part that is uncovered.
@@ -117,7 +129,19 @@ class InputSurface:
         over = self._turned & ~self._accepted_turned
         if not self.forbid_turning:
             over = self._on_other_sheets(points, over) if self.forbid_sheet_change else np.zeros_like(over)
-        return np.asarray(bad | over)
+        return np.asarray(bad | over | self._beside_lines_beyond(points, bound))
+
+    def _beside_lines_beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
+        """(m,) cells beside lines that are farther than `bound` from those of the input, or leave them uncovered.
+
+        There are few edges of lines, so they are measured between all places at once.
+        """
+        result = np.zeros(len(self._cells), dtype=bool)
+        if self._lines is not None:
+            moved, own = SurfaceLocator(points, self._lines.faces), np.arange(len(self._lines.faces))
+            beyond = faces_beyond(moved, self._lines, bound, (own, own), self._tolerance)
+            result[self._beside_lines[beyond]] = True
+        return result
 
     def accept(self) -> None:
         """Go on from the surface that was measured last."""

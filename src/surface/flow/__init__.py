@@ -8,7 +8,8 @@ One loop::
     for moment in surface.evolve(flow, steps=200, remesh=True):
         print(moment.record.energy)
 
-Imports `hexconformal.common`, `hexconformal.geometry`, `hexconformal.runs`, `mesh`, `io`, `quality` and `remeshing`.
+Imports `hexconformal.common`, `hexconformal.geometry`, `hexconformal.runs`, `mesh`, `io`, `quality`,
+`constraint` and `remeshing`.
 """
 
 from .checkpoint import FlowRun, load, save

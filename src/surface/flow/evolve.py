@@ -82,6 +82,8 @@ class Evolution:
         self._conserved = Conserved(flow.conserve, self._surface)
         self._first_area = self._surface.area
         self._remesher = Remesher(self.mesh, self._fixed, stepping.remesh_options, self._schedule.early_iterations)
+        if stepping.remesh or stepping.remesh_below is not None:
+            self.notes += self._remesher.notes
         self.history: list[Record] = []
         self._resumed = False
         self.reason = "not begun"

@@ -40,7 +40,8 @@ class Stepping:
     remesh_below
         Remesh where an angle is below this, degrees.
     remesh_options
-        Fields of :class:`surface.Options` for the remeshing.
+        Fields of :class:`surface.Options` for the remeshing. Lines between regions (`interfaces`) go where the flow
+        takes them: remeshing holds their nodes.
 
     Raises
     ------

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from hexconformal.common import MeshError, options_from
 
+from ..constraint import find_interfaces
 from ..mesh import Floats, SurfaceMesh
+from ..quality import held_nodes
 from ..remeshing import Options, Remeshing
 
 __all__ = ["Remesher"]
@@ -33,13 +35,24 @@ class Remesher:
         Fields of :class:`surface.Options` that differ from the defaults for flows.
     early_iterations
         While the mesh of the input is improved.
+
+    Attributes
+    ----------
+    notes
+        What is kept, in words.
     """
 
     def __init__(
         self, mesh: SurfaceMesh, fixed: NDArray[np.bool_], options: Mapping[str, Any], early_iterations: int
     ) -> None:
         self._mesh = mesh
-        self._options = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
+        given = options_from(Options, {**_DEFAULTS, "fixed": fixed, **options})
+        found = find_interfaces(mesh, given.interfaces)
+        self.notes = found.notes("go where the flow takes them: remeshing holds their nodes")
+        # Sliding cuts the corners of a line, a little every time: over a run the line would go astray.
+        held = held_nodes(mesh, given.fixed)
+        held[found.edges] = True
+        self._options = replace(given, fixed=held)
         self._mean = replace(self._options, emphasis="mean")
         self._early = replace(self._mean, max_iterations=max(self._options.max_iterations, early_iterations))
 

@@ -20,6 +20,8 @@ _ADVICE = "make triangles of them first (Triangulate in ParaView)"
 def from_vtk(polydata: Any) -> SurfaceMesh:
     """Take in a vtkPolyData of triangles and quadrilaterals; vertices and lines stay behind, for :func:`to_vtk`.
 
+    Of its arrays only those of integers on cells are taken in, which may tell regions apart.
+
     Raises
     ------
     MeshError
@@ -34,6 +36,8 @@ def from_vtk(polydata: Any) -> SurfaceMesh:
     before = polydata.GetNumberOfVerts() + polydata.GetNumberOfLines()
     if polydata.GetNumberOfStrips():
         raise MeshError(f"strips of triangles: {polydata.GetNumberOfStrips()}; {_ADVICE}")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
     offsets, nodes = cell_table(polydata.GetPolys())
     sizes = np.diff(offsets)
     other = np.flatnonzero((sizes != 3) & (sizes != 4))
@@ -41,7 +45,12 @@ def from_vtk(polydata: Any) -> SurfaceMesh:
         raise MeshError(f"polygons that are no triangles or quadrilaterals: {first_ids(other + before)}; {_ADVICE}")
     places = [np.flatnonzero(sizes == k) for k in (3, 4)]
     tables = [nodes[offsets[rows][:, None] + np.arange(k)] for rows, k in zip(places, (3, 4), strict=True)]
-    return SurfaceMesh(points_of(polydata), Faces(*tables), rows=np.concatenate(places) + before)
+    rows = np.concatenate(places) + before
+    data = polydata.GetCellData()
+    arrays = (data.GetArray(number) for number in range(data.GetNumberOfArrays()))
+    tags = {array.GetName(): vtk_to_numpy(array)[rows] for array in arrays if array is not None and array.GetName()}
+    whole = {name: values for name, values in tags.items() if values.ndim == 1 and values.dtype.kind in "iu"}
+    return SurfaceMesh(points_of(polydata), Faces(*tables), cell_data=whole, rows=rows)
 
 
 def to_vtk(polydata: Any, mesh: SurfaceMesh) -> Any:

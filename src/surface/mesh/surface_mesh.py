@@ -94,6 +94,14 @@ class SurfaceMesh:
         """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
         return ChainMap(dict(self.point_data), getattr(self.origin, "node_groups", {}))
 
+    def cell_groups(self) -> Mapping[str, NDArray[np.bool_]]:
+        """Masks (t + q,) of the cells in the groups, sets and solids of the file, by name."""
+        groups = getattr(self.origin, "cell_groups", None)
+        if not groups or self.rows is None:
+            return {}
+        place = np.searchsorted(self.origin.selection.rows, self.rows)
+        return {name: mask[place] for name, mask in groups.items()}
+
     def replaced(
         self,
         points: ArrayLike | None = None,

@@ -62,6 +62,11 @@ class Options:
         surface: nodes on them slide along them, corners stay. None: no edge is.
     feature_edges
         (k, 2) sharp edges, which are taken as they are, instead of those that meet at `feature_angle`.
+    interfaces
+        Lines between regions, which are feature edges besides, kept within `hausdorff`: "auto", where an array on cells
+        changes that stands for regions or tags (material, region, part, gmsh:physical, tag and the like), or else
+        between the groups, sets or solids of the file as far as they do not overlap; "ignore"; the name of an array; or
+        (m,) integers.
     boundary
         Nodes of open boundaries: "slide" along them, or "fixed".
     fixed
@@ -92,6 +97,7 @@ class Options:
     hausdorff: float = 0.01
     feature_angle: float | None = 50.0
     feature_edges: Any = None
+    interfaces: Any = "auto"
     boundary: str = "slide"
     fixed: Any = None
 

@@ -20,7 +20,7 @@ from hexconformal.geometry import (
 )
 from hexconformal.mesh import connected_components
 
-from ..constraint import InputSurface, SmoothProjection
+from ..constraint import InputSurface, Interfaces, SmoothProjection
 from ..energy import Barrier, SurfaceEnergy
 from ..mesh import Floats, Ints
 from .schedules import ProblemSchedule
@@ -44,6 +44,8 @@ class RemeshingProblem:
         Place at which its normal is taken: "middle", "simpson" or "linear".
     bound
         Largest distance from the input; with None there is neither projection nor bound.
+    interfaces
+        Lines between regions, which are among the features.
     schedule
         Tolerances and limits.
     """
@@ -55,6 +57,7 @@ class RemeshingProblem:
     eps: float
     normal: str
     bound: float | None
+    interfaces: Interfaces = field(default_factory=Interfaces)
     schedule: ProblemSchedule = field(default_factory=ProblemSchedule)
 
     def __post_init__(self) -> None:
@@ -65,7 +68,7 @@ class RemeshingProblem:
         self._pieces = _closed_pieces(self.cells, count)
         self._volumes = self._piece_volumes(self.start, nodal_area_vectors(self.start, self.cells))
         self.area = float(face_areas(self.start, self.cells).sum())
-        self.input_surface = InputSurface(self.start, self.cells)
+        self.input_surface = InputSurface(self.start, self.cells, self.interfaces)
         free, projected = self.schedule.free_tolerance, self.schedule.projected_tolerance
         self.solver_tolerance = free if self.bound is None else projected
         self.projection = None if self.bound is None else SmoothProjection(self.start, self.cells, self.features)

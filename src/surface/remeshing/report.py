@@ -25,7 +25,7 @@ class Report(Serializable):
     area_change, volume_change
         Relative; the volume's is None for an open surface.
     hausdorff
-        Distance between input and result over the diagonal of the bounding box.
+        Distance between input and result over the diagonal of the bounding box, lines between regions included.
     turned
         Cells whose normal points against the input's below them.
     largest_displacement

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hexconformal.common import first_ids, options_from
 from hexconformal.geometry import edge_table, enclosed_volume, face_areas, mean_edge_length
 
-from ..constraint import find_features
+from ..constraint import find_features, find_interfaces
 from ..energy import Barrier, Quaternionic, SurfaceEnergy, target_shapes
 from ..io import as_surface_mesh
 from ..mesh import Floats, SurfaceMesh
@@ -72,7 +72,8 @@ class Remeshing:
         self._schedules = Schedules() if schedules is None else schedules
         self.mesh: SurfaceMesh = as_surface_mesh(mesh)
         self.history: list[Record] = []
-        self._notes = list(require_sound(self.mesh))
+        sound, self._interfaces = require_sound(self.mesh), find_interfaces(self.mesh, self.options.interfaces)
+        self._notes = [*sound, *self._interfaces.notes("are kept: nodes slide along them, corners and junctions stay")]
         self._reason, self._converged = "interrupted before it began", False
         cells = self.mesh.cells
         # Coordinates of the run have their origin near the mesh, and edges of unit length on average.
@@ -90,8 +91,8 @@ class Remeshing:
     def _make_problem(self) -> RemeshingProblem:
         options, cells, x, schedule = self.options, self.mesh.cells, self._start, self._schedules.problem
         angle = options.feature_angle if options.feature_edges is None else None
-        fixed = held_nodes(self.mesh, options.fixed)
-        features = find_features(x, cells, angle, options.feature_edges, fixed | self._held, options.boundary)
+        fixed, lines = held_nodes(self.mesh, options.fixed) | self._held, self._interfaces
+        features = find_features(x, cells, angle, options.feature_edges, fixed, options.boundary, lines.edges)
         shapes = target_shapes(options.target, x, cells)
         energy: SurfaceEnergy
         if options.energy == "barrier":
@@ -104,7 +105,7 @@ class Remeshing:
         # A copy for the records, since the run adapts its own in every iteration.
         self._recorded_energy = copy(energy)
         bound = schedule.bound_margin * options.hausdorff * self._diagonal if options.project else None
-        return RemeshingProblem(x, cells, features, energy, options.eps, options.normal, bound, schedule)
+        return RemeshingProblem(x, cells, features, energy, options.eps, options.normal, bound, lines, schedule)
 
     @property
     def points(self) -> Floats:
@@ -318,7 +319,7 @@ def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **opt
         Called with the record of every iteration.
     **options
         Fields of :class:`surface.Options`: target, energy, emphasis, max_iterations, energy_tolerance, eps, normal,
-        project, hausdorff, feature_angle, feature_edges, boundary, fixed.
+        project, hausdorff, feature_angle, feature_edges, interfaces, boundary, fixed.
 
     Returns
     -------

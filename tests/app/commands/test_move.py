@@ -5,7 +5,7 @@ import pytest
 import pyvista as pv
 from program import frames, history
 
-from hexconformal import HexMesh, ReadError, write
+from hexconformal import HexMesh, ReadError, read, write
 from hexconformal.app.cli import main
 from hexconformal.generate import box
 from hexconformal.motion.mesh_motion import MeshMotion
@@ -144,3 +144,18 @@ def test_tables_that_make_no_sense_are_refused(tmp_path, text, message):
     (tmp_path / "motion.csv").write_text(text)
     with pytest.raises(ReadError, match=message):
         read_motion(tmp_path / "motion.csv")
+
+
+def test_interfaces_are_those_of_a_named_array(tmp_path, capsys):
+    points, cells = box((4, 2, 2), (2.0, 1.0, 1.0))
+    layer = np.where(points[cells].mean(axis=1)[:, 0] < 1.0, 1, 2)
+    path, wall_moves, folder = tmp_path / "a.vtu", tmp_path / "motion.csv", tmp_path / "run"
+    write(path, HexMesh(points, cells, cell_data={"layer": layer}))
+    wall = np.flatnonzero(points[:, 0] == 0)
+    table(wall_moves, wall, [(0.1, [0.5, 0.0, 0.0])])
+    words = ["move", str(path), str(folder), "--motion", str(wall_moves)]
+    assert main([*words, "--interfaces", "layer"]) == 0
+    assert "interfaces: 2 regions (array 'layer': 1, 2), 4 faces" in capsys.readouterr().out
+    assert read(folder / "last.vtu").points[points[:, 0] == 1, 0] == pytest.approx(1.25)
+    # Another choice of interfaces is another run.
+    assert main([*words, "--resume"]) == 2

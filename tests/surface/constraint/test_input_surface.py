@@ -5,7 +5,9 @@ import pytest
 from meshes.surfaces import grid, icosphere, no_cells
 
 from hexconformal.geometry import Faces
+from surface.constraint import find_interfaces
 from surface.constraint.input_surface import InputSurface
+from surface.mesh import SurfaceMesh
 
 
 @pytest.mark.parametrize("side", [(0, 1), (1, 0)])
@@ -60,3 +62,24 @@ def test_cells_stray_of_which_a_node_does():
     # Centres are a third as far away, and the input's node is nearer to the slope of the peak than to its top.
     assert np.array_equal(shape.cells_out_of_bounds(lifted, 0.06, nobody), (cells.triangles == peak).any(axis=1))
     assert not shape.cells_out_of_bounds(lifted, 0.063, nobody).any()
+
+
+def test_a_line_that_moves_within_a_flat_surface_is_measured_and_marks_the_cells_beside_it():
+    points, cells, _ = grid(4)
+    middle = np.flatnonzero(points[:, 0] == 0.5)
+    mesh = SurfaceMesh(points, cells, cell_data={"part": cells.centres(points)[:, 0] > 0.5})
+    found = find_interfaces(mesh)
+    assert set(found.edges.ravel()) == set(middle)
+    lined, plain = InputSurface(points, cells, found), InputSurface(points, cells)
+    moved, nobody = points.copy(), np.zeros(len(cells), dtype=bool)
+    node = middle[np.argmin(points[middle, 1])]
+    moved[node, 0] += 0.1
+    # The lowest edge of the line alone is more than 0.05 away, and the cells on its two sides hold its both ends.
+    beside = np.isin(cells.triangles, middle[points[middle, 1] < 0.3]).sum(axis=1) == 2
+    assert beside.sum() == 2
+    assert plain.hausdorff(moved) < 1e-12
+    assert lined.hausdorff(moved) == pytest.approx(0.1, abs=1e-3)
+    for shape, expected in ((lined, beside), (plain, nobody)):
+        np.testing.assert_array_equal(shape.cells_beyond(moved, 0.05), expected)
+        np.testing.assert_array_equal(shape.cells_out_of_bounds(moved, 0.05, nobody), expected)
+    assert not lined.cells_beyond(moved, 0.11).any()

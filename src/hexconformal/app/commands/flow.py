@@ -13,7 +13,7 @@ from ...common import OptionError
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_outside_references
+from .arguments import add_interfaces, add_outside_references
 from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
@@ -77,6 +77,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--remesh", type=int, nargs="?", const=1, default=0, metavar="K", help="before every step, or every K-th"
     )
     mesh.add_argument("--remesh-below", type=float, metavar="DEGREES", help="where an angle is smaller than this")
+    add_interfaces(mesh, "lines between regions, whose nodes it holds")
     group = parser.add_argument_group("outputs")
     group.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     group.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
@@ -98,6 +99,7 @@ def run(arguments: Namespace) -> int:
         outputs=tuple(_float(text) for text in _words(arguments.outputs)),
         remesh=arguments.remesh,
         remesh_below=arguments.remesh_below,
+        remesh_options={"interfaces": arguments.interfaces},
     )
     folder = RunFolder(Path(arguments.folder))
     folder.prepare(arguments.resume, arguments.overwrite, named_inputs(arguments.input))

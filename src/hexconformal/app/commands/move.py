@@ -10,7 +10,7 @@ from ...motion import MeshMotion, MotionRun, read_motion
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_input, read_hexahedra
+from .arguments import add_input, add_interfaces, read_hexahedra
 from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
@@ -58,6 +58,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--energy-tolerance", type=float, default=1e-6, metavar="X", help="a step is done where an iteration lowers the"
         " energy by less than this, relatively (default %(default)g)",
     )  # fmt: skip
+    add_interfaces(parser, "faces between regions move as the displacement is extended, not to where cells are best")
     parser.add_argument("--frames", metavar="run.pvd", help="the series, if not FOLDER/run.pvd")
     parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     parser.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
@@ -84,7 +85,13 @@ def run(arguments: Namespace) -> int:
         mesh = read_hexahedra(arguments)
         boundary = boundary.on_mesh(mesh, arguments.moving)
         motion = MeshMotion(
-            mesh, boundary.nodes, arguments.fixed, arguments.target, arguments.operator, arguments.energy_tolerance
+            mesh,
+            boundary.nodes,
+            arguments.fixed,
+            arguments.target,
+            arguments.operator,
+            arguments.energy_tolerance,
+            arguments.interfaces,
         )
         motion_run = MotionRun(motion, boundary)
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)

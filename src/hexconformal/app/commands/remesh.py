@@ -17,7 +17,7 @@ from surface.quality import smallest_angles
 from surface.remeshing import EMPHASES, Options, Remeshing
 
 from ...common import OptionError
-from .arguments import add_choice, add_output, add_outputs, add_outside_references
+from .arguments import add_choice, add_interfaces, add_output, add_outputs, add_outside_references
 from .job import run_command
 from .kinds import SURFACES
 
@@ -48,6 +48,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--feature-angle", default=Options.feature_angle, metavar="DEGREES|none", help="edges whose cells meet at more"
         " than this are sharp: their nodes stay on them (default %(default)g)",
     )  # fmt: skip
+    add_interfaces(shape, "lines between regions are kept")
     add_choice(shape, "boundary", "nodes of open boundaries", ("slide", "fixed"), Options)
     shape.add_argument(
         "--fixed", metavar="NAME", help="set or group of the file whose nodes stay, or a point array where it is not 0"

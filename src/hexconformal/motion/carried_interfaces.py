@@ -1,0 +1,78 @@
+"""Faces between regions of a mesh that moves: they go where the displacement of the boundary carries them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh import NormalizedMesh, find_regions, interface_quads
+from ..solver import AdmissibleDirections
+from .extension import Harmonic
+
+__all__ = ["CarriedInterfaces"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class CarriedInterfaces:
+    """The nodes of interfaces, and their places for a displacement of the boundary: those of its harmonic extension.
+
+    The extension is that of the initial mesh, so that a displacement alone tells where they are, not the way there.
+
+    Parameters
+    ----------
+    normalized
+        The mesh.
+    admissible
+        Directions nodes may go in; those whose displacement is given are held.
+    moving
+        Nodes whose displacement is given.
+    interfaces
+        See :class:`hexconformal.MeshMotion`.
+    linear
+        Whether all nodes are moved by an extension, those of interfaces among them: then none are left to be carried.
+    tolerance
+        Of the linear solver.
+
+    Attributes
+    ----------
+    nodes
+        (c,) ids of the nodes that are carried.
+    notes
+        What is kept, in words.
+    """
+
+    def __init__(
+        self,
+        normalized: NormalizedMesh,
+        admissible: AdmissibleDirections,
+        moving: Ints,
+        interfaces: Any,
+        linear: bool,
+        tolerance: float,
+    ) -> None:
+        mesh = normalized.mesh
+        regions = find_regions(mesh, interfaces)
+        quads = np.empty((0, 4), np.int64) if regions is None else interface_quads(mesh.cells, regions.labels)
+        self.nodes: Ints = np.setdiff1d(quads, moving)
+        self.notes: tuple[str, ...] = ()
+        if len(quads):
+            given = len(np.unique(quads)) - len(self.nodes)
+            what = f"{regions}, {len(quads)} faces between them move as the displacement is extended"
+            self.notes = (f"interfaces: {what}: {given} of their nodes are given, {len(self.nodes)} follow",)
+        if linear:
+            self.nodes = self.nodes[:0]
+        self._start, self._moving = normalized.points, moving
+        if len(self.nodes):
+            self._extension = Harmonic(normalized, admissible, tolerance)
+
+    def places(self, prescribed: Field) -> Field:
+        """(c, 3) places of the nodes, for displacements (k, 3) of the moving nodes from the initial mesh."""
+        if len(self.nodes) == 0:
+            return np.empty((0, 3))
+        field = np.zeros_like(self._start)
+        field[self._moving] = prescribed
+        return np.asarray((self._start + self._extension(field, self._start))[self.nodes])
