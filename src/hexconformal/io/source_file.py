@@ -33,6 +33,8 @@ class SourceFile:
         What it calls its cells, of all types, in their order (0 for those it has no number for); None likewise.
     cell_groups
         Cells in groups that the file names, as runs of rows, where what is read from it has no place for them.
+    sections
+        Names of the sets of cells to which the file gives a material.
     model
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     """
@@ -46,6 +48,7 @@ class SourceFile:
     node_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_groups: Mapping[str, Sequence[range]] = field(default_factory=dict, repr=False, compare=False)
+    sections: tuple[str, ...] = ()
     model: tuple[str, ...] = ()
 
 

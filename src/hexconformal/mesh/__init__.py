@@ -7,8 +7,9 @@ from .adjacency import binary_search, corner_incidences, node_pattern, scalar_ma
 from .arrays import checked_cells, checked_data, checked_points, read_only
 from .edges import face_edges, unique_edges
 from .hex_mesh import HexMesh
+from .interfaces import Interfaces, curves_of, find_interfaces, interface_quads, region_surfaces
 from .normalized_mesh import NormalizedMesh
-from .regions import Regions, find_regions, interface_quads
+from .regions import Regions, find_regions
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
@@ -23,6 +24,7 @@ from .topology import (
 __all__ = [
     "FaceTable",
     "HexMesh",
+    "Interfaces",
     "NormalizedMesh",
     "Regions",
     "binary_search",
@@ -34,14 +36,17 @@ __all__ = [
     "connected_components",
     "connected_regions",
     "corner_incidences",
+    "curves_of",
     "face_edges",
     "face_table",
+    "find_interfaces",
     "find_regions",
     "interface_quads",
     "morton_codes",
     "node_pattern",
     "node_rings",
     "read_only",
+    "region_surfaces",
     "scalar_matrix",
     "unique_edges",
 ]

@@ -41,6 +41,7 @@ def _read(path: Path) -> FileContents:
         text=text,
         node_labels=found.node_labels,
         cell_labels=found.cell_labels,
+        sections=found.sections,
         model=_model(deck),
     )
     contents = checked_contents(found.mesh, file, output)

@@ -55,11 +55,15 @@ class Member:
 
 @dataclass(frozen=True, eq=False)
 class DeckMesh:
-    """A meshio.Mesh, what the deck calls its nodes and cells, and the nodes (k,) of elements that are set aside."""
+    """A meshio.Mesh, what the deck calls its nodes and cells, and what it says of some of them.
+
+    `sections` are the names of the sets that sections give a material, `held` the nodes (k,) of elements set aside.
+    """
 
     mesh: Any
     node_labels: NDArray[Any]
     cell_labels: NDArray[Any]
+    sections: tuple[str, ...]
     held: Ints
 
 
@@ -113,7 +117,7 @@ def mesh_of(deck: Deck, length: int) -> DeckMesh:
     )
     node_labels = _labels(members, [member.labels for member in members])
     cell_labels = _labels([members[number] for number in cells.owners], cells.labels)
-    return DeckMesh(mesh, node_labels, cell_labels, _held(members, node_indices))
+    return DeckMesh(mesh, node_labels, cell_labels, sets.of_sections(), _held(members, node_indices))
 
 
 class _Cells:
@@ -182,11 +186,25 @@ class _Sets:
                 for (kind, key), listed in scope.sets.items():
                     self._members.setdefault((number, kind, key), []).extend(listed)
                     self._names[number, kind, key] = scope.set_names[kind, key]
+        self._sections = [
+            (number, "ELSET", name.upper())
+            for number, member in enumerate(members)
+            for scope in member.scopes
+            for name in scope.sections
+        ]
         self._owner_names = [member.name for member in members]
         self._rows = resolve(self._members, self._references, self._combine)
 
     def named(self, kind: str) -> dict[str, Ints]:
         """Rows of the sets of a kind, by name."""
+        return {name: self._rows[key] for key, name in self._full_names(kind).items()}
+
+    def of_sections(self) -> tuple[str, ...]:
+        """Names of the sets that sections give a material, each once."""
+        names = self._full_names("ELSET")
+        return tuple(names[key] for key in dict.fromkeys(self._sections) if key in names)
+
+    def _full_names(self, kind: str) -> dict[SetKey, str]:
         keys = [key for key in self._members if key[1] == kind]
         uses: dict[str, int] = {}
         for _, _, name in keys:
@@ -195,7 +213,7 @@ class _Sets:
         for key in keys:
             number, _, name = key
             owner = self._owner_names[number]
-            result[f"{owner}.{self._names[key]}" if owner and uses[name] > 1 else self._names[key]] = self._rows[key]
+            result[key] = f"{owner}.{self._names[key]}" if owner and uses[name] > 1 else self._names[key]
         return result
 
     def _places(self, number: int, member: SetMember) -> list[int]:
