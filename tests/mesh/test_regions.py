@@ -128,7 +128,7 @@ def test_every_interface_lies_between_its_two_regions_and_looks_out_of_the_first
     assert interfaces.counts.sum() == len(interfaces.quads) == len(interface_quads(cells, GRAINS))
     for pair, quads in zip(interfaces.pairs, interfaces.parts(), strict=True):
         for quad in quads:
-            inside = next(k for k in np.flatnonzero(GRAINS == pair[0]) if np.isin(quad, cells[k]).all())
+            inside = next(k for k in np.flatnonzero(pair[0] == GRAINS) if np.isin(quad, cells[k]).all())
             x = points[quad]
             outward = x.mean(axis=0) - points[cells[inside]].mean(axis=0)
             assert np.cross(x[2] - x[0], x[3] - x[1]) @ outward > 0
@@ -138,7 +138,7 @@ def test_the_surface_of_every_region_encloses_its_cells(grains):
     points, cells, _ = grains
     volumes = hc.quality((points, cells)).volume
     for region, quads in enumerate(region_surfaces(cells, GRAINS)):
-        assert enclosed_volume(points, quads) == pytest.approx(volumes[GRAINS == region].sum(), rel=1e-12)
+        assert enclosed_volume(points, quads) == pytest.approx(volumes[region == GRAINS].sum(), rel=1e-12)
     whole = region_surfaces(cells, np.zeros(len(cells), int))
     np.testing.assert_array_equal(whole, [boundary_quads(cells)[0]])
 

@@ -133,10 +133,13 @@ def _of_sets(groups: Mapping[str, Mask], source: str) -> Regions | None:
     telling = {name: np.asarray(mask) for name, mask in groups.items() if np.any(mask) and not np.all(mask)}
     if not telling:
         return None
-    if not (sum(mask.astype(np.int64) for mask in telling.values()) == 1).all():
+    counts = np.zeros(len(next(iter(groups.values()))), dtype=np.int64)
+    for mask in telling.values():
+        counts += mask
+    if (counts != 1).any():
         # Where sets do not share all cells out, one of a single cell is a place to look at, no material.
         telling = {name: mask for name, mask in telling.items() if np.count_nonzero(mask) > 1}
-    codes = np.zeros(len(next(iter(groups.values()))), dtype=np.int64)
+    codes = np.zeros_like(counts)
     for number, mask in enumerate(telling.values(), 1):
         codes = 2 * codes + ~mask  # the members of the first set come first, cells in none last
         if number % _BITS == 0:

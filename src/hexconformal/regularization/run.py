@@ -19,6 +19,7 @@ from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import auto_target_notes, boundary_distance, no_worse_than, size_ratios, with_volume_restored
 from .boundary import boundary_of
 from .options import Options, Record
+from .region_rows import interface_rows, region_rows
 from .report import Report
 from .setting import Setting
 from .stages import Stages
@@ -152,6 +153,8 @@ class Regularization:
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
         shift = points - self.mesh.points
         moved = np.linalg.norm(shift, axis=1)
+        diagonal, regions = self._normalized.diagonal * self._normalized.unit, self._setting.regions
+        interfaces, notes = ((), []) if regions is None else interface_rows(regions, self.mesh, points, diagonal)
         report = Report(
             before=before.summary(),
             after=after.summary(),
@@ -159,15 +162,17 @@ class Regularization:
             energy_after=self.history[-1].energy if self.history else float("nan"),
             boundary_moved=int((moved[np.unique(self._normalized.node_ids[self._normalized.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
-            diagonal=self._normalized.diagonal * self._normalized.unit,
+            diagonal=diagonal,
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=outcome.reason,
             converged=self._stages.state.converged,
             options=self.options.described(),
-            notes=self._all_notes() + outcome.notes,
+            notes=(*self._all_notes(), *outcome.notes, *notes),
             hausdorff=outcome.distance,
             size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._setting.target_volumes),
+            regions=() if regions is None else region_rows(regions, before, after),
+            interfaces=interfaces,
         )
         better = self.mesh.replaced(
             points=points,
