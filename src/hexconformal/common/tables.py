@@ -34,6 +34,7 @@ def aligned(head: Sequence[str], rows: Sequence[Sequence[str]], most: int, rest:
     """
     shown = [list(head), *(list(row) for row in islice(rows, most))]
     for row in shown:
+        row[0] = "".join(filter(str.isprintable, row[0]))
         row[0] = row[0] if len(row[0]) <= _WIDEST else row[0][: _WIDEST - 3] + "..."
     widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
     lines = [

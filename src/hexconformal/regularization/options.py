@@ -58,7 +58,8 @@ class Options:
         ones.
     conserve_volume
         With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
-        at its end, by the least change of shape within `hausdorff`; the report says if that is not enough.
+        at its end, by the least change of shape within `hausdorff`; the report says if that is not enough. Where the
+        mesh has regions (see `interfaces`), each gets the volume of its own.
     fixed
         Nodes that stay: (n,) booleans, (n, 3) booleans by component, node ids, or the name of a point array that is
         not zero there.

@@ -199,7 +199,8 @@ class Regularization:
         if points is not normalized.points:
             points = self._brought_back(points)
         if points is not normalized.points and self.options.conserve_volume:
-            points, notes = with_volume_restored(points, normalized, self._stages.state.formulation)
+            formulation = self._stages.state.formulation
+            points, notes = with_volume_restored(points, normalized, formulation, self._setting.regions)
             keeps_valid = self._setting.keeps_valid(points)
             if not (keeps_valid and self._acceptable(self._record(Iteration("volume", points)))):
                 points, notes = normalized.points, []
