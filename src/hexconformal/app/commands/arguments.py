@@ -11,7 +11,16 @@ from ...mesh import HexMesh
 from ...regularization import CHOICES, Options
 from ..terminal import print_line
 
-__all__ = ["STDOUT", "add_choice", "add_input", "add_output", "add_outputs", "add_outside_references", "add_overwrite"]
+__all__ = [
+    "STDOUT",
+    "add_choice",
+    "add_input",
+    "add_interfaces",
+    "add_output",
+    "add_outputs",
+    "add_outside_references",
+    "add_overwrite",
+]
 __all__ += ["note_dropped", "read_hexahedra"]
 
 STDOUT = "-"
@@ -51,6 +60,14 @@ def add_choice(group: Any, name: str, text: str, choices: Sequence[str] = (), op
     default = getattr(options, name)
     metavar = "|".join(choices or CHOICES[name])
     group.add_argument(f"--{name}", default=default, metavar=metavar, help=f"{text} (default {default})")
+
+
+def add_interfaces(group: Any, what: str) -> None:
+    """Add the choice of what tells regions apart; `what` is done with the faces between them."""
+    group.add_argument(
+        "--interfaces", default=Options.interfaces, metavar="auto|ignore|NAME", help="faces between regions are"
+        f" {what}: those that the file tells apart, none, or those of a cell array (default %(default)s)",
+    )  # fmt: skip
 
 
 def add_outputs(parser: ArgumentParser, picture: str) -> None:

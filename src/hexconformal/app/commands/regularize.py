@@ -11,7 +11,7 @@ import numpy as np
 from ...elements import corner_scaled_jacobian
 from ...mesh import HexMesh
 from ...regularization import Options, Regularization
-from .arguments import add_choice, add_input, add_output, add_outputs, read_hexahedra
+from .arguments import add_choice, add_input, add_interfaces, add_output, add_outputs, read_hexahedra
 from .job import run_command
 from .kinds import VOLUMES
 
@@ -45,10 +45,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
-    shape.add_argument(
-        "--interfaces", default=Options.interfaces, metavar="auto|ignore|NAME", help="faces between regions are kept:"
-        " those that the file tells apart, none, or those of a cell array (default %(default)s)",
-    )  # fmt: skip
+    add_interfaces(shape, "kept")
     shape.add_argument(
         "--conserve-volume",
         action="store_true",
