@@ -9,7 +9,7 @@ from .edges import face_edges, unique_edges
 from .hex_mesh import HexMesh
 from .interfaces import Interfaces, curves_of, find_interfaces, interface_quads, region_surfaces
 from .normalized_mesh import NormalizedMesh
-from .regions import Regions, find_regions
+from .regions import Regions, find_regions, region_arrays
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
@@ -46,6 +46,7 @@ __all__ = [
     "node_pattern",
     "node_rings",
     "read_only",
+    "region_arrays",
     "region_surfaces",
     "scalar_matrix",
     "unique_edges",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..common import OptionError, array_of_numbers, first_names
 from .hex_mesh import HexMesh
 
-__all__ = ["Regions", "find_regions"]
+__all__ = ["Regions", "find_regions", "region_arrays"]
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -91,6 +91,12 @@ def find_regions(mesh: HexMesh, interfaces: Any = "auto") -> Regions | None:
         values = _one_integer_each(mesh.cell_data[interfaces], len(mesh.cells))
         return _numbered(values, f"array {interfaces!r}", interfaces, mesh.tag_names(interfaces))
     return _numbered(_one_integer_each(interfaces, len(mesh.cells)), "given")
+
+
+def region_arrays(mesh: HexMesh, regions: Regions | None) -> dict[str, Ints]:
+    """The labels of regions as the array "region", to put it on the mesh; none where an array of it tells as much."""
+    told = regions is None or regions.array is not None or "region" in mesh.cell_data
+    return {} if regions is None or told else {"region": regions.labels}
 
 
 def _candidates(mesh: HexMesh) -> Iterator[Regions | None]:

@@ -14,7 +14,7 @@ from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian
 from ..formulation import Iteration, Schedules
 from ..io import as_hex_mesh
-from ..mesh import HexMesh, NormalizedMesh
+from ..mesh import HexMesh, NormalizedMesh, region_arrays
 from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import auto_target_notes, boundary_distance, no_worse_than, size_ratios, with_volume_restored
 from .boundary import boundary_of
@@ -180,6 +180,7 @@ class Regularization:
             cell_data={
                 "scaled_jacobian": after.scaled_jacobian,
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
+                **region_arrays(self.mesh, regions),
             },
         )
         return Result(better if self._from_hex_mesh else better.to_source_type(), points, report, tuple(self.history))
