@@ -43,6 +43,12 @@ def test_other_arrays_do_not(arrays):
     assert find_regions(mesh(**arrays)) is None
 
 
+def test_numbers_of_regions_are_told_in_full():
+    assert find_regions(mesh(material=np.where(LEFT, 12345678, 2))).names == ("2", "12345678")
+    assert find_regions(mesh(material=np.where(LEFT, np.inf, 2.0))).names == ("2", "inf")
+    assert find_regions(mesh(material=np.where(LEFT, np.nan, 2.0))) is None
+
+
 def test_an_array_may_be_named_or_given_or_everything_ignored():
     assert find_regions(mesh(material=NUMBERS), "ignore") is None
     np.testing.assert_array_equal(find_regions(mesh(layer=NUMBERS), "layer").labels == 1, LEFT)

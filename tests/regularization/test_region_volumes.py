@@ -13,8 +13,10 @@ from hexconformal.energy import CornerWeights
 from hexconformal.formulation import Schedules
 from hexconformal.geometry import nodal_area_vectors
 from hexconformal.mesh import NormalizedMesh, find_regions, region_surfaces
+from hexconformal.regularization import volume_restoration
 from hexconformal.regularization.acceptance import with_volume_restored
 from hexconformal.regularization.volume_restoration import enclosed_volumes, restore_volumes
+from hexconformal.solver import solve_blocks
 
 LAYERS = np.array([0, 1, 1, 2])
 
@@ -47,10 +49,13 @@ def test_where_the_skin_stays_regions_exchange_volume(layered):
     assert np.array_equal(found[~off_boundary(points, cells)], points[~off_boundary(points, cells)])
 
 
-def test_volumes_that_contradict_each_other_come_as_near_as_can_be(layered):
+def test_volumes_that_contradict_each_other_come_as_near_as_can_be(layered, monkeypatch):
     points, cells, _, surfaces, volumes = layered
     formulation = formulation_of(points, cells, boundary_held(points, cells))
+    solves = []
+    monkeypatch.setattr(volume_restoration, "solve_blocks", lambda *_: solves.append(1) or solve_blocks(*_))
     found = restore_volumes(formulation, points, surfaces, volumes + np.array([0.5, 0.0, 0.0]))
+    assert len(solves) < 5 * len(surfaces)  # it is seen that there is no progress
     after = enclosed_volumes(found, surfaces)
     assert after.sum() == pytest.approx(volumes.sum(), rel=1e-12)
     assert 0.05 < after[0] - volumes[0] < 0.5

@@ -126,10 +126,10 @@ def _of_values(values: NDArray[Any], name: str, called: Mapping[int, str]) -> Re
 
 
 def _numbered(
-    values: NDArray[Any], source: str, array: str | None = None, called: Mapping[int, str] | None = None
+    values: NDArray[Any], source: str, array: str | None = None, called: Mapping[Any, str] | None = None
 ) -> Regions | None:
     kinds, labels = np.unique(values, return_inverse=True)
-    names = tuple((called or {}).get(int(kind), f"{kind:.17g}") for kind in kinds.astype(np.float64).tolist())
+    names = tuple((called or {}).get(kind, f"{kind:.17g}") for kind in kinds.astype(np.float64).tolist())
     return Regions(labels.astype(np.int64).ravel(), names, source, array) if len(kinds) > 1 else None
 
 
