@@ -16,7 +16,7 @@ from hexconformal.geometry import (
     joined_features,
 )
 from hexconformal.geometry.features import CORNER, CURVE
-from hexconformal.mesh import boundary_quads, interface_quads
+from hexconformal.mesh import boundary_quads, find_interfaces
 
 PLANE = np.array([[x, y, 0.0] for x in range(4) for y in range(4)])
 QUADS = np.array([[4 * x + y, 4 * x + y + 4, 4 * x + y + 5, 4 * x + y + 1] for x in range(3) for y in range(3)])
@@ -29,7 +29,8 @@ def two_sheets(points=TWO[0]):
 
 
 def inside(mesh, **options):
-    quads, kinds = interface_quads(mesh.cells, mesh.cell_data["material"])
+    between = find_interfaces(mesh.cells, mesh.cell_data["material"])
+    quads, kinds = between.quads, between.owners
     return find_inner_sheets(mesh.points, quads, kinds, **options)
 
 
@@ -62,7 +63,8 @@ def test_every_sheet_is_compared_with_itself():
 
 def test_sides_agree_within_a_sheet_whichever_came_in():
     mesh = fibre()[0]
-    quads, kinds = interface_quads(mesh.cells, mesh.cell_data["material"])
+    between = find_interfaces(mesh.cells, mesh.cell_data["material"])
+    quads, kinds = between.quads, between.owners
     over = np.random.default_rng(0).uniform(size=len(quads)) < 0.5
     mixed = np.where(over[:, None], quads[:, ::-1], quads)
     inner = find_inner_sheets(mesh.points, mixed, kinds)
@@ -79,7 +81,8 @@ def test_sides_agree_within_a_sheet_whichever_came_in():
 def test_a_closed_sheet_encloses_what_is_inside():
     points, cells = generate.box((4, 4, 4))
     block = (np.abs(points[cells].mean(axis=1) - 0.5) < 0.25).all(axis=1)
-    quads, kinds = interface_quads(cells, block.astype(np.int64))
+    between = find_interfaces(cells, block.astype(np.int64))
+    quads, kinds = between.quads, between.owners
     inner = find_inner_sheets(points, quads[np.random.default_rng(1).permutation(len(quads))], kinds)
     assert abs(enclosed_volume(points, inner.quads)) == pytest.approx(0.125)
     assert len(inner.features.corners) == 8

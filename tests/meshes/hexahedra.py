@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from hexconformal import HexMesh, generate
 from hexconformal.elements import CORNERS
-from hexconformal.mesh import boundary_quads, interface_quads
+from hexconformal.mesh import boundary_quads, find_interfaces
 
 # All corners, Gauss points and the 27 lattice points are positive, yet det J is negative inside.
 INVALID_INSIDE = np.array(
@@ -92,7 +92,7 @@ def parts(points, cells, regions, jitter=0.0, seed=1):
     """A mesh with an array "material", nodes neither on the skin nor between regions moved by shares of an edge."""
     inside = np.ones(len(points), dtype=bool)
     inside[boundary_quads(cells)[0]] = False
-    inside[interface_quads(cells, regions)[0]] = False
+    inside[find_interfaces(cells, regions).quads] = False
     edge = np.linalg.norm(points[cells[:, 0]] - points[cells[:, 1]], axis=1).mean()
     shift = jitter * edge * np.random.default_rng(seed).uniform(-1, 1, points.shape)
     return HexMesh(points + shift * inside[:, None], cells, cell_data={"material": regions})

@@ -10,7 +10,7 @@ import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements import cell_volumes
 from hexconformal.geometry import SurfaceLocator
-from hexconformal.mesh import boundary_quads, interface_quads
+from hexconformal.mesh import boundary_quads, find_interfaces
 
 
 def two_materials(seed=1):
@@ -54,7 +54,8 @@ def test_volumes_of_both_sides_of_a_flat_interface_stay():
 
 def distances(mesh, result):
     """Distance in diagonals of the interface of each pair of regions from itself, by many samples on fine triangles."""
-    quads, pairs = interface_quads(mesh.cells, mesh.cell_data["material"])
+    between = find_interfaces(mesh.cells, mesh.cell_data["material"])
+    quads, pairs = between.quads, between.owners
     diagonal = np.linalg.norm(np.ptp(mesh.points, axis=0))
     return [finely_measured(result.points, mesh.points, quads[pairs == k], 8) / diagonal for k in np.unique(pairs)]
 
@@ -82,7 +83,7 @@ def test_a_wavy_interface_slides_within_its_bound(bound):
 def test_a_wavy_interface_stays_where_nothing_slides_on_curved_ones(options):
     mesh = wavy_layers(6)
     result = hc.regularize(mesh, **options)
-    nodes = np.unique(interface_quads(mesh.cells, mesh.cell_data["material"])[0])
+    nodes = np.unique(find_interfaces(mesh.cells, mesh.cell_data["material"]).quads)
     # Where the wave has a line in its faces nodes slide along it.
     np.testing.assert_allclose(result.points[nodes, 2], mesh.points[nodes, 2], atol=1e-12)
     assert result.report.largest_displacement > 0.01
@@ -137,7 +138,8 @@ def test_layers_one_cell_apart_do_not_take_each_others_place():
     mesh = parts(np.column_stack([points[:, :2], height]), cells, layers, jitter=0.4)
     result = hc.regularize(mesh, hausdorff=0.02)
     lower, upper = (np.isclose(points[:, 2], z) for z in (3 / 6, 4 / 6))
-    quads, _ = interface_quads(cells, layers)
+    between = find_interfaces(cells, layers)
+    quads = between.quads
     for level in (lower, upper):
         own = quads[level[quads].all(axis=1)]
         assert len(own) == 36
@@ -154,7 +156,7 @@ def test_an_inclusion_that_touches_the_skin_and_itself_is_kept():
     mesh = parts(points, cells, (one | other).astype(np.int64), jitter=0.4)
     result = hc.regularize(mesh)
     assert result.report.after.scaled_jacobian.min > 0.9
-    between = np.unique(interface_quads(cells, mesh.cell_data["material"])[0])
+    between = np.unique(find_interfaces(cells, mesh.cell_data["material"]).quads)
     # Flat faces and straight edges are kept exactly.
     np.testing.assert_allclose(volumes(result.points, mesh), volumes(points, mesh), rtol=1e-12)
     middle = np.flatnonzero((points == 0.5).all(axis=1))

@@ -11,7 +11,7 @@ from hexconformal.geometry import enclosed_volume
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.distance_barrier import DistanceBarrier
 from hexconformal.mesh.topology import boundary_quads
-from hexconformal.regularization.volume_restoration import restore_volume
+from hexconformal.regularization.volume_restoration import restore_volumes
 
 
 def cylinder():
@@ -108,14 +108,14 @@ def test_what_the_band_has_no_room_for_is_approached():
     barrier = DistanceBarrier.around(SurfaceLocator(points, quads), bound)
     formulation = formulation_of(points, cells, barrier=barrier)
     before = enclosed_volume(points, quads)
-    swollen = restore_volume(formulation, points, quads, 1.2 * before)
+    swollen = restore_volumes(formulation, points, [quads], np.array([1.2 * before]))
     assert barrier.relative_distance(swollen) <= 1.0
     assert hc.quality((swollen, cells)).valid.all()
     # All of the surface has gone outwards by half the bound at least.
     assert 0.5 * bound * 4 * np.pi < enclosed_volume(swollen, quads) - before < 1.1 * bound * 4 * np.pi
-    little = restore_volume(formulation, points, quads, 1.01 * before)
+    little = restore_volumes(formulation, points, [quads], np.array([1.01 * before]))
     assert enclosed_volume(little, quads) == pytest.approx(1.01 * before, rel=1e-13)
-    assert enclosed_volume(restore_volume(formulation, little, quads, before), quads) == pytest.approx(
+    assert enclosed_volume(restore_volumes(formulation, little, [quads], np.array([before])), quads) == pytest.approx(
         before, rel=1e-13
     )
 

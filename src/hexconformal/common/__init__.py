@@ -11,6 +11,7 @@ from .interruption import as_interruption, interruptible, uninterrupted
 from .output_places import OutputPlace, require_distinct_places, same_file
 from .schedule import Schedule, tuned
 from .serialization import Serializable, json_safe
+from .tables import aligned
 from .validation import (
     array_of_numbers,
     as_mask,
@@ -32,6 +33,7 @@ __all__ = [
     "Schedule",
     "Serializable",
     "WriteError",
+    "aligned",
     "array_of_numbers",
     "as_interruption",
     "as_mask",

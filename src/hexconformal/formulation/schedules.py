@@ -256,6 +256,10 @@ class VolumeSchedule(Schedule):
         Of the solves for the way that costs least energy.
     watches
         Times that the bound is watched closer, where it is exceeded.
+    regions
+        Regions up to which each one's volume is kept: every step takes a solve, and a field in memory, for each.
+    stall
+        Ratio of the largest difference of several volumes to the one before from which on there is no progress.
     """
 
     exact: float = tuned(1e-14)
@@ -266,6 +270,8 @@ class VolumeSchedule(Schedule):
     iterations: int = tuned(50)
     shift: float = tuned(1e-5)
     watches: int = tuned(4)
+    regions: int = tuned(50)
+    stall: float = tuned(0.99, 0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..common import MeshError
 from ..mesh import CarriedCells, HexMesh
 from .carried_cells import of_meshio
+from .format_tools.tags import TAG_ARRAYS, tag_names
 from .node_groups import NodeGroups, meshio_groups, meshio_node_sets
 from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
@@ -43,6 +44,11 @@ class MeshioOrigin:
                     inside[start : start + count][np.asarray(part)] = True
             groups[str(name)] = inside[self.selection.rows]
         return groups
+
+    def tag_names(self, array: str) -> dict[int, str]:
+        """Names of the tags of solid cells in an array; none for arrays that are no tags."""
+        names = tag_names(self.source) if array in TAG_ARRAYS else {}
+        return {tag: name for (dimension, tag), name in names.items() if dimension == 3}
 
     def updated_source(self, mesh: HexMesh) -> Any:
         """A new meshio.Mesh that holds all of the source, with the points, cells and arrays of `mesh`."""

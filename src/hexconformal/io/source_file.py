@@ -37,6 +37,8 @@ class SourceFile:
     face_sets
         Faces (k, 4) of hexahedra that the file lists by cell and side, by name, where what is read from it has no
         place for them.
+    sections
+        Names of the sets of cells to which the file gives a material.
     model
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     """
@@ -51,6 +53,7 @@ class SourceFile:
     cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_groups: Mapping[str, Sequence[range]] = field(default_factory=dict, repr=False, compare=False)
     face_sets: Mapping[str, NDArray[np.int64]] = field(default_factory=dict, repr=False, compare=False)
+    sections: tuple[str, ...] = ()
     model: tuple[str, ...] = ()
 
 

@@ -9,8 +9,9 @@ from .carried_cells import CarriedCells
 from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded
 from .hex_mesh import HexMesh
+from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
 from .normalized_mesh import NormalizedMesh
-from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, interface_quads
+from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, region_arrays
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
@@ -29,6 +30,7 @@ __all__ = [
     "Embedded",
     "FaceTable",
     "HexMesh",
+    "Interfaces",
     "NormalizedMesh",
     "Regions",
     "binary_search",
@@ -40,15 +42,18 @@ __all__ = [
     "connected_components",
     "connected_regions",
     "corner_incidences",
+    "curves_of",
     "face_edges",
     "face_table",
     "find_embedded",
+    "find_interfaces",
     "find_regions",
-    "interface_quads",
     "morton_codes",
     "node_pattern",
     "node_rings",
     "read_only",
+    "region_arrays",
+    "region_surfaces",
     "scalar_matrix",
     "unique_edges",
 ]

@@ -115,6 +115,16 @@ class HexMesh:
         file = getattr(self.origin, "file", None)
         return {} if file is None else file.face_sets
 
+    def section_groups(self) -> Mapping[str, NDArray[np.bool_]]:
+        """Those of the sets of cells to which the file gives a material, by name."""
+        names, groups = getattr(getattr(self.origin, "file", None), "sections", ()), self.cell_groups()
+        return {name: groups[name] for name in names}
+
+    def tag_names(self, array: str) -> Mapping[int, str]:
+        """What the file calls the numbers in an array on cells that tags them."""
+        names = getattr(self.origin, "tag_names", None)
+        return {} if names is None else names(array)
+
     def replaced(
         self,
         points: ArrayLike | None = None,

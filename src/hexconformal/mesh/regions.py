@@ -1,8 +1,8 @@
-"""The regions of a mesh: its materials, parts and blocks, and the faces between them."""
+"""The regions of a mesh: its materials, parts and blocks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Sized
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import OptionError, array_of_numbers, first_names
-from .topology import face_table
 
-__all__ = ["REGION_ARRAYS", "SURFACE_ARRAYS", "Regions", "find_regions", "interface_quads"]
+__all__ = ["REGION_ARRAYS", "SURFACE_ARRAYS", "Regions", "find_regions", "region_arrays"]
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -27,7 +26,8 @@ SURFACE_ARRAYS = (
     *("gmsh:geometrical", "CellEntityIds", "gmsh:physical", "medit:ref", "nastran:ref", "cell_tags"),
     *("tags", "tag", "surface"),
 )
-_MANY = 0.5  # values per cell from which on an array numbers cells, not regions
+_MANY = 0.5  # regions per cell from which on an array, or sets, number cells
+_BITS = 32  # sets that a code of 64 bits holds besides what came before
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,11 +42,14 @@ class Regions:
         (k,) what they are called.
     source
         Where they come from, in words.
+    of_sets
+        True where they come from sets of cells, which no array tells of.
     """
 
     labels: Ints
     names: tuple[str, ...]
     source: str
+    of_sets: bool = False
 
     def __str__(self) -> str:
         return f"{len(self.names)} regions ({self.source}: {first_names(list(self.names))})"
@@ -66,6 +69,12 @@ class Tagged(Protocol):
     def cell_groups(self) -> Mapping[str, Mask]:
         """Masks (m,) of the cells in sets, by name."""
 
+    def section_groups(self) -> Mapping[str, Mask]:
+        """Those of the sets of cells to which the file gives a material, by name."""
+
+    def tag_names(self, array: str) -> Mapping[int, str]:
+        """What the file calls the numbers in an array on cells that tags them."""
+
 
 def find_regions(mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = REGION_ARRAYS) -> Regions | None:
     """The regions of a mesh, from what it carries.
@@ -75,11 +84,12 @@ def find_regions(mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = 
     mesh
         The mesh, a volume or a surface.
     interfaces
-        "auto": the first array on cells with a name that stands for regions (material, region, part, block,
-        gmsh:physical and the like) and more than one value, else the cell sets of the file as far as they do not
-        overlap; "ignore": none; the name of an array; or (m,) integers.
+        "auto": the sets to which the file gives a material, if it does; else the first array on cells with a name that
+        stands for regions (material, region, part, block, gmsh:physical and the like) and more than one value; else,
+        where nothing in the file has a material, the common refinement of its cell sets. "ignore": none; the name of an
+        array; or (m,) integers.
     names
-        Those that stand for regions.
+        Of arrays that stand for regions.
 
     Returns
     -------
@@ -105,74 +115,81 @@ def find_regions(mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = 
         if interfaces == "ignore":
             return None
         if interfaces == "auto":
-            known = {name.lower(): name for name in mesh.cell_data}
-            given = [known[name.lower()] for name in names if name.lower() in known]
-            found = (_of_values(mesh.cell_data[name], f"array {name!r}") for name in given)
-            return next((regions for regions in found if regions is not None), None) or _of_sets(mesh.cell_groups())
+            return next((regions for regions in _candidates(mesh, names) if regions is not None), None)
         if interfaces not in mesh.cell_data:
             there = first_names(list(mesh.cell_data)) if mesh.cell_data else "none"
             raise OptionError(
                 f"interfaces must be 'auto', 'ignore' or an array on cells, not {interfaces!r}; there are: {there}"
             )
-        return _given(mesh.cell_data[interfaces], len(mesh.cells), f"array {interfaces!r}")
-    return _given(interfaces, len(mesh.cells), "given")
+        values = _one_integer_each(mesh.cell_data[interfaces], len(mesh.cells))
+        return _numbered(values, f"array {interfaces!r}", mesh.tag_names(interfaces))
+    return _numbered(_one_integer_each(interfaces, len(mesh.cells)), "given")
 
 
-def interface_quads(cells: Ints, labels: Ints) -> tuple[Ints, Ints]:
-    """Faces between cells of different regions.
-
-    Returns
-    -------
-    (k, 4) nodes of each, and (k,) the pair of regions, as numbers that are the same for the same pair.
-
-    Examples
-    --------
-    >>> from hexconformal.generate import box
-    >>> _, cells = box((3, 1, 1))
-    >>> interface_quads(cells, np.array([0, 1, 0]))
-    (array([[ 1,  5, 13,  9],
-           [ 2,  6, 14, 10]]), array([1, 1]))
-    """
-    table = face_table(cells)
-    one, other = table.cells.T
-    between = (other >= 0) & (labels[one] != labels[other])
-    sides = np.sort(np.stack([labels[one[between]], labels[other[between]]]), axis=0)
-    return np.ascontiguousarray(table.quads[between]), sides[0] * (int(labels.max(initial=0)) + 1) + sides[1]
+def region_arrays(mesh: Tagged, regions: Regions | None) -> dict[str, Ints]:
+    """The labels of regions that come from sets as the array "region", to put it on the mesh, unless it has one."""
+    return {"region": regions.labels} if regions and regions.of_sets and "region" not in mesh.cell_data else {}
 
 
-def _given(values: Any, count: int, source: str) -> Regions | None:
+def _candidates(mesh: Tagged, names: Sequence[str]) -> Iterator[Regions | None]:
+    """What regions may come from, the strongest statement first; None where it tells nothing apart."""
+    sections = mesh.section_groups()
+    yield _of_sets(sections, "sections")
+    known = {name.lower(): name for name in mesh.cell_data}
+    for name in (known[name.lower()] for name in names if name.lower() in known):
+        yield _of_values(mesh.cell_data[name], name, mesh.tag_names(name))
+    if not sections:
+        # Beside sets that have a material, others are selections: for loads, or for output.
+        yield _of_sets(mesh.cell_groups(), "sets of cells")
+
+
+def _one_integer_each(values: Any, count: int) -> NDArray[Any]:
     numbers = array_of_numbers("interfaces", values, "a name or integers")
     if numbers.shape != (count,) or not np.array_equal(numbers, np.rint(numbers)):
         raise OptionError(f"interfaces must be one integer for each of the {count} cells, not of shape {numbers.shape}")
-    return _numbered(numbers, source)
+    return numbers
 
 
-def _of_values(values: NDArray[Any], source: str) -> Regions | None:
+def _of_values(values: NDArray[Any], name: str, called: Mapping[int, str]) -> Regions | None:
     """The regions that an array stands for; None where it numbers cells, or its values are no integers."""
     if values.ndim != 1 or values.dtype.kind not in "iubf" or not np.array_equal(values, np.rint(values)):
         return None
-    regions = _numbered(values, source)
-    many = regions is not None and len(regions.names) > max(2.0, _MANY * len(values))
-    return None if many else regions
+    return _unless_many(_numbered(values, f"array {name!r}", called))
 
 
-def _numbered(values: NDArray[Any], source: str) -> Regions | None:
+def _numbered(values: NDArray[Any], source: str, called: Mapping[Any, str] | None = None) -> Regions | None:
     kinds, labels = np.unique(values, return_inverse=True)
-    names = tuple(f"{kind:g}" for kind in kinds.astype(np.float64).tolist())
+    names = tuple((called or {}).get(kind, f"{kind:.17g}") for kind in kinds.astype(np.float64).tolist())
     return Regions(labels.astype(np.int64).ravel(), names, source) if len(kinds) > 1 else None
 
 
-def _of_sets(groups: Mapping[str, Mask]) -> Regions | None:
-    """Sets of cells that do not overlap, and the rest of the cells as one more region."""
-    if not groups:
-        return None
-    members = np.stack([np.asarray(mask) for mask in groups.values()])
+def _of_sets(groups: Mapping[str, Mask], source: str) -> Regions | None:
+    """The common refinement of sets of cells: cells belong together that are in the same ones."""
     # A set of all cells tells nothing apart, and others inside it are meant.
-    telling = np.flatnonzero(members.any(axis=1) & ~members.all(axis=1))
-    if len(telling) == 0 or (members[telling].sum(axis=0) > 1).any():
+    telling = {name: np.asarray(mask) for name, mask in groups.items() if np.any(mask) and not np.all(mask)}
+    if not telling:
         return None
-    names = [list(groups)[k] for k in telling]
-    labels = np.where(members[telling].any(axis=0), members[telling].argmax(axis=0), len(names))
-    kinds, labels = np.unique(labels, return_inverse=True)
-    named = tuple([*names, "the rest"][k] for k in kinds.tolist())
-    return Regions(labels.astype(np.int64).ravel(), named, "sets of cells") if len(kinds) > 1 else None
+    counts = np.zeros(len(next(iter(groups.values()))), dtype=np.int64)
+    for mask in telling.values():
+        counts += mask
+    if (counts != 1).any():
+        # Where sets do not share all cells out, one of a single cell is a place to look at, no material.
+        telling = {name: mask for name, mask in telling.items() if np.count_nonzero(mask) > 1}
+    codes = np.zeros_like(counts)
+    for number, mask in enumerate(telling.values(), 1):
+        codes = 2 * codes + ~mask  # the members of the first set come first, cells in none last
+        if number % _BITS == 0:
+            codes = np.unique(codes, return_inverse=True)[1].ravel()
+    _, first, labels = np.unique(codes, return_index=True, return_inverse=True)
+    members: list[list[str]] = [[] for _ in first]
+    for name, mask in telling.items():
+        for region in np.flatnonzero(mask[first]).tolist():
+            members[region].append(name)
+    names = tuple(" & ".join(sets) or "the rest" for sets in members)
+    found = Regions(labels.astype(np.int64).ravel(), names, source, of_sets=True) if len(first) > 1 else None
+    return _unless_many(found)
+
+
+def _unless_many(regions: Regions | None) -> Regions | None:
+    many = regions is not None and len(regions.names) > max(2.0, _MANY * len(regions.labels))
+    return None if many else regions

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import NormalizedMesh, find_regions, interface_quads
+from ..mesh import NormalizedMesh, find_interfaces, find_regions
 from ..solver import AdmissibleDirections
 from .extension import Harmonic
 
@@ -56,7 +56,7 @@ class CarriedInterfaces:
     ) -> None:
         mesh = normalized.mesh
         regions = find_regions(mesh, interfaces)
-        quads = np.empty((0, 4), np.int64) if regions is None else interface_quads(mesh.cells, regions.labels)
+        quads = np.empty((0, 4), np.int64) if regions is None else find_interfaces(mesh.cells, regions.labels).quads
         self.nodes: Ints = np.setdiff1d(quads, moving)
         self.notes: tuple[str, ...] = ()
         if len(quads):

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import WriteError, python_can_be_started, run_python, save_atomically
 
-__all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_faces", "add_translucent"]
+__all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_coloured", "add_faces"]
+__all__ += ["add_lines", "add_quads", "add_translucent", "surface_of"]
 __all__ += ["bounding_box", "draw_histograms", "label_before_after", "plotter_of", "require_rendering", "save"]
 __all__ += ["side_by_side", "to_pixels", "worst_scene"]
 
@@ -29,6 +30,7 @@ _BEFORE, _AFTER = "#c8553d", "#2a6f97"
 _BAD_TO_GOOD = ("#a4243b", "#d8572a", "#f4a259", "#f6e7b4", "#a9d6c6", "#5fa8b8")
 _FOLDED = "#7b1fa2"
 _INK = "#20262e"
+_LONGEST_NAME = 16  # letters
 _RING_BELOW = 0.025  # share of the picture; smaller cells get a ring
 
 # Without a graphics driver VTK does not raise an error but crashes: so another process has to try.
@@ -129,6 +131,8 @@ class Scene:
         Text below the title, before the range of the values.
     ringed
         (k, j, 3) corners of the cells that get a ring where they are too small to be seen.
+    legend
+        Names and colours, where the mesh is not coloured by its values; None where it is.
     """
 
     title: str
@@ -136,6 +140,7 @@ class Scene:
     draw: Callable[[Any], None]
     subtitle: str = ""
     ringed: Floats | None = None
+    legend: Sequence[tuple[str, str]] | None = None
 
 
 def worst_scene(values: Floats, corners: Floats, draw: Callable[[Any], None]) -> Scene:
@@ -160,12 +165,15 @@ def side_by_side(path: Path, scenes: Sequence[Scene], box: list[float], measure:
             scene.draw(plotter)
             picture = plotter.screenshot(None, return_img=True)
             corners = None if scene.ringed is None else to_pixels(plotter, scene.ringed)
-        axes = _add_picture(
-            figure, number, len(scenes), picture, scene.title, scene.subtitle + _value_range(scene.values)
-        )
+        text = scene.subtitle + (_value_range(scene.values) if scene.legend is None else "")
+        axes = _add_picture(figure, number, len(scenes), picture, scene.title, text)
+        if scene.legend:
+            _add_legend(figure, (number + 0.5) / len(scenes), scene.legend)
         if corners is not None:
             _ring_small_cells(axes, corners)
-    _colour_bar(figure, measure, any((scene.values < 0).any() for scene in scenes))
+    measured = [scene for scene in scenes if scene.legend is None]
+    share = len(measured) / len(scenes)
+    _colour_bar(figure, measure, any((scene.values < 0).any() for scene in measured), share)
     save(path, figure)
 
 
@@ -219,6 +227,42 @@ def add_faces(plotter: Any, faces: Any, values: Floats, line_width: float = 2.2)
     )
 
 
+def surface_of(points: Floats, cells: NDArray[np.int64], kept: NDArray[np.bool_]) -> Any:
+    """The surface of some of the hexahedra (m, 8), with the ids of its cells in the array "cell"."""
+    import pyvista
+
+    pv: Any = pyvista
+    table = np.column_stack([np.full(int(kept.sum()), 8), cells[kept]])
+    grid = pv.UnstructuredGrid(table.ravel(), np.full(len(table), pv.CellType.HEXAHEDRON), np.array(points))
+    grid.cell_data["cell"] = np.flatnonzero(kept)
+    return grid.extract_surface(algorithm="dataset_surface")
+
+
+def add_coloured(plotter: Any, faces: Any, colours: NDArray[np.uint8]) -> None:
+    """Add faces with their thin edges, each of a colour (f, 3)."""
+    faces.cell_data["colour"] = colours
+    shades = {"ambient": 0.66, "diffuse": 0.42, "show_edges": True, "edge_color": _INK, "edge_opacity": 0.35}
+    plotter.add_mesh(faces, scalars="colour", rgb=True, reset_camera=False, line_width=1.2, **shades)
+
+
+def add_lines(plotter: Any, points: Floats, edges: NDArray[np.int64]) -> None:
+    """Add edges (e, 2) as thick lines."""
+    import pyvista
+
+    if len(edges):
+        lines = pyvista.PolyData(np.array(points), lines=np.column_stack([np.full(len(edges), 2), edges]).ravel())
+        plotter.add_mesh(lines, color=_INK, line_width=8, reset_camera=False)
+
+
+def add_quads(plotter: Any, points: Floats, quads: NDArray[np.int64]) -> None:
+    """Add quads (k, 4) as a translucent surface with its edges."""
+    import pyvista
+
+    faces = pyvista.PolyData(np.array(points), np.column_stack([np.full(len(quads), 4), quads]).ravel())
+    plotter.add_mesh(faces, color="#5d6b78", opacity=0.25, reset_camera=False)
+    plotter.add_mesh(faces, style="wireframe", color=_INK, opacity=0.5, line_width=1.5, reset_camera=False)
+
+
 def add_translucent(plotter: Any, faces: Any) -> None:
     """Add a translucent surface."""
     plotter.add_mesh(faces, color="#8fa3b0", opacity=0.1, reset_camera=False)
@@ -250,12 +294,27 @@ def _ring_small_cells(axes: Any, corners: Floats) -> None:
     axes.scatter(*corners[small].mean(axis=1).T, s=130, facecolors="none", edgecolors=_INK, linewidths=0.8)
 
 
-def _colour_bar(figure: Any, label: str, folded: bool) -> None:
-    """Add a legend of the colours; `folded` tells whether any value is below 0."""
+def _add_legend(figure: Any, centre: float, legend: Sequence[tuple[str, str]]) -> None:
+    """Add names with their colours below one of the pictures."""
+    from matplotlib.patches import Patch
+
+    patches = [Patch(facecolor=colour, edgecolor=_INK, label=_short(name)) for name, colour in legend]
+    place = {"loc": "upper center", "bbox_to_anchor": (centre, 0.125), "ncols": min(len(patches), 4)}
+    figure.legend(handles=patches, frameon=False, fontsize=9, **place)
+
+
+def _short(name: str) -> str:
+    clean = "".join(filter(str.isprintable, name)).replace("$", r"\$")
+    clean = clean if len(clean) <= _LONGEST_NAME else clean[: _LONGEST_NAME - 3] + "..."
+    return clean if not clean.startswith("_") else " " + clean  # which matplotlib would leave out
+
+
+def _colour_bar(figure: Any, label: str, folded: bool, share: float = 1.0) -> None:
+    """Add a legend of the colours; `folded` tells whether any value is below 0, `share` where the pictures end."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
-    bar = figure.add_axes((0.3, 0.085, 0.4, 0.025))
+    bar = figure.add_axes((0.3 * share, 0.085, 0.4 * share, 0.025))
     shown = ScalarMappable(Normalize(0, 1), ListedColormap(_colours()).with_extremes(under=_FOLDED))
     figure.colorbar(
         shown, cax=bar, orientation="horizontal", extend="min" if folded else "neither", ticks=[0, 0.25, 0.5, 0.75, 1]

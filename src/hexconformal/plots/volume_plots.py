@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, check_writable
 from ..io import as_hex_mesh
-from ..mesh import HexMesh, boundary_quads
+from ..mesh import HexMesh, boundary_quads, find_regions
 from ..quality import Quality, quality
 from . import canvas
 from .canvas import PICTURE_EXTENSIONS, VIEW_DIRECTION, require_rendering
+from .region_scene import region_scene
 
 __all__ = ["before_after", "histogram", "worst_cells"]
 
@@ -61,10 +62,11 @@ _PANELS = (
 )
 
 
-def before_after(path: Any, before: Any, after: Any) -> None:
+def before_after(path: Any, before: Any, after: Any, interfaces: Any = "auto") -> None:
     """Draw a mesh before and after, side by side, cut open and coloured by scaled Jacobian.
 
-    The cells whose centre after lies in the octant that faces the viewer are left out of both.
+    The cells whose centre after lies in the octant that faces the viewer are left out of both. Beside them, where the
+    mesh has regions, these are drawn as they are after, each in a colour, and the interfaces also where it is cut open.
 
     Parameters
     ----------
@@ -72,11 +74,15 @@ def before_after(path: Any, before: Any, after: Any) -> None:
         A .png, .pdf or .svg file.
     before, after
         Two meshes with the same cells, anything :func:`hexconformal.as_hex_mesh` takes.
+    interfaces
+        What tells regions apart, as in :class:`hexconformal.Options`.
 
     Raises
     ------
     MeshError
         If they do not have the same cells.
+    OptionError
+        If `interfaces` is the name of no array, or not one integer for each cell.
     WriteError
         If the file cannot be written, or this machine cannot draw in three dimensions.
     """
@@ -85,12 +91,15 @@ def before_after(path: Any, before: Any, after: Any) -> None:
     meshes = as_hex_mesh(before), as_hex_mesh(after)
     if not np.array_equal(meshes[0].cells, meshes[1].cells):
         raise MeshError("before and after must have the same cells")
+    regions = find_regions(meshes[0], interfaces)
     require_rendering()
     kept = ~_in_front_octant(meshes[1])
     scenes = [
         canvas.Scene(title, measured.scaled_jacobian, partial(_add_cells, mesh=measured, kept=kept))
         for title, measured in zip(("before", "after"), map(quality, meshes), strict=True)
     ]
+    if regions is not None:
+        scenes.append(region_scene(meshes[1], regions, kept))
     canvas.side_by_side(path, scenes, canvas.bounding_box(*(mesh.points[mesh.cells] for mesh in meshes)), _MEASURE)
 
 
@@ -158,13 +167,7 @@ def _in_front_octant(mesh: HexMesh) -> NDArray[np.bool_]:
 
 
 def _add_cells(plotter: Any, mesh: Quality, kept: NDArray[np.bool_]) -> None:
-    import pyvista
-
-    pv: Any = pyvista
-    cells = np.column_stack([np.full(int(kept.sum()), 8), mesh.cells[kept]])
-    grid = pv.UnstructuredGrid(cells.ravel(), np.full(len(cells), pv.CellType.HEXAHEDRON), np.array(mesh.points))
-    grid.cell_data["cell"] = np.flatnonzero(kept)
-    faces = grid.extract_surface(algorithm="dataset_surface")
+    faces = canvas.surface_of(mesh.points, mesh.cells, kept)
     canvas.add_faces(plotter, faces, mesh.scaled_jacobian[np.asarray(faces.cell_data["cell"])])
 
 

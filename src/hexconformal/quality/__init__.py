@@ -8,17 +8,20 @@ from .assessment import Quality, Summary, quality
 from .attainable_bound import attainable_scaled_jacobian
 from .checks import check, require_sound
 from .node_order import orient
+from .region_measures import RegionMeasures, measure_regions
 from .statistics import Statistics, as_table, statistics
 from .winding_number import inside_out
 
 __all__ = [
     "Quality",
+    "RegionMeasures",
     "Statistics",
     "Summary",
     "as_table",
     "attainable_scaled_jacobian",
     "check",
     "inside_out",
+    "measure_regions",
     "orient",
     "quality",
     "require_sound",

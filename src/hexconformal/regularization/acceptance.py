@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import first_names
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import Formulation
-from ..geometry import (
-    BarrierSchedule,
-    DistanceBarrier,
-    InnerSheets,
-    SurfaceLocator,
-    distance_between,
-    enclosed_volume,
-    hausdorff,
-)
-from ..mesh import NormalizedMesh
+from ..geometry import BarrierSchedule, DistanceBarrier, InnerSheets, SurfaceLocator, distance_between, hausdorff
+from ..mesh import NormalizedMesh, Regions, region_surfaces
 from .options import Record
-from .volume_restoration import restore_volume
+from .volume_restoration import enclosed_volumes, restore_volumes
 
 __all__ = [
     "auto_target_notes",
@@ -79,32 +74,50 @@ def sheets_distance(points: Field, normalized: NormalizedMesh, inner: InnerSheet
 
 
 def with_volume_restored(
-    points: Field, normalized: NormalizedMesh, formulation: Formulation | None
+    points: Field, normalized: NormalizedMesh, formulation: Formulation | None, regions: Regions | None = None
 ) -> tuple[Field, list[str]]:
-    """The points changed to enclose the input's volume, as nearly as can be, and notes on what that took."""
-    volume, changed = (enclosed_volume(x, normalized.quads) for x in (normalized.points, points))
-    if formulation is None or abs(changed - volume) <= _SAME_VOLUME * abs(volume):
+    """The points changed to enclose the input's volume, as nearly as can be, and notes on what that took.
+
+    Where the mesh has regions, each encloses its own.
+    """
+    names: tuple[str, ...] = ("the mesh",)
+    surfaces, notes = [normalized.quads], []
+    if regions is not None and formulation is not None:
+        most = formulation.schedules.volume.regions
+        if len(regions.names) <= most:
+            names, surfaces = regions.names, region_surfaces(normalized.cells, regions.labels[normalized.cell_ids])
+        else:
+            notes.append(f"volume: that of all {len(regions.names)} regions together is kept, as they are over {most}")
+    volumes, changed = (enclosed_volumes(x, surfaces) for x in (normalized.points, points))
+    if formulation is None or (np.abs(changed - volumes) <= _SAME_VOLUME * np.abs(volumes)).all():
         why, same = "the run was left before the cells were unfolded", points
     else:
         why = "hausdorff and the cells leave no room for more"
-        same = _restored(formulation, points, normalized.quads, volume)
+        same = _restored(formulation, points, surfaces, volumes)
     # Where cells upside down take away as much as the others enclose, changes are told in cubes of the mean edge.
-    scale = abs(volume) or 1.0
-    left = (enclosed_volume(same, normalized.quads) - volume) / scale
-    notes = []
+    scales = np.where(volumes == 0.0, 1.0, np.abs(volumes))
+    left = (enclosed_volumes(same, surfaces) - volumes) / scales
     if same is not points:
         moved = np.linalg.norm(same - points, axis=1).max() / normalized.diagonal
-        before = f"a change of {(changed - volume) / scale:+.1e}"
-        notes.append(f"volume: {before} was made up for by moving nodes, at most by {moved:.1e} diagonals")
-    if abs(left) > _SAME_VOLUME:
-        notes.append(f"the volume is not that of the input, but differs by {left:+.1e}: {why}")
+        changes = (changed - volumes) / scales
+        before = f"a change of {changes[np.abs(changes).argmax()]:+.1e}"
+        if len(names) > 1:
+            before = f"changes of {len(names)} regions, the largest {changes[np.abs(changes).argmax()]:+.1e},"
+        what = "was" if len(names) == 1 else "were"
+        notes.append(f"volume: {before} {what} made up for by moving nodes, at most by {moved:.1e} diagonals")
+    off = np.flatnonzero(np.abs(left) > _SAME_VOLUME)
+    if len(off) and len(names) == 1:
+        notes.append(f"the volume is not that of the input, but differs by {left[0]:+.1e}: {why}")
+    elif len(off):
+        listed = first_names([f"{names[k]} by {left[k]:+.1e}" for k in off])
+        notes.append(f"volumes of regions are not those of the input, but differ, {listed}: {why}")
     return same, notes
 
 
-def _restored(formulation: Formulation, points: Field, quads: Ints, volume: float) -> Field:
-    """The points changed to enclose a volume within the bound, which is watched closer where they come out of it."""
+def _restored(formulation: Formulation, points: Field, surfaces: Sequence[Ints], volumes: Field) -> Field:
+    """The points changed to enclose volumes within the bound, which is watched closer where they come out of it."""
     for _ in range(formulation.schedules.volume.watches):
-        same = restore_volume(formulation, points, quads, volume)
+        same = restore_volumes(formulation, points, surfaces, volumes)
         if formulation.barrier is None or not formulation.barrier.exceeded(same):
             return same
         formulation = formulation.with_barrier(formulation.barrier.watching(same))

@@ -24,7 +24,7 @@ from ..geometry import (
     surface_tags,
 )
 from ..io import read_surface
-from ..mesh import NormalizedMesh, find_regions, interface_quads
+from ..mesh import NormalizedMesh, find_interfaces, find_regions
 from ..solver import (
     AdmissibleDirections,
     boundary_directions,
@@ -149,7 +149,8 @@ def _inner_faces(normalized: NormalizedMesh, options: Options) -> _InnerFaces:
     regions = find_regions(normalized.mesh, options.interfaces)
     if regions is None:
         return _InnerFaces(np.empty((0, 4), np.int64), np.empty(0, np.int64))
-    quads, kinds = interface_quads(normalized.cells, regions.labels[normalized.cell_ids])
+    found = find_interfaces(normalized.cells, regions.labels[normalized.cell_ids])
+    quads, kinds = found.quads, found.owners
     what = f"{len(regions.names)} regions ({regions.source}: {first_names(list(regions.names))})"
     return _InnerFaces(quads, kinds, f"interfaces: {what}, {len(quads)} faces between them are kept")
 

@@ -53,12 +53,13 @@ class Options:
         its bounding box is not about that of the mesh.
     interfaces
         Regions of the mesh (materials, parts, blocks), the faces between which are kept: "auto": what the mesh says, by
-        an array such as material or gmsh:physical, or by sets of cells; "ignore": none; the name of an array on cells;
-        or (m,) integers. Nodes slide in flat interfaces and along straight lines where these meet, and stay on curved
-        ones.
+        sections of a deck, by an array such as material or gmsh:physical, or by sets of cells; "ignore": none; the name
+        of an array on cells; or (m,) integers. Nodes slide in flat interfaces and along straight lines where these
+        meet, and stay on curved ones.
     conserve_volume
         With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
-        at its end, by the least change of shape within `hausdorff`; the report says if that is not enough.
+        at its end, by the least change of shape within `hausdorff`; the report says if that is not enough. Where the
+        mesh has regions (see `interfaces`), each gets the volume of its own.
     fixed
         Nodes that stay: (n,) booleans, (n, 3) booleans by component, node ids, or the name of a point array that is
         not zero there.

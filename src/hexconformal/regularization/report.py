@@ -8,6 +8,7 @@ from typing import Any
 
 from ..common import Serializable, json_safe
 from ..quality import Summary
+from .region_rows import InterfaceRow, RegionRow, table_lines
 
 __all__ = ["Report"]
 
@@ -43,6 +44,8 @@ class Report(Serializable):
         was given to slide on, if one was. None where it was not measured.
     size_ratios
         Smallest and largest ratio of a cell's volume after to the one it should have, None where none should.
+    regions, interfaces
+        A row for each region of the mesh and for each two that meet; empty where the mesh has no regions.
 
     Examples
     --------
@@ -71,6 +74,8 @@ class Report(Serializable):
     notes: tuple[str, ...] = ()
     hausdorff: float | None = None
     size_ratios: tuple[float, float] | None = None
+    regions: tuple[RegionRow, ...] = ()
+    interfaces: tuple[InterfaceRow, ...] = ()
 
     @property
     def volume_change(self) -> float:
@@ -115,6 +120,7 @@ class Report(Serializable):
                 *(f"{name:28s}{_number(x):>12s}{_number(y):>12s}" for name, x, y in rows),
                 f"largest displacement {self.largest_displacement:.4g}, {relative}",
                 *self._boundary_and_sizes(),
+                *table_lines(self.regions, self.interfaces),
                 *(f"note: {note}" for note in self.notes),
             ]
         )

@@ -14,7 +14,7 @@ from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian
 from ..formulation import Iteration, Schedules
 from ..io import as_hex_mesh
-from ..mesh import HexMesh, NormalizedMesh
+from ..mesh import HexMesh, NormalizedMesh, region_arrays
 from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import (
     auto_target_notes,
@@ -26,6 +26,7 @@ from .acceptance import (
 )
 from .boundary import boundary_of
 from .options import Options, Record
+from .region_rows import interface_rows, region_rows
 from .report import Report
 from .setting import Setting
 from .stages import Stages
@@ -159,6 +160,8 @@ class Regularization:
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
         shift = points - self.mesh.points
         moved = np.linalg.norm(shift, axis=1)
+        diagonal, regions = self._normalized.diagonal * self._normalized.unit, self._setting.regions
+        interfaces, notes = ((), []) if regions is None else interface_rows(regions, self.mesh, points, diagonal)
         report = Report(
             before=before.summary(),
             after=after.summary(),
@@ -166,15 +169,17 @@ class Regularization:
             energy_after=self.history[-1].energy if self.history else float("nan"),
             boundary_moved=int((moved[np.unique(self._normalized.node_ids[self._normalized.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
-            diagonal=self._normalized.diagonal * self._normalized.unit,
+            diagonal=diagonal,
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=outcome.reason,
             converged=self._stages.state.converged,
             options=self.options.described(),
-            notes=self._all_notes() + outcome.notes,
+            notes=(*self._all_notes(), *outcome.notes, *notes),
             hausdorff=outcome.distance,
             size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._setting.target_volumes),
+            regions=() if regions is None else region_rows(regions, before, after),
+            interfaces=interfaces,
         )
         better = self.mesh.replaced(
             points=points,
@@ -182,6 +187,7 @@ class Regularization:
             cell_data={
                 "scaled_jacobian": after.scaled_jacobian,
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
+                **region_arrays(self.mesh, regions),
             },
         )
         return Result(better if self._from_hex_mesh else better.to_source_type(), points, report, tuple(self.history))
@@ -201,7 +207,8 @@ class Regularization:
         if points is not normalized.points:
             points = self._brought_back(points)
         if points is not normalized.points and self.options.conserve_volume:
-            points, notes = with_volume_restored(points, normalized, self._stages.state.formulation)
+            formulation = self._stages.state.formulation
+            points, notes = with_volume_restored(points, normalized, formulation, self._setting.regions)
             keeps_valid = self._setting.keeps_valid(points)
             if not (keeps_valid and self._acceptable(self._record(Iteration("volume", points)))):
                 points, notes = normalized.points, []

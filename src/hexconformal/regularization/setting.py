@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..elements import all_valid, is_valid
 from ..energy import DistortionTerm, inverse_targets, normalized_target, target_volumes
 from ..formulation import Formulation, Schedules
-from ..mesh import NormalizedMesh
+from ..mesh import NormalizedMesh, Regions, find_regions
 from .boundary import Boundary
 from .minimize import distortion_term
 from .options import Options
@@ -49,6 +49,11 @@ class Setting:
         valid[normalized.cell_ids] = normalized.valid
         volumes = target_volumes(self.options.sizes, normalized.mesh, valid)
         return volumes[normalized.cell_ids] if len(volumes) else volumes
+
+    @cached_property
+    def regions(self) -> Regions | None:
+        """The regions of the mesh, if it has any that count."""
+        return find_regions(self.normalized.mesh, self.options.interfaces)
 
     @cached_property
     def distortion(self) -> DistortionTerm:

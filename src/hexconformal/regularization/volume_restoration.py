@@ -1,13 +1,15 @@
-"""Keep the volume that a boundary encloses, for the boundary as a whole.
+"""Keep the volume that a boundary encloses, for the boundary as a whole and for every region inside.
 
 The constraint of Gruber & Aulisa makes the displacement v of a surface orthogonal to a normal N~, weakly. With the
 Simpson mean of the area vectors before, half-way and after, <v, N~> summed over the surface is the change of volume
 itself, which a bilinear surface encloses as a cubic of its nodes. So one multiplier, a pressure on the boundary, is
-enough: the change that costs least energy per volume is H^-1 N, with H the Hessian of the energy.
+enough: the change that costs least energy per volume is H^-1 N, with H the Hessian of the energy. A mesh of k regions
+has a pressure in each: the change is a combination of the k fields H^-1 N_k, and k equations say of which.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -19,14 +21,21 @@ from ..formulation import Formulation
 from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
 from ..solver import solve_blocks
 
-__all__ = ["restore_volume"]
+__all__ = ["enclosed_volumes", "restore_volumes"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+_DEPENDENT = 1e-10  # of the largest singular value: pressures in all regions of a body whose skin stays cancel out
 
-def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume: float) -> Field:
-    """Points that enclose the given volume, changed as the energy resists least; as near as can be otherwise.
+
+def enclosed_volumes(points: Field, surfaces: Sequence[Ints]) -> Field:
+    """(k,) volumes inside k closed surfaces of quads."""
+    return np.array([enclosed_volume(points, quads) for quads in surfaces])
+
+
+def restore_volumes(formulation: Formulation, points: Field, surfaces: Sequence[Ints], volumes: Field) -> Field:
+    """Points of which k surfaces enclose the given volumes, changed as the energy resists least; as near as can be.
 
     Every step is valid, admissible, and within the limits of the surface.
 
@@ -36,28 +45,41 @@ def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume:
         Energies that resist; none of its cells may be folded.
     points
         (n, 3) where to begin.
-    quads
-        (k, 4) boundary quads.
-    volume
-        Volume to enclose.
+    surfaces
+        Quads of each closed surface, seen from outside: the boundary, or those of regions that fill it.
+    volumes
+        (k,) volumes to enclose.
     """
     schedule, valid = formulation.schedules.volume, is_valid(points, formulation.cells)
+    last = np.inf
     for _ in range(schedule.steps):
-        gap = volume - enclosed_volume(points, quads)
-        if abs(gap) <= schedule.exact * abs(volume):
+        gaps = volumes - enclosed_volumes(points, surfaces)
+        if (np.abs(gaps) <= schedule.exact * np.abs(volumes)).all():
             return points
+        # Of several volumes one may not be in reach, and a thin one no better than rounding lets it be.
+        largest = float(np.abs(gaps / np.where(volumes == 0.0, 1.0, volumes)).max())
+        if len(surfaces) > 1 and largest > schedule.stall * last:
+            return points
+        last = largest
         worst = max(float(formulation.measures(points).angle.max(initial=0.0)), 1e-3)
         weights = CornerWeights(angle=1.0, stiffness=schedule.stiffness / worst)
         assembly, volume_weight = formulation.equation.assembly, formulation.schedules.minimization.volume_weight
-        objective = formulation.objective(weights, volume_weight).convex(points, assembly)[2]
-        normals = nodal_area_vectors(points, quads)
+        objective = formulation.objective(weights, volume_weight)
         limits = schedule.tolerance, schedule.iterations, schedule.shift
-        direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits)
-        if not np.einsum("ij,ij->", direction, normals) > 0.0:
+        able, directions = [], []
+        for number, quads in enumerate(surfaces):
+            composed = objective.convex(points, assembly)[2]  # a solve uses the blocks up
+            normals = nodal_area_vectors(points, quads)
+            direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits)
+            if np.einsum("ij,ij->", direction, normals) > 0.0:
+                able.append(number)
+                directions.append(direction)
+        if not able:
             return points
+        moving, ways = [surfaces[number] for number in able], np.stack(directions)
         for halving in range(schedule.halvings):
-            trial = _move_by_volume(points, direction, quads, gap * 0.5**halving)
-            if np.isfinite(objective.value(trial)) and is_valid(trial, formulation.cells)[valid].all():
+            trial = _move_by_volumes(points, ways, moving, gaps[able] * 0.5**halving)
+            if np.isfinite(composed.value(trial)) and is_valid(trial, formulation.cells)[valid].all():
                 points = trial
                 break
         else:
@@ -65,17 +87,19 @@ def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume:
     return points
 
 
-def _move_by_volume(points: Field, direction: Field, quads: Ints, gap: float) -> Field:
-    """The points moved so far along the direction that the volume grows by the gap, by iterating on N~."""
-    area_vectors = partial(nodal_area_vectors, faces=quads)
-    length = 0.0
+def _move_by_volumes(points: Field, directions: Field, surfaces: Sequence[Ints], gaps: Field) -> Field:
+    """The points moved so far along directions (k, n, 3) that the volumes grow by the gaps (k,), by iterating on N~."""
+    area_vectors = [partial(nodal_area_vectors, faces=quads) for quads in surfaces]
+    lengths = np.zeros(len(gaps))
     for _ in range(30):
-        moved = points + length * direction
-        growth = float(np.einsum("ij,ij->", simpson_mean(area_vectors, points, moved), direction))
-        if growth == 0.0:
+        moved = points + np.einsum("k,kij->ij", lengths, directions)
+        means = (simpson_mean(vectors, points, moved) for vectors in area_vectors)
+        growth = np.stack([np.einsum("kij,ij->k", directions, mean) for mean in means])
+        own = growth.diagonal()
+        if (own == 0.0).any():
             break
-        longer = gap / growth
-        if abs(longer - length) <= 1e-15 * abs(longer):
+        longer = np.linalg.lstsq(growth / own[:, None], gaps / own, rcond=_DEPENDENT)[0]
+        if np.abs(longer - lengths).max() <= 1e-15 * np.abs(longer).max():
             break
-        length = longer
-    return points + length * direction
+        lengths = longer
+    return points + np.einsum("k,kij->ij", lengths, directions)

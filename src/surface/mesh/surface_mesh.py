@@ -94,6 +94,14 @@ class SurfaceMesh:
         """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
         return ChainMap(dict(self.point_data), getattr(self.origin, "node_groups", {}))
 
+    def section_groups(self) -> Mapping[str, NDArray[np.bool_]]:
+        """Sets of cells to which the file gives a material: surfaces have none."""
+        return {}
+
+    def tag_names(self, array: str) -> Mapping[int, str]:
+        """What the file calls the numbers in an array on cells that tags them: nothing, for surfaces."""
+        return {}
+
     def cell_groups(self) -> Mapping[str, NDArray[np.bool_]]:
         """Masks (t + q,) of the cells in the groups, sets and solids of the file, by name."""
         groups = getattr(self.origin, "cell_groups", None)

@@ -1,5 +1,6 @@
 """`hexconformal check` and `orient`: what is told of a mesh, and put right."""
 
+import meshio
 import numpy as np
 import pyvista as pv
 from program import run
@@ -45,3 +46,53 @@ def test_check_reports_points_that_are_not_finite(here, capsys):
     assert "NaN or infinite coordinates: 1 (ids 7)" in capsys.readouterr().out
     assert run("quality nan.vtu") == 1
     assert "nan.vtu: points with NaN or infinite coordinates: 1 (ids 7)" in capsys.readouterr().err
+
+
+def test_check_tells_regions_interfaces_and_where_three_of_them_meet(here, capsys):
+    points, cells = generate.box((4, 4, 2), (2.0, 1.0, 1.0))
+    x, y, _ = points[cells].mean(axis=1).T
+    material = np.where(x < 1.0, 1, np.where(y < 0.5, 2, 3))
+    hc.write("three.vtu", hc.HexMesh(points, cells, cell_data={"material": material, "half": (x < 1.0).astype(int)}))
+    assert run("check three.vtu") == 0
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        "3 regions (array 'material'), 3 interfaces",
+        "region  cells  volume  min SJ",
+        "1          16       1   1.000",
+        "2           8     0.5   1.000",
+        "3           8     0.5   1.000",
+        "interface  faces  nodes  on the skin",
+        "1 | 2          4      9            7",
+        "1 | 3          4      9            7",
+        "2 | 3          4      9            7",
+        "curves where three or more regions meet: 1 (2 edges), with 2 ends on the skin",
+        "can be worked on",
+    ]
+    assert run("check three.vtu --interfaces half") == 0
+    told = capsys.readouterr().out
+    assert "2 regions (array 'half'), 1 interface\n" in told
+    assert "curves" not in told
+    assert run("check three.vtu --interfaces ignore") == 0
+    assert "regions" not in capsys.readouterr().out
+    assert run("check three.vtu --interfaces phase") == 2
+    assert "not 'phase'; there are: material, half" in capsys.readouterr().err
+
+
+def test_check_tells_sections_of_a_deck(here, capsys):
+    points, cells = generate.box((2, 1, 1))
+    sets = {"steel": [np.array([0])], "rubber": [np.array([1])], "probe": [np.array([0])]}
+    hc.write("a.inp", meshio.Mesh(points, [("hexahedron", cells)], cell_sets=sets))
+    with open("a.inp", "a") as deck:
+        deck.write("*SOLID SECTION, ELSET=steel, MATERIAL=A\n*SOLID SECTION, ELSET=rubber, MATERIAL=B\n")
+    assert run("check a.inp") == 0
+    told = capsys.readouterr().out
+    assert "2 regions (sections), 1 interface" in told
+    assert "probe" not in told
+
+
+def test_check_shows_some_of_many_regions(here, capsys):
+    points, cells = generate.box((40, 2, 1))
+    hc.write("many.vtu", hc.HexMesh(points, cells, cell_data={"grain": np.arange(80) // 4, "part": np.arange(80) // 4}))
+    assert run("check many.vtu") == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told.count("and 8 more") == 1
+    assert len(told) < 35

@@ -6,9 +6,11 @@ import os
 import signal
 from dataclasses import fields
 
+import meshio
 import numpy as np
 import pytest
 import pyvista as pv
+from matplotlib.image import imread
 from program import error_line, interrupted, run
 
 import hexconformal as hc
@@ -186,3 +188,27 @@ def test_interruption_leaves_the_last_valid_mesh(tmp_path, number):
     better = hc.read(tmp_path / "better.vtu")
     assert is_valid(better.points, better.cells).all()
     assert np.abs(better.points - points).max() > 0
+
+
+def test_regions_of_a_deck_are_reported_drawn_and_put_on_the_result(here, capsys, rendering):
+    points, cells = generate.jittered(*generate.box((6, 3, 3)), 0.2, seed=1)
+    left = generate.box((6, 3, 3))[0][cells].mean(axis=1)[:, 0] < 0.5
+    sets = {"STEEL": [np.flatnonzero(left)], "AIR": [np.flatnonzero(~left)]}
+    hc.write("two.inp", meshio.Mesh(points, [("hexahedron", cells)], cell_sets=sets))
+    assert run("regularize two.inp better.vtu --conserve-volume --report two.json --picture two.png") == 0
+    told = capsys.readouterr().out
+    assert "\nSTEEL " in told
+    assert "\nSTEEL | AIR " in told
+    report = json.loads((here / "two.json").read_text())
+    assert [row["name"] for row in report["regions"]] == ["STEEL", "AIR"]
+    assert [row["quads"] for row in report["interfaces"]] == [9]
+    np.testing.assert_array_equal(hc.read("better.vtu").cell_data["region"], np.where(left, 0, 1))
+    assert run("regularize two.inp same.vtu --interfaces ignore --report same.json --picture same.png") == 0
+    assert "region" not in hc.read("same.vtu").cell_data
+    assert json.loads((here / "same.json").read_text())["regions"] == []
+    widths = [imread(here / name).shape[1] for name in ("two.png", "same.png")]
+    assert widths == [2400, 1600]
+    # An array that tells regions apart is there already.
+    hc.write("two.vtu", hc.HexMesh(points, cells, cell_data={"material": left.astype(int)}))
+    assert run("regularize two.vtu again.vtu") == 0
+    assert "region" not in hc.read("again.vtu").cell_data

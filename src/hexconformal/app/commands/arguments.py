@@ -11,8 +11,17 @@ from ...mesh import HexMesh
 from ...regularization import CHOICES, Options
 from ..terminal import print_line
 
-__all__ = ["STDOUT", "add_choice", "add_input", "add_interfaces", "add_output", "add_outputs"]
-__all__ += ["add_outside_references", "add_overwrite", "note_dropped", "read_hexahedra"]
+__all__ = [
+    "STDOUT",
+    "add_choice",
+    "add_input",
+    "add_interfaces",
+    "add_output",
+    "add_outputs",
+    "add_outside_references",
+    "add_overwrite",
+]
+__all__ += ["note_dropped", "read_hexahedra"]
 
 STDOUT = "-"
 

@@ -10,7 +10,8 @@ from surface.quality import require_sound
 from ...common import MeshError
 from ...quality import check, quality
 from ..terminal import print_line
-from .arguments import add_input
+from .arguments import add_input, add_interfaces
+from .contents import describe_contents
 from .kinds import SURFACES, read_any_mesh
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
@@ -19,33 +20,39 @@ __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 SUMMARY = (
     "Tell whether a mesh, or a surface, can be worked on, and what is doubtful about it. Exit code 1 if it cannot."
 )
-EXAMPLES = "  hexconformal check part.vtu\n  hexconformal check statue.ply\n"
+EXAMPLES = (
+    "  hexconformal check part.vtu\n  hexconformal check part.vtu --interfaces layer\n  hexconformal check statue.ply\n"
+)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     add_input(parser)
+    add_interfaces(parser, "faces between regions are told")
 
 
 def run(arguments: Namespace) -> int:
     """Print what is wrong with a mesh, and what is doubtful."""
     kind, mesh = read_any_mesh(arguments)
-    head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh)
+    head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh, arguments.interfaces)
     refused = any(line.startswith("error: ") for line in lines)
     for line in [f"{arguments.input}: {head}", *lines, *(["can be worked on"] if not refused else [])]:
         print_line(line)
     return int(refused)
 
 
-def _describe_hexahedra(mesh: Any) -> list[str]:
-    """Counts of a hexahedral mesh, then the findings of its checks, a line each."""
+def _describe_hexahedra(mesh: Any, interfaces: str) -> list[str]:
+    """Counts of a hexahedral mesh, what was found in it, then the findings of its checks, a line each."""
     findings = check(mesh)
     head = f"{len(mesh.cells)} hexahedra, {len(mesh.points)} points"
+    found: list[str] = []
     if not any(finding.kind in ("not finite", "bad index") for finding in findings):
-        summary = quality(mesh).summary()
+        measured = quality(mesh)
+        summary = measured.summary()
         head += f", {summary.inverted} inverted, {summary.invalid} invalid"
+        found = describe_contents(mesh, measured, interfaces)
     notes = [f"note: {note}" for note in mesh.notes]
-    return [head, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
+    return [head, *found, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
 
 
 def _describe_surface(mesh: Any) -> list[str]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ...elements import corner_scaled_jacobian
-from ...mesh import HexMesh
+from ...mesh import HexMesh, find_regions, region_arrays
 from ...regularization import Options, Regularization
 from .arguments import add_choice, add_input, add_interfaces, add_output, add_outputs, read_hexahedra
 from .job import run_command
-from .kinds import VOLUMES
+from .kinds import VOLUMES, MeshKind
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
@@ -46,7 +47,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
     add_interfaces(shape, "faces between regions are kept")
-    shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
+    shape.add_argument(
+        "--conserve-volume",
+        action="store_true",
+        help="give the result, and each of its regions, the volume of the input",
+    )
     shape.add_argument(
         "--fixed", metavar="NAME", help="set or group of the file whose nodes stay, or a point array where it is not 0"
         " (three components hold x, y, z)",
@@ -85,16 +90,21 @@ class RegularizeJob:
 
     mesh: HexMesh
     options: Options
-    kind = VOLUMES
+
+    @property
+    def kind(self) -> MeshKind:
+        """Volumes, drawn with the regions that the options mean."""
+        return replace(VOLUMES, before_after=partial(VOLUMES.before_after, interfaces=self.options.interfaces))
 
     def start(self) -> Regularization:
         return Regularization(self.mesh, self.options)
 
     def placeholder(self) -> HexMesh:
         zero = np.zeros(len(self.mesh.cells))
+        of_regions = region_arrays(self.mesh, find_regions(self.mesh, self.options.interfaces))
         return self.mesh.replaced(
             point_data={"moved_by": np.zeros_like(self.mesh.points)},
-            cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero},
+            cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero, **of_regions},
         )
 
     def snapshot(self, run: Any) -> HexMesh:

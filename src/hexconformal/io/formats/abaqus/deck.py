@@ -56,6 +56,8 @@ class Scope:
         What sets list, by "NSET", "ELSET" or "SURFACE" with a side, and the name in capitals.
     set_names
         Their names as they are written.
+    sections
+        Names of the sets of elements that sections give a material.
     held
         Labels of nodes of elements that are set aside.
     frame
@@ -69,6 +71,7 @@ class Scope:
     elements: list[ElementBlock] = field(default_factory=list)
     sets: dict[tuple[str, str], list[SetMember]] = field(default_factory=dict)
     set_names: dict[tuple[str, str], str] = field(default_factory=dict)
+    sections: list[str] = field(default_factory=list)
     held: list[str] = field(default_factory=list)
     frame: Placement = field(default_factory=Placement)
 

@@ -42,6 +42,7 @@ def _read(path: Path) -> FileContents:
         node_labels=found.node_labels,
         cell_labels=found.cell_labels,
         face_sets=found.face_sets,
+        sections=found.sections,
         model=_model(deck),
     )
     contents = checked_contents(found.mesh, file, output)

@@ -64,6 +64,8 @@ class DeckMesh:
         A meshio.Mesh.
     node_labels, cell_labels
         What the deck calls its nodes and cells.
+    sections
+        Names of the sets to which sections give a material.
     held
         (k,) nodes of elements that are set aside.
     face_sets
@@ -73,6 +75,7 @@ class DeckMesh:
     mesh: Any
     node_labels: NDArray[Any]
     cell_labels: NDArray[Any]
+    sections: tuple[str, ...]
     held: Ints
     face_sets: dict[str, Ints]
 
@@ -127,7 +130,8 @@ def mesh_of(deck: Deck, length: int) -> DeckMesh:
     )
     node_labels = _labels(members, [member.labels for member in members])
     cell_labels = _labels([members[number] for number in cells.owners], cells.labels)
-    return DeckMesh(mesh, node_labels, cell_labels, _held(members, node_indices), sets.faces())
+    sections, held = sets.of_sections(), _held(members, node_indices)
+    return DeckMesh(mesh, node_labels, cell_labels, sections, held, sets.faces())
 
 
 class _Cells:
@@ -199,11 +203,25 @@ class _Sets:
         for place, lists in self._members.items():
             if place[1].startswith(SURFACE):
                 self._members[place] = [replace(one, names=self._known(place[0], one)) for one in lists]
+        self._sections = [
+            (number, "ELSET", name.upper())
+            for number, member in enumerate(members)
+            for scope in member.scopes
+            for name in scope.sections
+        ]
         self._owner_names = [member.name for member in members]
         self._rows = resolve(self._members, self._references, self._combine)
 
     def named(self, kind: str) -> dict[str, Ints]:
         """Rows of the sets of a kind, by name."""
+        return {name: self._rows[key] for key, name in self._full_names(kind).items()}
+
+    def of_sections(self) -> tuple[str, ...]:
+        """Names of the sets that sections give a material, each once."""
+        names = self._full_names("ELSET")
+        return tuple(names[key] for key in dict.fromkeys(self._sections) if key in names)
+
+    def _full_names(self, kind: str) -> dict[SetKey, str]:
         keys = [key for key in self._members if key[1] == kind]
         uses: dict[str, int] = {}
         for _, _, name in keys:
@@ -212,7 +230,7 @@ class _Sets:
         for key in keys:
             number, _, name = key
             owner = self._owner_names[number]
-            result[f"{owner}.{self._names[key]}" if owner and uses[name] > 1 else self._names[key]] = self._rows[key]
+            result[key] = f"{owner}.{self._names[key]}" if owner and uses[name] > 1 else self._names[key]
         return result
 
     def faces(self) -> dict[str, Ints]:

@@ -60,6 +60,8 @@ def read_deck(lines: list[str]) -> Deck:
             raise ReadError(f"*{section.title} is not supported: {_REFUSED[section.keyword]}")
         if section.keyword in handlers:
             handlers[section.keyword](section)
+        elif section.keyword.endswith("SECTION") and section.options.get("ELSET"):
+            reader.scope.sections.append(section.options["ELSET"])
         if section.keyword not in _MESH_KEYWORDS:
             reader.deck.keywords[section.title] += 1
     if reader.scope is not reader.deck.root:

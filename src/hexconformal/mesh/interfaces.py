@@ -1,0 +1,144 @@
+"""The faces between regions of a mesh, the surface of every region, the curves where three regions meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .edges import face_edges, unique_edges
+from .topology import connected_components, face_table
+
+__all__ = ["Interfaces", "curves_of", "find_interfaces", "region_surfaces"]
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Interfaces:
+    """The faces between every two regions.
+
+    Attributes
+    ----------
+    pairs
+        (p, 2) regions that meet, the one with the smaller label first, in ascending order.
+    quads
+        (k, 4) faces between them, seen from outside the first region, one interface after the other.
+    counts
+        (p,) number of faces of each.
+    """
+
+    pairs: Ints
+    quads: Ints
+    counts: Ints
+
+    @property
+    def owners(self) -> Ints:
+        """(k,) interface that each face belongs to."""
+        return np.repeat(np.arange(len(self.pairs)), self.counts)
+
+    def parts(self) -> list[Ints]:
+        """The faces of each interface."""
+        return np.split(self.quads, np.cumsum(self.counts)[:-1]) if len(self.pairs) else []
+
+    def junction_edges(self) -> Ints:
+        """(e, 2) edges on which more than one interface lies: three or more regions meet there.
+
+        Examples
+        --------
+        >>> from hexconformal.generate import box
+        >>> _, cells = box((2, 2, 1))
+        >>> find_interfaces(cells, np.array([0, 1, 2, 2])).junction_edges()
+        array([[ 4, 13]])
+        """
+        edges = unique_edges(face_edges(self.quads))
+        owners = np.repeat(self.owners, 4)
+        low, high = np.full(len(edges.nodes), len(self.pairs)), np.full(len(edges.nodes), -1)
+        np.minimum.at(low, edges.of_pairs, owners)
+        np.maximum.at(high, edges.of_pairs, owners)
+        return edges.nodes[low != high]
+
+
+def find_interfaces(cells: Ints, labels: Ints) -> Interfaces:
+    """The interfaces between regions.
+
+    Parameters
+    ----------
+    cells
+        (m, 8) hexahedra.
+    labels
+        (m,) region of each, 0 or more.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> _, cells = box((3, 1, 1))
+    >>> found = find_interfaces(cells, np.array([1, 0, 2]))
+    >>> found.pairs.tolist(), found.quads.tolist()
+    ([[0, 1], [0, 2]], [[1, 9, 13, 5], [2, 6, 14, 10]])
+    """
+    table = face_table(cells)
+    one, other = labels[table.cells[:, 0]], labels[table.cells[:, 1]]
+    between = (table.cells[:, 1] >= 0) & (one != other)
+    one, other = one[between], other[between]
+    quads = _turned(table.quads[between], one > other)
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    order = np.lexsort([high, low])
+    pairs, counts = np.unique(np.stack([low, high], axis=1), axis=0, return_counts=True)
+    return Interfaces(pairs, np.ascontiguousarray(quads[order]), counts)
+
+
+def curves_of(edges: Ints) -> tuple[int, Ints]:
+    """Number of curves that edges make up, and the nodes where these end: where not two edges meet.
+
+    Parameters
+    ----------
+    edges
+        (e, 2) nodes.
+
+    Examples
+    --------
+    >>> curves_of(np.array([[0, 1], [1, 2], [2, 3], [2, 4]]))
+    (3, array([0, 2, 3, 4]))
+    """
+    ends = edges.ravel()
+    order = np.argsort(ends, kind="stable")
+    nodes, first, degree = np.unique(ends[order], return_index=True, return_counts=True)
+    links = order[first[degree == 2][:, None] + np.arange(2)] // 2
+    count = int(connected_components(links, len(edges)).max(initial=-1)) + 1 if len(edges) else 0
+    return count, nodes[degree != 2]
+
+
+def region_surfaces(cells: Ints, labels: Ints) -> list[Ints]:
+    """The closed surface of every region: its part of the skin and its interfaces, seen from outside of it.
+
+    Parameters
+    ----------
+    cells
+        (m, 8) hexahedra.
+    labels
+        (m,) region of each, 0 to k - 1.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> _, cells = box((3, 1, 1))
+    >>> [len(quads) for quads in region_surfaces(cells, np.array([0, 0, 1]))]
+    [10, 6]
+    """
+    table = face_table(cells)
+    one, other = table.cells.T
+    inside = other >= 0
+    outer = np.flatnonzero(~inside | (labels[one] != labels[other]))
+    shared = outer[inside[outer]]
+    quads = np.concatenate([table.quads[outer], _turned(table.quads[shared], np.ones(len(shared), dtype=bool))])
+    owners = np.concatenate([labels[one[outer]], labels[other[shared]]])
+    order = np.argsort(owners, kind="stable")
+    ends = np.cumsum(np.bincount(owners, minlength=int(labels.max()) + 1))
+    return np.split(quads[order], ends[:-1])
+
+
+def _turned(quads: Ints, which: NDArray[np.bool_]) -> Ints:
+    """Quads, some of them seen from the other side."""
+    return np.where(which[:, None], quads[:, [0, 3, 2, 1]], quads)

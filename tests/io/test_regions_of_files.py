@@ -1,0 +1,96 @@
+"""The same model has the same regions in every format."""
+
+import meshio
+import numpy as np
+import pytest
+
+import hexconformal as hc
+from hexconformal import generate
+from hexconformal.mesh import find_regions
+
+POINTS, CELLS = generate.box((4, 2, 2))
+STEEL = POINTS[CELLS].mean(axis=1)[:, 0] < 0.5
+SETS = {"STEEL": [np.flatnonzero(STEEL)], "RUBBER": [np.flatnonzero(~STEEL)]}
+
+
+def partition_of(path):
+    """Centres of the cells of each region of a file."""
+    mesh = hc.read(path)
+    regions, centres = find_regions(mesh), mesh.points[mesh.cells].mean(axis=1).round(6)
+    assert regions is not None
+    return {frozenset(map(tuple, centres[regions.labels == k])) for k in range(len(regions.names))}, regions
+
+
+WHERE = POINTS[CELLS].mean(axis=1).round(6)
+EXPECTED = {frozenset(map(tuple, WHERE[STEEL])), frozenset(map(tuple, WHERE[~STEEL]))}
+
+
+@pytest.mark.parametrize("name", ["gmsh:physical", "material"])
+@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".msh", ".exo", ".med", ".bdf", ".mesh", ".xdmf"])
+def test_a_box_of_two_materials_has_the_same_regions_in_every_format(tmp_path, extension, name):
+    if (extension, name) == (".bdf", "material"):
+        pytest.skip("property numbers are written from tags")
+    path = tmp_path / f"box{extension}"
+    hc.write(path, hc.HexMesh(POINTS, CELLS, cell_data={name: np.where(STEEL, 5, 2)}))
+    assert partition_of(path)[0] == EXPECTED
+
+
+@pytest.mark.parametrize("extension", [".inp", ".exo"])
+def test_so_it_has_in_formats_with_sets(tmp_path, extension):
+    path = tmp_path / f"box{extension}"
+    hc.write(path, meshio.Mesh(POINTS, [("hexahedron", CELLS)], cell_sets=SETS))
+    found, regions = partition_of(path)
+    assert found == EXPECTED
+    assert sorted(regions.names) == ["RUBBER", "STEEL"]
+
+
+def test_names_of_physical_groups_are_those_of_the_regions(tmp_path):
+    groups = {"steel": np.array([5, 3]), "skin": np.array([2, 2]), "rubber": np.array([2, 3])}
+    tags = {"gmsh:physical": [np.where(STEEL, 5, 2)], "gmsh:geometrical": [np.where(STEEL, 5, 2)]}
+    hc.write(tmp_path / "a.msh", meshio.Mesh(POINTS, [("hexahedron", CELLS)], cell_data=tags, field_data=groups))
+    found, regions = partition_of(tmp_path / "a.msh")
+    assert found == EXPECTED
+    assert regions.names == ("rubber", "steel")
+
+
+def deck(path, more):
+    """A deck with sets for output besides those of the materials, and more statements."""
+    sets = {**SETS, "PROBES": [np.arange(3, 12)], "TIP": [np.array([15])]}
+    hc.write(path, meshio.Mesh(POINTS, [("hexahedron", CELLS)], cell_sets=sets))
+    path.write_text(path.read_text() + more)
+    return path
+
+
+def test_sets_of_elements_that_sections_name_are_the_regions_of_a_deck(tmp_path):
+    # Names differ in case, as CalculiX and Abaqus allow.
+    sections = "*SOLID SECTION, ELSET=steel, MATERIAL=IRON\n*Solid Section, material=R, elset=Rubber\n1.,\n"
+    found, regions = partition_of(deck(tmp_path / "a.inp", sections))
+    assert found == EXPECTED
+    assert regions.names == ("STEEL", "RUBBER")
+    assert regions.source == "sections"
+    # Without them nothing tells materials from selections.
+    assert len(partition_of(deck(tmp_path / "b.inp", ""))[0]) == 4
+
+
+def test_beside_a_section_of_everything_other_sets_are_selections(tmp_path):
+    more = "*ELSET, ELSET=ALL, GENERATE\n1, 16\n*SOLID SECTION, ELSET=ALL, MATERIAL=IRON\n"
+    mesh = hc.read(deck(tmp_path / "a.inp", more))
+    assert find_regions(mesh) is None
+    assert find_regions(mesh.replaced(cell_data={"material": STEEL})) is not None
+
+
+def test_a_part_in_two_places_is_two_regions(tmp_path):
+    path = deck(tmp_path / "a.inp", "*SOLID SECTION, ELSET=WHOLE, MATERIAL=IRON\n")
+    mesh, section = (
+        path.read_text().split("*NSET")[0].split("*ELSET")[0],
+        "*SOLID SECTION, ELSET=WHOLE, MATERIAL=IRON\n",
+    )
+    whole = "*ELSET, ELSET=WHOLE, GENERATE\n1, 16\n"
+    part = mesh.replace("*HEADING\n", "*HEADING\n*PART, NAME=BRICK\n") + whole + section + "*END PART\n"
+    places = (
+        "*INSTANCE, NAME=ONE, PART=BRICK\n*END INSTANCE\n*INSTANCE, NAME=TWO, PART=BRICK\n2., 0., 0.\n*END INSTANCE\n"
+    )
+    path.write_text(part + "*ASSEMBLY, NAME=A\n" + places + "*END ASSEMBLY\n")
+    found = find_regions(hc.read(path))
+    assert found.names == ("ONE.WHOLE", "TWO.WHOLE")
+    np.testing.assert_array_equal(found.labels, np.repeat([0, 1], 16))
