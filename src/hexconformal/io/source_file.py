@@ -9,6 +9,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from ..mesh import NodePairs
+
 __all__ = ["FileContents", "SourceFile"]
 
 
@@ -35,6 +37,8 @@ class SourceFile:
         Cells in groups that the file names, as runs of rows, where what is read from it has no place for them.
     model
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
+    coupled_pairs
+        Pairs of nodes that the file couples, where what is read from it has no place for them.
     """
 
     path: Path
@@ -47,6 +51,7 @@ class SourceFile:
     cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_groups: Mapping[str, Sequence[range]] = field(default_factory=dict, repr=False, compare=False)
     model: tuple[str, ...] = ()
+    coupled_pairs: tuple[NodePairs, ...] = field(default=(), repr=False, compare=False)
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,10 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 
 from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, read_only
+from .couplings import Couplings, find_couplings
 from .edges import face_edges, unique_edges
 from .hex_mesh import HexMesh
+from .node_pairs import NodePairs
 from .normalized_mesh import NormalizedMesh
 from .regions import Regions, find_regions, interface_quads
 from .spatial_order import morton_codes
@@ -21,8 +23,10 @@ from .topology import (
 )
 
 __all__ = [
+    "Couplings",
     "FaceTable",
     "HexMesh",
+    "NodePairs",
     "NormalizedMesh",
     "Regions",
     "binary_search",
@@ -36,6 +40,7 @@ __all__ = [
     "corner_incidences",
     "face_edges",
     "face_table",
+    "find_couplings",
     "find_regions",
     "interface_quads",
     "morton_codes",

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError
 from .arrays import checked_cells, checked_data, checked_points
+from .node_pairs import NodePairs
 
 __all__ = ["HexMesh"]
 
@@ -96,6 +97,11 @@ class HexMesh:
         """Masks (m,) of the hexahedra in the sets of cells of the file, by name."""
         groups = getattr(self.origin, "cell_groups", None)
         return {} if groups is None else groups
+
+    @property
+    def coupled_pairs(self) -> tuple[NodePairs, ...]:
+        """Pairs of nodes that the file couples: they move together."""
+        return tuple(getattr(self.origin, "coupled_pairs", ()))
 
     def replaced(
         self,

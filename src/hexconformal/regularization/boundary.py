@@ -21,6 +21,7 @@ from ..solver import (
     line_normal_sums,
     planar_normal_sums,
 )
+from .couplings import coupled_nodes
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
@@ -73,11 +74,14 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
     inner, inner_notes = _interface_normals(normalized, options)
+    coupled, told = coupled_nodes(normalized, options.couplings)
+    inner_notes += told
     if options.boundary != "slide" or options.hausdorff == 0.0:
         edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
         labels = normalized.node_labels
         return Boundary(
-            boundary_directions(points, quads, options.boundary, fixed, labels, edges, inner), notes=inner_notes
+            boundary_directions(points, quads, options.boundary, fixed, labels, edges, inner, coupled),
+            notes=inner_notes,
         )
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
@@ -94,7 +98,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     if not features.soft and reference is None:
         sums, flat = flat_normals(points, quads, features.patches, schedules.barrier.flat * tolerance)
         sums += _normals_of_curves(points, features, sums, flat)
-    admissible = AdmissibleDirections.from_normal_sums(sums + inner, fixed)
+    admissible = AdmissibleDirections.from_normal_sums(sums + inner, fixed, coupled)
     sliding = np.zeros(len(sums), dtype=bool)
     sliding[quads] = True
     sliding &= count_free_directions(sums) == 3

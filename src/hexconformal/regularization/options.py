@@ -56,6 +56,11 @@ class Options:
         an array such as material or gmsh:physical, or by sets of cells; "ignore": none; the name of an array on cells;
         or (m,) integers. Nodes slide in flat interfaces and along straight lines where these meet, and stay on curved
         ones.
+    couplings
+        Pairs of nodes that move together, exactly, by the rigid map that takes them to each other (periodic faces,
+        sectors): "auto": what the file says (Gmsh's $Periodic, *EQUATION and *MPC of decks), and nodes of parts that
+        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes. What one node of a pair
+        may not do, the other may not either.
     conserve_volume
         With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
         at its end, by the least change of shape within `hausdorff`; the report says if that is not enough.
@@ -118,6 +123,7 @@ class Options:
     features: str = "auto"
     surface: Any = None
     interfaces: Any = "auto"
+    couplings: Any = "auto"
     conserve_volume: bool = False
     target: Any = "auto"
     sizes: Any = "input"

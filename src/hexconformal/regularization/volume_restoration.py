@@ -52,7 +52,8 @@ def restore_volume(formulation: Formulation, points: Field, quads: Ints, volume:
         objective = formulation.objective(weights, volume_weight).convex(points, assembly)[2]
         normals = nodal_area_vectors(points, quads)
         limits = schedule.tolerance, schedule.iterations, schedule.shift
-        direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits)
+        coupled = formulation.admissible.coupled
+        direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits, coupled=coupled)
         if not np.einsum("ij,ij->", direction, normals) > 0.0:
             return points
         for halving in range(schedule.halvings):

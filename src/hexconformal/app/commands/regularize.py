@@ -49,6 +49,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--interfaces", default=Options.interfaces, metavar="auto|ignore|NAME", help="faces between regions are kept:"
         " those that the file tells apart, none, or those of a cell array (default %(default)s)",
     )  # fmt: skip
+    shape.add_argument(
+        "--couplings", choices=("auto", "ignore"), default=Options.couplings, help="nodes that move together, as on"
+        " periodic faces: those that the file couples, and those of parts at the same place, or none (default"
+        " %(default)s)",
+    )  # fmt: skip
     shape.add_argument("--conserve-volume", action="store_true", help="give the result the volume of the input")
     shape.add_argument(
         "--fixed", metavar="NAME", help="set or group of the file whose nodes stay, or a point array where it is not 0"
