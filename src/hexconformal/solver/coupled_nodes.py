@@ -23,9 +23,9 @@ Mask = NDArray[np.bool_]
 class CoupledNodes:
     """Groups of nodes with displacements d_i = R_i d_root, a linear space; nodes in no group are free of each other.
 
-    With T the map from the displacements of roots, and of nodes in no group, to all of them, T^T T is diagonal: the size
-    of each group. So T (T^T T)^-1 T^T, the mean over a group, projects orthogonally, and T^T A T is the matrix that is
-    left of A.
+    With T the map from the displacements of roots, and of nodes in no group, to all of them, T^T T is diagonal: the
+    size of each group. So T (T^T T)^-1 T^T, the mean over a group, projects orthogonally, and T^T A T is the matrix
+    that is left of A.
 
     Attributes
     ----------

@@ -29,8 +29,8 @@ def round_direction(
 ) -> Field:
     """The direction (n, 3), that of every node in multiples of a power of two.
 
-    That is `rounding` times the shortest edge of the cells at the node or up to half as much; less where one is flat. Nodes
-    that move together are rounded alike.
+    That is `rounding` times the shortest edge of the cells at the node or up to half as much; less where one is flat.
+    Nodes that move together are rounded alike.
 
     Examples
     --------
