@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from ..energy import BlockMatrix
 from ..kernel import loop
@@ -145,12 +146,31 @@ class CoupledNodes:
     # ------------------------------------------------------------------------------------ parts, matrices
     def restricted(self, nodes: Mask, local: Ints) -> CoupledNodes:
         """The groups all of whose members are among some nodes (n,), with local ids (n,)."""
+        return self._of_groups(nodes[self.nodes], local)
+
+    def translated(self) -> CoupledNodes:
+        """The groups of which no member is turned."""
+        same = (self.rotations == np.eye(3)).all(axis=(1, 2))
+        return self._of_groups(same, np.arange(self.nodes.max(initial=-1) + 1))
+
+    def _of_groups(self, members: Mask, local: Ints) -> CoupledNodes:
+        """The groups all of whose members (k,) are wanted."""
         if len(self.nodes) == 0:
             return self
-        kept = np.logical_and.reduceat(nodes[self.nodes], self.starts)
+        kept = np.logical_and.reduceat(members, self.starts)
         members, sizes = kept[self._groups], self._sizes[kept]
         starts = (np.cumsum(sizes) - sizes).astype(np.int64)
         return CoupledNodes(local[self.nodes[members]], starts, self.rotations[members], self.normals[members])
+
+    def condensed_scalar(self, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
+        """T^T A T of a matrix (n, n) that is the same for all components, where no member is turned."""
+        if len(self.nodes) == 0:
+            return matrix
+        columns = np.arange(matrix.shape[0])
+        columns[self.nodes] = self.roots
+        rows = np.arange(len(columns))
+        spread = sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=matrix.shape)
+        return sparse.csr_matrix(spread.T @ matrix @ spread)
 
     def condensed(self, matrix: BlockMatrix) -> BlockMatrix:
         """T^T A T; the rows of members that are no roots are empty. The matrix itself, where there are no groups."""
