@@ -121,7 +121,7 @@ class _Finder:
             if maps is not None:
                 self._add(pairs, maps, link.source)
             if link.left_out:
-                self._notes.append(f"{link.left_out}: not kept")
+                self._notes.append(f"not understood, and not kept: {link.left_out}")
         pairs = self._new(_coincident_pairs(self._mesh, _SAME_PLACE * self._diagonal))
         self._add(pairs, RigidMaps(np.tile(np.eye(3), (len(pairs), 1, 1)), np.zeros(len(pairs))), _COINCIDENT)
         return self.found()

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from .couplings import Coupling
 from .lines import Section
 from .sets import SetMember
 from .systems import Placement, System
@@ -58,6 +59,8 @@ class Scope:
         Their names as they are written.
     held
         Labels of nodes of elements that are set aside.
+    couplings
+        Equations and other couplings of nodes.
     frame
         The frame that *SYSTEM says for the nodes that follow.
     """
@@ -70,6 +73,7 @@ class Scope:
     sets: dict[tuple[str, str], list[SetMember]] = field(default_factory=dict)
     set_names: dict[tuple[str, str], str] = field(default_factory=dict)
     held: list[str] = field(default_factory=list)
+    couplings: list[Coupling] = field(default_factory=list)
     frame: Placement = field(default_factory=Placement)
 
     def extend(self, kind: str, name: str | None, members: list[SetMember]) -> None:

@@ -42,6 +42,7 @@ def _read(path: Path) -> FileContents:
         node_labels=found.node_labels,
         cell_labels=found.cell_labels,
         model=_model(deck),
+        coupled_pairs=found.coupled_pairs,
     )
     contents = checked_contents(found.mesh, file, output)
     return replace(contents, notes=(*notes, *_notes(deck)), held=found.held)

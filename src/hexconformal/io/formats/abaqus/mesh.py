@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....common import ReadError
+from ....mesh import NodePairs
+from .couplings import Coupling, Find, pairs_of
 from .deck import Deck, ElementBlock, Instance, NodeBlock, Scope
 from .sets import LabelIndex, SetKey, SetMember, WorkLimit, resolve
 from .systems import Placement
@@ -55,12 +57,13 @@ class Member:
 
 @dataclass(frozen=True, eq=False)
 class DeckMesh:
-    """A meshio.Mesh, what the deck calls its nodes and cells, and the nodes (k,) of elements that are set aside."""
+    """A meshio.Mesh, what the deck calls its nodes and cells, nodes (k,) of elements set aside, and pairs coupled."""
 
     mesh: Any
     node_labels: NDArray[Any]
     cell_labels: NDArray[Any]
     held: Ints
+    coupled_pairs: tuple[NodePairs, ...] = ()
 
 
 def members_of(deck: Deck) -> list[Member]:
@@ -113,7 +116,11 @@ def mesh_of(deck: Deck, length: int) -> DeckMesh:
     )
     node_labels = _labels(members, [member.labels for member in members])
     cell_labels = _labels([members[number] for number in cells.owners], cells.labels)
-    return DeckMesh(mesh, node_labels, cell_labels, _held(members, node_indices))
+    in_cells = np.zeros(starts[-1], dtype=bool)
+    for nodes in cells.nodes.values():
+        in_cells[nodes] = True
+    pairs = pairs_of(_couplings(members, node_indices, sets), in_cells)
+    return DeckMesh(mesh, node_labels, cell_labels, _held(members, node_indices), pairs)
 
 
 class _Cells:
@@ -198,6 +205,13 @@ class _Sets:
             result[f"{owner}.{self._names[key]}" if owner and uses[name] > 1 else self._names[key]] = self._rows[key]
         return result
 
+    def single(self, number: int, name: str) -> int | None:
+        """The node of a set of it alone, by its name in a member; None if there is none."""
+        instance, dot, rest = name.rpartition(".")
+        place = self._by_name.get(instance.upper()) if dot else number
+        rows = self._rows.get((number if place is None else place, "NSET", (rest if dot else name).upper()))
+        return int(rows[0]) if rows is not None and len(rows) == 1 else None
+
     def _places(self, number: int, member: SetMember) -> list[int]:
         """Numbers of the members in which names are looked for."""
         if not member.instance:
@@ -272,3 +286,24 @@ def _held(members: list[Member], indices: list[LabelIndex]) -> Ints:
             index = by_name[instance] if instance else own
             parts.append(index.of_present(np.array(numbers, dtype=np.int64)))
     return np.unique(np.concatenate(parts))
+
+
+def _couplings(members: list[Member], indices: list[LabelIndex], sets: _Sets) -> Iterator[tuple[Coupling, Find]]:
+    """The couplings of all members, and how nodes are found by their names there."""
+    by_name = {member.name.upper(): index for member, index in zip(members, indices, strict=True) if member.name}
+
+    def finder(number: int) -> Find:
+        def find(name: str) -> int | None:
+            instance, dot, label = name.strip('"').rpartition(".")
+            index = by_name.get(instance.upper()) if dot else indices[number]
+            if not label.isdecimal() or index is None:
+                return sets.single(number, name.strip('"'))
+            rows = index.of_present(np.array([int(label)]))
+            return int(rows[0]) if len(rows) else None
+
+        return find
+
+    for number, member in enumerate(members):
+        for scope in member.scopes:
+            for coupling in scope.couplings:
+                yield coupling, finder(number)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ....common import ReadError
 from ...cell_types import NODE_COUNTS
+from .couplings import read_couplings
 from .deck import Deck, ElementBlock, Instance, NodeBlock, Scope
 from .elements import cell_type_of, in_vtk_order
 from .generation import Generator
@@ -45,6 +46,9 @@ def read_deck(lines: list[str]) -> Deck:
         "ELGEN": reader.elgen,
         "NSET": reader.node_or_element_set,
         "ELSET": reader.node_or_element_set,
+        "EQUATION": reader.couplings,
+        "MPC": reader.couplings,
+        "TIE": reader.couplings,
         "SYSTEM": reader.system,
         "PART": reader.part,
         "ENDPART": reader.end_part,
@@ -126,6 +130,9 @@ class _Reader:
 
     def node_or_element_set(self, section: Section) -> None:
         self.scope.extend(section.keyword, section.options.get(section.keyword), [read_members(section)])
+
+    def couplings(self, section: Section) -> None:
+        self.scope.couplings.extend(read_couplings(section))
 
     def system(self, section: Section) -> None:
         self.scope.frame = read_system(section.data)
