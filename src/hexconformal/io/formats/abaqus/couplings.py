@@ -1,4 +1,4 @@
-"""Pairs of nodes that a deck couples: *EQUATION of the kind u_a - u_b = 0 or u_reference, and *MPC of types TIE and PIN.
+"""Pairs of nodes that a deck couples: *EQUATION with u_a - u_b = 0 or u_reference, and *MPC of types TIE and PIN.
 
 Further terms, of a reference, say how far the two are displaced from each other, which is no matter to a mesh.
 """
@@ -69,7 +69,9 @@ def _equations(section: Section) -> Iterable[Coupling]:
     for line in lines:
         count, fields = int(split_fields(line)[0]), list[str]()
         while len(fields) < 3 * count:
-            found = split_fields(next(lines, "") or ";")
+            found = split_fields(next(lines, ""))
+            if not any(found):
+                raise ValueError("fewer terms than announced")
             fields += found[:-1] if found[-1] == "" else found
         terms = [
             Term(node, int(freedom), read_real(factor))
@@ -104,9 +106,8 @@ def pairs_of(couplings: Iterable[tuple[Coupling, Find]], in_cells: NDArray[np.bo
             others[key[0]] += uses[key]
     left_out = ", ".join(f"{count} *{title}" for title, count in others.items())
     kept = [key for key, found in freedoms.items() if found == {1, 2, 3}]
-    titles = list(dict.fromkeys(title for title, _, _ in kept))
     result = []
-    for title in titles:
+    for title in dict.fromkeys(title for title, _, _ in kept):
         nodes = np.array([pair for key, *pair in kept if key == title], dtype=np.int64)
         result.append(NodePairs(nodes, f"*{title}", several=True))
     return (
