@@ -60,7 +60,7 @@ def one_map(first: Field, second: Field, tolerance: float) -> RigidMaps:
     x, y = first - first.mean(axis=0), second - second.mean(axis=0)
     misfits = np.linalg.norm(x - y, axis=1)
     rotation = np.eye(3)
-    if misfits.max() > tolerance and np.linalg.svd(y, compute_uv=False)[1] > tolerance:
+    if misfits.max() > tolerance and not _on_a_line(second, tolerance):
         left, _, right = np.linalg.svd(x.T @ y)
         turned = _tidied(left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right)
         apart = np.linalg.norm(x - y @ turned.T, axis=1)
@@ -83,9 +83,8 @@ def several_maps(first: Field, second: Field, tolerance: float) -> RigidMaps:
     sizes = np.bincount(labels)
     for label in np.argsort(-sizes, kind="stable")[: (sizes > 2).sum()]:
         mine = labels == label
-        x = second[mine] - second[mine].mean(axis=0)
         # The pairs of a rotation about an axis have the same difference too, on a line along the axis.
-        if np.linalg.svd(x, compute_uv=False)[1] > tolerance:
+        if not _on_a_line(second[mine], tolerance):
             translations.append(apart[mine].mean(axis=0))
     nearest = _nearest_combination(apart, translations)
     rest = nearest > 4.0 * tolerance
@@ -94,8 +93,17 @@ def several_maps(first: Field, second: Field, tolerance: float) -> RigidMaps:
     rotations, misfits = np.tile(np.eye(3), (len(apart), 1, 1)), np.where(rest, 0.0, nearest)
     if rest.any():
         left = one_map(first[rest], second[rest], tolerance)
-        rotations[rest], misfits[rest] = left.rotations, left.misfits
+        # A single pair always has a map: it is the one that is wrong.
+        fits = left.misfits.max() <= tolerance and not _on_a_line(second[rest], tolerance)
+        rotations[rest] = left.rotations if fits else np.eye(3)
+        misfits[rest] = left.misfits if fits else nearest[rest]
     return RigidMaps(rotations, misfits)
+
+
+def _on_a_line(points: Field, tolerance: float) -> bool:
+    """True where points (k, 3) lie on a line, or at one place."""
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return len(spread) < 2 or bool(spread[1] <= tolerance)
 
 
 def _tidied(rotation: Field) -> Field:

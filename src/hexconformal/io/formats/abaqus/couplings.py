@@ -110,9 +110,9 @@ def pairs_of(couplings: Iterable[tuple[Coupling, Find]], in_cells: NDArray[np.bo
     for title in dict.fromkeys(title for title, _, _ in kept):
         nodes = np.array([pair for key, *pair in kept if key == title], dtype=np.int64)
         result.append(NodePairs(nodes, f"*{title}", several=True))
-    return (
-        (*result, NodePairs(np.empty((0, 2), np.int64), "the deck", left_out=left_out)) if left_out else tuple(result)
-    )
+    if left_out:
+        result.append(NodePairs(np.empty((0, 2), np.int64), "the deck", left_out=left_out))
+    return tuple(result)
 
 
 def _pair(terms: tuple[Term, ...], find: Find, in_cells: NDArray[np.bool_]) -> tuple[int, int, int] | None:
