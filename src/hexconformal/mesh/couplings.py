@@ -123,7 +123,8 @@ class _Finder:
             if link.left_out:
                 self._notes.append(f"not understood, and not kept: {link.left_out}")
         pairs = self._new(_coincident_pairs(self._mesh, _SAME_PLACE * self._diagonal))
-        self._add(pairs, RigidMaps(np.tile(np.eye(3), (len(pairs), 1, 1)), np.zeros(len(pairs))), _COINCIDENT)
+        apart = np.linalg.norm(np.subtract(*self._ends(pairs)), axis=1)
+        self._add(pairs, RigidMaps(np.tile(np.eye(3), (len(pairs), 1, 1)), apart), _COINCIDENT)
         return self.found()
 
     def _maps(self, pairs: Ints, link: NodePairs) -> RigidMaps | None:

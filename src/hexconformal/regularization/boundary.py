@@ -17,11 +17,11 @@ from ..solver import (
     AdmissibleDirections,
     boundary_directions,
     count_free_directions,
+    coupled_nodes,
     fixed_components,
     line_normal_sums,
     planar_normal_sums,
 )
-from .couplings import coupled_nodes
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]

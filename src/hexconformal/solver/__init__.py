@@ -15,7 +15,7 @@ from .admissible import (
 from .block_solver import BlockPreconditioner, solve_blocks
 from .conjugate_gradients import conjugate_gradients
 from .coupled_nodes import UNCOUPLED, CoupledNodes
-from .coupling_groups import coupled_groups
+from .coupling_groups import coupled_groups, coupled_nodes
 from .laplace_preconditioner import LaplacePreconditioner
 from .lbfgs import lbfgs
 from .multigrid import MultigridSchedule
@@ -44,6 +44,7 @@ __all__ = [
     "conjugate_gradients",
     "count_free_directions",
     "coupled_groups",
+    "coupled_nodes",
     "fixed_components",
     "lbfgs",
     "line_normal_sums",

@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..mesh import connected_components
+from ..mesh import NormalizedMesh, connected_components, find_couplings
 from .coupled_nodes import UNCOUPLED, CoupledNodes
 
-__all__ = ["coupled_groups"]
+__all__ = ["coupled_groups", "coupled_nodes"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _TURNED = 1e-4  # of a matrix, from which on a rotation is one
+
+
+def coupled_nodes(normalized: NormalizedMesh, couplings: Any) -> tuple[CoupledNodes, tuple[str, ...]]:
+    """The groups of nodes that move together, in the order of a normalized mesh, and notes on them.
+
+    Parameters
+    ----------
+    normalized
+        The mesh.
+    couplings
+        As of :func:`hexconformal.mesh.find_couplings`, in ids of the mesh that was normalized.
+
+    Raises
+    ------
+    OptionError
+        If pairs that are given make no sense.
+    """
+    found = find_couplings(normalized.mesh, couplings)
+    return coupled_groups(np.argsort(normalized.node_ids)[found.pairs], found.rotations), found.notes
 
 
 def coupled_groups(pairs: Ints, rotations: Field) -> CoupledNodes:

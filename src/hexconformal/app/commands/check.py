@@ -8,6 +8,7 @@ from typing import Any
 from surface.quality import require_sound
 
 from ...common import MeshError
+from ...mesh import find_couplings
 from ...quality import check, quality
 from ..terminal import print_line
 from .arguments import add_input
@@ -40,11 +41,12 @@ def run(arguments: Namespace) -> int:
 def _describe_hexahedra(mesh: Any) -> list[str]:
     """Counts of a hexahedral mesh, then the findings of its checks, a line each."""
     findings = check(mesh)
-    head = f"{len(mesh.cells)} hexahedra, {len(mesh.points)} points"
+    head, coupled = f"{len(mesh.cells)} hexahedra, {len(mesh.points)} points", tuple[str, ...]()
     if not any(finding.kind in ("not finite", "bad index") for finding in findings):
         summary = quality(mesh).summary()
         head += f", {summary.inverted} inverted, {summary.invalid} invalid"
-    notes = [f"note: {note}" for note in mesh.notes]
+        coupled = find_couplings(mesh).notes
+    notes = [f"note: {note}" for note in (*mesh.notes, *coupled)]
     return [head, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
 
 
