@@ -16,6 +16,7 @@ from hexconformal.solver import (
     coupled_groups,
     solve_blocks,
 )
+from hexconformal.solver.step_rounding import round_direction
 
 EYE = np.eye(3)
 
@@ -204,3 +205,29 @@ def test_without_groups_everything_is_as_it_was():
     assert UNCOUPLED.together(field, 2 * field) is field
     matrix = Assembly.of_cells(cells, np.ones(len(points), dtype=bool)).matrix
     assert UNCOUPLED.condensed(matrix) is matrix
+
+
+def test_partners_are_rounded_alike():
+    points, cells, pairs = periodic_box((3, 3, 3), 0.2)
+    groups = coupled_groups(pairs, np.tile(EYE, (len(pairs), 1, 1)))
+    direction = groups.averaged(np.random.default_rng(0).normal(size=points.shape))
+    rounded = round_direction(direction, points, cells, 2.0**-4, groups)
+    np.testing.assert_array_equal(rounded[pairs[:, 0]], rounded[pairs[:, 1]])
+    np.testing.assert_array_equal(groups.averaged(rounded), rounded)
+    alone = round_direction(direction, points, cells, 2.0**-4)
+    assert (alone[pairs[:, 0]] != alone[pairs[:, 1]]).any()
+
+
+def test_what_has_drifted_apart_is_put_together_and_what_stayed_stays():
+    points, _, pairs = sector((2, 3, 2), 0.2)
+    groups = coupled_groups(pairs, np.tile(QUARTER, (len(pairs), 1, 1)))
+    rng = np.random.default_rng(0)
+    moved = points + groups.averaged(0.1 * rng.normal(size=points.shape)) + 1e-9 * rng.normal(size=points.shape)
+    moved[pairs[0]] = points[pairs[0]]
+    together = groups.together(moved, points)
+    change = together - points
+    np.testing.assert_allclose(change[pairs[:, 0]], change[pairs[:, 1]] @ QUARTER.T, atol=1e-15)
+    np.testing.assert_array_equal(together[pairs[0]], points[pairs[0]])
+    np.testing.assert_allclose(together, moved, atol=1e-8)
+    others = np.setdiff1d(np.arange(len(points)), pairs)
+    np.testing.assert_array_equal(together[others], moved[others])
