@@ -55,7 +55,7 @@ def test_cells_that_stay_folded_are_improved_with_inner_nodes_only():
 
 
 def test_nodes_are_taken_back_with_their_partners():
-    start, formulation, pairs, groups = problem(0.1)
+    start, formulation, pairs, groups = problem(0.3)
     cells = formulation.cells
     # Cells at one face are folded, those at the other stretched.
     shift = np.zeros_like(start)
