@@ -10,7 +10,7 @@ from io_decks import BRICK, CUBE, UNIT, read
 from meshes.hexahedra import block
 
 import hexconformal as hc
-from hexconformal.io.formats.abaqus.reals import LARGEST_LENGTH, format_real
+from hexconformal.io.formats.abaqus.statements.reals import LARGEST_LENGTH, format_real
 
 
 def test_reals_have_20_characters_and_all_digits_that_these_can_hold():

@@ -104,7 +104,8 @@ class Formulation:
         return self._equation(Assembly.of_cells(self.cells, self.free, diagonals=True))
 
     def _equation(self, assembly: Assembly) -> ConvexEquation:
-        return ConvexEquation(assembly, self.projectors, self.cells, self.rounding, schedule=self.schedules.newton)
+        schedule, coupled = self.schedules.newton, self.admissible.coupled
+        return ConvexEquation(assembly, self.projectors, self.cells, self.rounding, schedule=schedule, coupled=coupled)
 
     @cached_property
     def _assembly(self) -> Assembly:
@@ -131,17 +132,22 @@ class Formulation:
 
     @cached_property
     def inner(self) -> Mask:
-        """(n,) nodes inside the mesh that can move in all directions."""
+        """(n,) nodes inside the mesh that can move in all directions, each by itself."""
         inner = (self.projectors == np.eye(3)).all(axis=(1, 2))
         inner[boundary_quads(self.cells)[0]] = False
         if self.barrier is not None:
             inner[self.barrier.nodes] = False
+        inner[self.admissible.coupled.nodes] = False
         return np.asarray(inner)
 
     # --------------------------------------------------------------------------------------------- parts
     def restricted(self, moving: Mask, points: Field) -> tuple[Formulation, Ints]:
-        """The formulation of the patch whose nodes are those that move and can, and the ids of its nodes here."""
-        patch = Patch.around(moving & self.free, self.cells, points)
+        """The formulation of the patch whose nodes are those that move and can, and the ids of its nodes here.
+
+        Nodes that are coupled to one that moves do so too.
+        """
+        moving = self.admissible.coupled.closed(moving & self.free)
+        patch = Patch.around(moving, self.cells, points)
         part = self._of_cells(patch.cells)
         inside = replace(
             part,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..mesh import CarriedCells, HexMesh
+from ..mesh import CarriedCells, HexMesh, NodePairs
 from .carried_cells import of_meshio
 from .format_tools.tags import TAG_ARRAYS, tag_names
 from .node_groups import NodeGroups, meshio_groups, meshio_node_sets
@@ -49,6 +49,17 @@ class MeshioOrigin:
         """Names of the tags of solid cells in an array; none for arrays that are no tags."""
         names = tag_names(self.source) if array in TAG_ARRAYS else {}
         return {tag: name for (dimension, tag), name in names.items() if dimension == 3}
+
+    @property
+    def coupled_pairs(self) -> list[NodePairs]:
+        """Pairs of nodes of $Periodic, those of faces before those of curves, and those that the file couples else."""
+        links = sorted(self.source.gmsh_periodic or [], key=lambda link: -int(link[0]))
+        found = []
+        for _, _, affine, nodes in links:
+            whole = affine is not None and len(affine) == 16
+            matrix = np.reshape(np.asarray(affine, dtype=np.float64), (4, 4)) if whole else None
+            found.append(NodePairs(np.asarray(nodes, dtype=np.int64).reshape(-1, 2), "$Periodic", matrix))
+        return [*found, *(() if self.file is None else self.file.coupled_pairs)]
 
     def updated_source(self, mesh: HexMesh) -> Any:
         """A new meshio.Mesh that holds all of the source, with the points, cells and arrays of `mesh`."""

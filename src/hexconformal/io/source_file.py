@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh import NodePairs
+
 __all__ = ["FileContents", "SourceFile"]
 
 
@@ -41,6 +43,8 @@ class SourceFile:
         Names of the sets of cells to which the file gives a material.
     model
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
+    coupled_pairs
+        Pairs of nodes that the file couples, where what is read from it has no place for them.
     """
 
     path: Path
@@ -55,6 +59,7 @@ class SourceFile:
     face_sets: Mapping[str, NDArray[np.int64]] = field(default_factory=dict, repr=False, compare=False)
     sections: tuple[str, ...] = ()
     model: tuple[str, ...] = ()
+    coupled_pairs: tuple[NodePairs, ...] = field(default=(), repr=False, compare=False)
 
 
 @dataclass(frozen=True)

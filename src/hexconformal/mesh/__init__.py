@@ -6,10 +6,12 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, read_only
 from .carried_cells import CarriedCells
+from .couplings import Couplings, find_couplings
 from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded
 from .hex_mesh import HexMesh
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
+from .node_pairs import NodePairs
 from .normalized_mesh import NormalizedMesh
 from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, region_arrays
 from .spatial_order import morton_codes
@@ -27,10 +29,12 @@ __all__ = [
     "REGION_ARRAYS",
     "SURFACE_ARRAYS",
     "CarriedCells",
+    "Couplings",
     "Embedded",
     "FaceTable",
     "HexMesh",
     "Interfaces",
+    "NodePairs",
     "NormalizedMesh",
     "Regions",
     "binary_search",
@@ -45,6 +49,7 @@ __all__ = [
     "curves_of",
     "face_edges",
     "face_table",
+    "find_couplings",
     "find_embedded",
     "find_interfaces",
     "find_regions",

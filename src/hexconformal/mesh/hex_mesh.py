@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..common import MeshError
 from .arrays import checked_cells, checked_data, checked_points
 from .carried_cells import CarriedCells
+from .node_pairs import NodePairs
 
 __all__ = ["HexMesh"]
 
@@ -124,6 +125,11 @@ class HexMesh:
         """What the file calls the numbers in an array on cells that tags them."""
         names = getattr(self.origin, "tag_names", None)
         return {} if names is None else names(array)
+
+    @property
+    def coupled_pairs(self) -> tuple[NodePairs, ...]:
+        """Pairs of nodes that the file couples: they move together."""
+        return tuple(getattr(self.origin, "coupled_pairs", ()))
 
     def replaced(
         self,

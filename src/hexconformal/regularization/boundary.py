@@ -29,6 +29,7 @@ from ..solver import (
     AdmissibleDirections,
     boundary_directions,
     count_free_directions,
+    coupled_nodes,
     fixed_components,
     line_normal_sums,
     planar_normal_sums,
@@ -90,14 +91,16 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
     faces = _inner_faces(normalized, options)
+    coupled, told = coupled_nodes(normalized, options.couplings)
     if options.boundary != "slide" or options.hausdorff == 0.0:
         edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
         labels, planes = normalized.node_labels, _planar_normals(points, faces.quads)
-        admissible = boundary_directions(points, quads, options.boundary, fixed, labels, edges, planes)
+        admissible = boundary_directions(points, quads, options.boundary, fixed, labels, edges, planes, coupled)
         if len(faces.quads) == 0:
-            return Boundary(admissible)
+            return Boundary(admissible, notes=told)
         can = count_free_directions(planes)[np.unique(faces.quads)] > 0
-        return Boundary(admissible, notes=(f"{faces.note}: {can.sum()} nodes slide in them, {(~can).sum()} stay",))
+        slide = f"{faces.note}: {can.sum()} nodes slide in them, {(~can).sum()} stay"
+        return Boundary(admissible, notes=(slide, *told))
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
@@ -113,7 +116,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     if not features.soft:
         # Straight edges between flat patches need no barrier, curved ones do.
         sliding |= _on_bent(features, skin)
-    notes = [f"features: {features.reason}"]
+    notes = [f"features: {features.reason}", *told]
     inner, bent = None, nowhere
     if len(faces.quads):
         inner = find_inner_sheets(points, faces.quads, faces.kinds, **how)
@@ -123,7 +126,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
         bent = ~flat | _on_bent(inner.features, sums)
         features = joined_features(points, features, inner.features)
         notes.append(f"{faces.note} in {inner.sheets.max() + 1} sheets: {inner.features.reason}")
-    admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
+    admissible = AdmissibleDirections.from_normal_sums(sums, fixed, coupled)
     free = admissible.free(len(points))
     surface = _kept_near(points, quads if (sliding & free).any() else quads[:0], inner, bent & free)
     if surface is None:

@@ -163,7 +163,8 @@ class Minimization:
         equation = self._convex_equation()
         equation.convex(at)
         # What the formulation assembles next, in a run that is left and asked for its result, is not to be seen here.
-        return BlockPreconditioner(deepcopy(equation.assembly.matrix), equation.projectors, equation.added)
+        matrix, coupled = deepcopy(equation.assembly.matrix), equation.coupled
+        return BlockPreconditioner(matrix, equation.projectors, equation.added, coupled)
 
     def _is_stationary(self, at: Iterate, first: float) -> bool:
         """True where the gradient is small enough."""

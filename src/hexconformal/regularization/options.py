@@ -54,8 +54,13 @@ class Options:
     interfaces
         Regions of the mesh (materials, parts, blocks), the faces between which are kept: "auto": what the mesh says, by
         sections of a deck, by an array such as material or gmsh:physical, or by sets of cells; "ignore": none; the name
-        of an array on cells; or (m,) integers. Nodes slide in flat interfaces and along straight lines where these
-        meet, and stay on curved ones.
+        of an array on cells; or (m,) integers. Flat ones are kept in their planes, curved ones within `hausdorff`, with
+        the curves where they meet; where the boundary does not slide, or `hausdorff` is 0, nodes stay on curved ones.
+    couplings
+        Pairs of nodes that move together, exactly, by the rigid map that takes them to each other (periodic faces,
+        sectors): "auto": what the file says (Gmsh's $Periodic, *EQUATION and *MPC of decks), and nodes of parts that
+        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes. What one node of a pair
+        may not do, the other may not either.
     conserve_volume
         With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
         at its end, by the least change of shape within `hausdorff`; the report says if that is not enough. Where the
@@ -119,6 +124,7 @@ class Options:
     features: str = "auto"
     surface: Any = None
     interfaces: Any = "auto"
+    couplings: Any = "auto"
     conserve_volume: bool = False
     target: Any = "auto"
     sizes: Any = "input"

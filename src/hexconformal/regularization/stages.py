@@ -69,8 +69,11 @@ class Stages:
         kept = self._setting.normalized.points
         yield Iteration("input", kept)
         left = most = self._setting.options.max_iterations
+        start, coupled = kept, self.state.boundary.admissible.coupled
         for iteration in islice(self._iterations(), most):
             left -= 1
+            # Steps are rounded where nodes are: here their sum is the same for those that are coupled.
+            iteration = replace(iteration, points=coupled.together(iteration.points, start))
             # The way out of a tangle may lead through cells that were valid: what is seen of it is what was before.
             if iteration.points is not kept and self._setting.keeps_valid(iteration.points):
                 kept = iteration.points

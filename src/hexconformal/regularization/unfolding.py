@@ -150,6 +150,7 @@ def _pulled_back(setting: Setting, found: Unfolded) -> Field:
         normalized.cells,
         lambda points: within_bound(barrier, points),
         setting.schedules.untangling,
+        found.boundary.admissible.coupled,
     )
 
 

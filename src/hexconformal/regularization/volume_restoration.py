@@ -66,11 +66,11 @@ def restore_volumes(formulation: Formulation, points: Field, surfaces: Sequence[
         assembly, volume_weight = formulation.equation.assembly, formulation.schedules.minimization.volume_weight
         objective = formulation.objective(weights, volume_weight)
         limits = schedule.tolerance, schedule.iterations, schedule.shift
-        able, directions = [], []
+        able, directions, coupled = [], [], formulation.admissible.coupled
         for number, quads in enumerate(surfaces):
             composed = objective.convex(points, assembly)[2]  # a solve uses the blocks up
             normals = nodal_area_vectors(points, quads)
-            direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits)
+            direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits, coupled=coupled)
             if np.einsum("ij,ij->", direction, normals) > 0.0:
                 able.append(number)
                 directions.append(direction)

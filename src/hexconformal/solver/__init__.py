@@ -14,6 +14,8 @@ from .admissible import (
 )
 from .block_solver import BlockPreconditioner, solve_blocks
 from .conjugate_gradients import conjugate_gradients
+from .coupled_nodes import UNCOUPLED, CoupledNodes
+from .coupling_groups import coupled_groups, coupled_nodes
 from .laplace_preconditioner import LaplacePreconditioner
 from .lbfgs import lbfgs
 from .multigrid import MultigridSchedule
@@ -23,9 +25,11 @@ from .space import SERIAL, Space
 
 __all__ = [
     "SERIAL",
+    "UNCOUPLED",
     "AdmissibleDirections",
     "BlockPreconditioner",
     "ConvexEquation",
+    "CoupledNodes",
     "Equation",
     "Iterate",
     "LaplacePreconditioner",
@@ -39,6 +43,8 @@ __all__ = [
     "boundary_directions",
     "conjugate_gradients",
     "count_free_directions",
+    "coupled_groups",
+    "coupled_nodes",
     "fixed_components",
     "lbfgs",
     "line_normal_sums",

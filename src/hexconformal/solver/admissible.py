@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..common import MeshError, OptionError, as_mask, first_ids
 from ..energy import Patch
 from ..mesh import HexMesh
+from .coupled_nodes import UNCOUPLED, CoupledNodes
 
 __all__ = [
     "AdmissibleDirections",
@@ -37,14 +38,20 @@ class AdmissibleDirections:
         (k,) ids of the constrained nodes, ascending.
     projectors
         (k, 3, 3) orthogonal projectors P onto the admissible displacements: 0 holds a node, rank 1 lets it
-        slide along a line, rank 2 in a plane.
+        slide along a line, rank 2 in a plane. They are the same for nodes that are coupled, in their frames, so that
+        projections at nodes and the mean over groups commute.
+    coupled
+        Nodes that move together.
     """
 
     nodes: NDArray[np.int64]
     projectors: Field
+    coupled: CoupledNodes = UNCOUPLED
 
     @classmethod
-    def from_normal_sums(cls, sums: Field, fixed: NDArray[np.bool_] | None = None) -> AdmissibleDirections:
+    def from_normal_sums(
+        cls, sums: Field, fixed: NDArray[np.bool_] | None = None, coupled: CoupledNodes = UNCOUPLED
+    ) -> AdmissibleDirections:
         """Directions orthogonal to forbidden unit vectors n, of which the sums (n, 3, 3) of n n^T are given.
 
         Parameters
@@ -53,23 +60,30 @@ class AdmissibleDirections:
             Zero where a node is free.
         fixed
             (n, 3) components that are held besides.
+        coupled
+            Nodes that move together: what one of a group may not do, none may.
         """
         if fixed is not None:
             sums = sums.copy()
             sums[:, [0, 1, 2], [0, 1, 2]] += fixed
+        sums = coupled.common_normals(sums)
         nodes = np.flatnonzero(sums.any(axis=(1, 2)))
         admissible, vectors = _admissible(sums[nodes])
         projectors = np.einsum("kia,ka,kja->kij", vectors, admissible.astype(float), vectors)
+        if len(coupled.nodes):
+            everywhere = np.tile(np.eye(3), (len(sums), 1, 1))
+            everywhere[nodes] = projectors
+            projectors = coupled.common_projectors(everywhere)[nodes]
         # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
         projectors[np.abs(projectors) < 1e-9] = 0.0
         projectors[np.abs(projectors - 1.0) < 1e-9] = 1.0
-        return cls(nodes, projectors)
+        return cls(nodes, projectors, coupled)
 
     def project(self, field: Field) -> Field:
         """Admissible part of an (n, 3) field of displacements or forces."""
         out = field.copy()
         out[self.nodes] = np.einsum("kij,kj->ki", self.projectors, field[self.nodes])
-        return out
+        return self.coupled.averaged(out)
 
     def all_projectors(self, count: int) -> Field:
         """(count, 3, 3) projectors of all nodes, the identity where a node is free."""
@@ -84,19 +98,23 @@ class AdmissibleDirections:
         return free
 
     def with_held(self, nodes: NDArray[Any]) -> AdmissibleDirections:
-        """The same with further nodes (ids) held."""
+        """The same with further nodes (ids) held, and those that are coupled to them."""
         held = np.unique(nodes)
+        partners = np.isin(self.coupled.roots, self.coupled.roots[np.isin(self.coupled.nodes, held)])
+        held = np.union1d(held, self.coupled.nodes[partners])
         ids = np.union1d(self.nodes, held)
         projectors = np.zeros((len(ids), 3, 3))
         projectors[np.searchsorted(ids, self.nodes)] = self.projectors
         projectors[np.searchsorted(ids, held)] = 0.0
-        return AdmissibleDirections(ids, projectors)
+        return AdmissibleDirections(ids, projectors, self.coupled)
 
     def restricted(self, patch: Patch) -> AdmissibleDirections:
-        """The same for the nodes of a patch, those that stay held."""
+        """The same for the nodes of a patch; those that stay are held, and groups that would only move in part."""
         inside = patch.local[self.nodes] >= 0
-        own = AdmissibleDirections(patch.local[self.nodes[inside]], self.projectors[inside])
-        return own.with_held(np.flatnonzero(~patch.moving[patch.nodes]))
+        moving = self.coupled.whole(patch.moving)
+        coupled = self.coupled.restricted(moving, patch.local)
+        own = AdmissibleDirections(patch.local[self.nodes[inside]], self.projectors[inside], coupled)
+        return own.with_held(np.flatnonzero(~moving[patch.nodes]))
 
     def held_components(self, count: int) -> NDArray[np.bool_]:
         """(count, 3) components to leave out where a field is treated component by component.
@@ -141,6 +159,7 @@ def boundary_directions(
     ids: NDArray[Any] | None = None,
     edges: NDArray[np.int64] | None = None,
     others: Field | None = None,
+    coupled: CoupledNodes = UNCOUPLED,
 ) -> AdmissibleDirections:
     """The admissible directions of a boundary mode, with further components held by a mask.
 
@@ -162,6 +181,8 @@ def boundary_directions(
         (k, 2) edges in flat faces along which the nodes of "slide" move, too.
     others
         (n, 3, 3) sums of n n^T over other planes in which nodes move, those of interfaces.
+    coupled
+        Nodes that move together.
 
     Raises
     ------
@@ -192,7 +213,7 @@ def boundary_directions(
             sums += line_normal_sums(points, edges)
     if others is not None:
         sums = sums + others
-    return AdmissibleDirections.from_normal_sums(sums, fixed)
+    return AdmissibleDirections.from_normal_sums(sums, fixed, coupled)
 
 
 def count_free_directions(sums: Field) -> NDArray[np.int64]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..energy import BlockMatrix
 from ..kernel import algebra, loop
 from .conjugate_gradients import conjugate_gradients
+from .coupled_nodes import UNCOUPLED, CoupledNodes
 from .space import SERIAL, Space
 
 __all__ = ["BlockPreconditioner", "solve_blocks"]
@@ -23,6 +24,7 @@ def solve_blocks(
     max_iterations: int,
     shift: float,
     space: Space = SERIAL,
+    coupled: CoupledNodes = UNCOUPLED,
 ) -> Field:
     """Solve P A P x = P rhs by conjugate gradients, preconditioned by symmetric block Gauss-Seidel.
 
@@ -42,6 +44,9 @@ def solve_blocks(
         Added to the diagonal blocks, relative to their trace.
     space
         Where the fields live.
+    coupled
+        Nodes that move together, with projections that are alike: T P A P T is what is solved then, T being the map
+        from roots to all nodes.
 
     Returns
     -------
@@ -57,7 +62,7 @@ def solve_blocks(
     (S. Eisenstat, Efficient implementation of a class of preconditioned conjugate gradient methods, SIAM J. Sci. Stat.
     Comput. 2 (1981)).
     """
-    sweeps = BlockPreconditioner(matrix, projectors, shift)
+    sweeps = BlockPreconditioner(matrix, projectors, shift, coupled)
     y = conjugate_gradients(sweeps.product, sweeps.scaled, sweeps.forward(rhs), tolerance, max_iterations, space)
     return sweeps.backward(y)
 
@@ -73,11 +78,15 @@ class BlockPreconditioner:
         (n, 3, 3) orthogonal projections P onto the admissible directions.
     shift
         Added to the diagonal blocks, relative to their trace.
+    coupled
+        Nodes that move together: the matrix is condensed to their roots, where fields between `forward` and `backward`
+        live.
     """
 
-    def __init__(self, matrix: BlockMatrix, projectors: Field, shift: float) -> None:
+    def __init__(self, matrix: BlockMatrix, projectors: Field, shift: float, coupled: CoupledNodes = UNCOUPLED) -> None:
+        matrix = coupled.condensed(matrix)
         whole = (projectors == np.eye(3)).all(axis=(1, 2))
-        self._projectors = projectors
+        self._projectors, self._coupled = projectors, coupled
         _project(matrix.indptr, matrix.indices, matrix.data, projectors, whole, shift)
         self._inverses = np.zeros((len(projectors), 3, 3))
         _invert(matrix.indptr, matrix.data, self._inverses)
@@ -90,7 +99,8 @@ class BlockPreconditioner:
     def forward(self, field: Field) -> Field:
         """(D + L)^-1 P times a field (n, 3)."""
         out = np.empty_like(field)
-        _forward(*self._rows, self._inverses, np.einsum("nij,nj->ni", self._projectors, field), out)
+        own = self._coupled.gathered(field)
+        _forward(*self._rows, self._inverses, np.einsum("nij,nj->ni", self._projectors, own), out)
         return out
 
     def scaled(self, field: Field) -> Field:
@@ -103,7 +113,7 @@ class BlockPreconditioner:
         """P (D + L^T)^-1 times a field (n, 3)."""
         out = np.empty_like(field)
         _backward(*self._rows, self._inverses, field.copy(), out)
-        return np.asarray(np.einsum("nij,nj->ni", self._projectors, out))
+        return self._coupled.spread(np.einsum("nij,nj->ni", self._projectors, out))
 
     def product(self, field: Field) -> Field:
         """(D + L)^-1 A (D + L^T)^-1 times a field (n, 3)."""

@@ -18,7 +18,8 @@ class LaplacePreconditioner:
     """Approximate inverse (8 L)^-1 of the Hessian on the admissible displacements.
 
     With constant normals the frozen Hessian is 8 L, componentwise. Components that are held are rows
-    taken out of L; components with the same rows share one multigrid hierarchy.
+    taken out of L; components with the same rows share one multigrid hierarchy. Nodes that move together are one row,
+    where none of them is turned; others have the mean of what comes out for each.
 
     Parameters
     ----------
@@ -40,6 +41,9 @@ class LaplacePreconditioner:
         schedule: MultigridSchedule | None = None,
     ) -> None:
         free = referenced[:, None] & ~admissible.held_components(len(referenced))
+        self._joined = admissible.coupled.translated()
+        laplacian = self._joined.condensed_scalar(laplacian)
+        free[self._joined.nodes] &= (self._joined.nodes == self._joined.roots)[:, None]
         self._project = admissible.project
         self._cycles: list[tuple[list[int], Multigrid]] = []
         for component in range(3):
@@ -51,7 +55,7 @@ class LaplacePreconditioner:
 
     def __call__(self, gradient: Field) -> Field:
         """Map an admissible gradient (n, 3) to an admissible displacement."""
-        out = np.empty_like(gradient)
+        out, gradient = np.empty_like(gradient), self._joined.gathered(gradient)
         for axes, cycle in self._cycles:
             out[:, axes] = cycle(gradient)[:, axes]
-        return self._project(out) / 8.0
+        return self._project(self._joined.spread(out)) / 8.0

@@ -13,6 +13,7 @@ from ..common import Schedule, tuned
 from ..energy import Assembly
 from .block_solver import solve_blocks
 from .conjugate_gradients import conjugate_gradients
+from .coupled_nodes import UNCOUPLED, CoupledNodes
 from .problem import Iterate, Preconditioner, line_search
 from .step_rounding import round_direction
 
@@ -162,6 +163,8 @@ class ConvexEquation:
         Added to the diagonal blocks, relative to their trace; None for the least.
     schedule
         Tolerances and shifts.
+    coupled
+        Nodes that move together.
     """
 
     assembly: Assembly
@@ -170,6 +173,7 @@ class ConvexEquation:
     rounding: float = 0.0
     shift: float | None = None
     schedule: NewtonSchedule = field(default_factory=NewtonSchedule)
+    coupled: CoupledNodes = UNCOUPLED
 
     @property
     def needs_gradients(self) -> bool:
@@ -182,9 +186,9 @@ class ConvexEquation:
         limits = self.schedule.tolerance, self.schedule.iterations
         matrix, gradient = self.assembly.matrix, current.gradient
         space = current.problem.space
-        direction = solve_blocks(matrix, -gradient, self.projectors, *limits, self.added, space)
+        direction = solve_blocks(matrix, -gradient, self.projectors, *limits, self.added, space, self.coupled)
         if self.rounding > 0.0:
-            rounded = round_direction(direction, current.points, self.cells, self.rounding)
+            rounded = round_direction(direction, current.points, self.cells, self.rounding, self.coupled)
             direction = current.problem.project(rounded)
         return current, direction
 

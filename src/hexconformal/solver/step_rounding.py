@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, edge_lengths
+from .coupled_nodes import UNCOUPLED, CoupledNodes
 
 __all__ = ["round_direction"]
 
@@ -19,10 +20,17 @@ Field = NDArray[np.float64]
 _THIN, _THINNEST = 2.0**-6, 2.0**-16  # scaled Jacobians between which it has to be, in proportion
 
 
-def round_direction(direction: Field, points: Field, cells: NDArray[np.int64], rounding: float) -> Field:
+def round_direction(
+    direction: Field,
+    points: Field,
+    cells: NDArray[np.int64],
+    rounding: float,
+    coupled: CoupledNodes = UNCOUPLED,
+) -> Field:
     """The direction (n, 3), that of every node in multiples of a power of two.
 
     That is `rounding` times the shortest edge of the cells at the node or up to half as much; less where one is flat.
+    Nodes that move together are rounded alike.
 
     Examples
     --------
@@ -34,6 +42,7 @@ def round_direction(direction: Field, points: Field, cells: NDArray[np.int64], r
     thickness = np.clip(np.abs(corner_scaled_jacobian(points, cells)), _THINNEST, _THIN) / _THIN
     smallest = np.full(len(points), np.inf)
     np.minimum.at(smallest, cells, (edge_lengths(points, cells).min(axis=1) * thickness)[:, None])
+    smallest = coupled.least(smallest)
     apart = np.isfinite(smallest) & (smallest > 0.0)
     unit = np.exp2(np.floor(np.log2(rounding * smallest[apart])))[:, None]
     result = direction.copy()

@@ -21,7 +21,7 @@ from ..elements import EDGES, corner_scaled_jacobian, is_valid
 from ..energy import CornerWeights
 from ..formulation import Formulation, Iteration, UntanglingSchedule
 from ..mesh import connected_regions, node_rings, unique_edges
-from ..solver import Equation, newton_step
+from ..solver import UNCOUPLED, CoupledNodes, Equation, newton_step
 
 __all__ = ["folded_cells", "pull_back", "untangle"]
 
@@ -68,12 +68,13 @@ def pull_back(
     cells: Ints,
     near: Callable[[Field], bool],
     schedule: UntanglingSchedule | None = None,
+    coupled: CoupledNodes = UNCOUPLED,
 ) -> Field:
     """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
     Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
     around these are taken back by a share of their way, such that the fewest cells are inverted, never more than at the
-    start; all of them go back where that is not to be had.
+    start; all of them go back where that is not to be had. Nodes that are coupled go back together.
     """
     schedule = UntanglingSchedule() if schedule is None else schedule
     first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
@@ -89,7 +90,7 @@ def pull_back(
         return points
     best, fewest = start, int((first <= 0.0).sum())
     for width in range(schedule.rounds):
-        nodes = node_rings(cells, len(points), worse, width)
+        nodes = coupled.closed(node_rings(cells, len(points), worse, width))
         for share in schedule.shares_back:
             trial = np.where(nodes[:, None], points + share * (start - points), points)
             quality = corner_scaled_jacobian(trial, cells)

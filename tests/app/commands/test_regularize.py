@@ -64,6 +64,7 @@ def test_options_reach_the_run(here, capsys):
         "constraint": "compatible",
         "eps": 1e-6,
         "interfaces": "auto",
+        "couplings": "auto",
         "features": "keep",
         "sizes": "free",
         "surface": None,

@@ -48,6 +48,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
     add_interfaces(shape, "faces between regions are kept")
     shape.add_argument(
+        "--couplings", choices=("auto", "ignore"), default=Options.couplings, help="nodes that move together, as on"
+        " periodic faces: those that the file couples, and those of parts at the same place, or none (default"
+        " %(default)s)",
+    )  # fmt: skip
+    shape.add_argument(
         "--conserve-volume",
         action="store_true",
         help="give the result, and each of its regions, the volume of the input",

@@ -8,9 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .lines import Section
-from .sets import SetMember
-from .systems import Placement, System
+from .statements import Coupling, Placement, Section, SetMember, System
 
 __all__ = ["Deck", "ElementBlock", "Instance", "NodeBlock", "Scope"]
 
@@ -60,6 +58,8 @@ class Scope:
         Names of the sets of elements that sections give a material.
     held
         Labels of nodes of elements that are set aside.
+    couplings
+        Equations and other couplings of nodes.
     frame
         The frame that *SYSTEM says for the nodes that follow.
     """
@@ -73,6 +73,7 @@ class Scope:
     set_names: dict[tuple[str, str], str] = field(default_factory=dict)
     sections: list[str] = field(default_factory=list)
     held: list[str] = field(default_factory=list)
+    couplings: list[Coupling] = field(default_factory=list)
     frame: Placement = field(default_factory=Placement)
 
     def extend(self, kind: str, name: str | None, members: list[SetMember]) -> None:

@@ -14,12 +14,11 @@ from ...format_tools.rewriting import through_meshio
 from ...meshio_mesh import MeshioOrigin
 from ...source_file import FileContents, SourceFile
 from .deck import Deck
-from .elements import ELEMENT_NAMES
 from .includes import files_of_deck, with_included_files
-from .lines import split_lines
 from .mesh import mesh_of
 from .read_deck import read_deck
 from .rewrite import rewritten
+from .statements import ELEMENT_NAMES, split_lines
 from .write import write_deck
 
 __all__ = ["ABAQUS"]
@@ -44,6 +43,7 @@ def _read(path: Path) -> FileContents:
         face_sets=found.face_sets,
         sections=found.sections,
         model=_model(deck),
+        coupled_pairs=found.coupled_pairs,
     )
     contents = checked_contents(found.mesh, file, output)
     return replace(contents, notes=(*notes, *_notes(deck)), held=found.held)

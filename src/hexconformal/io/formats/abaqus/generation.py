@@ -7,9 +7,7 @@ from numpy.typing import NDArray
 
 from ....common import ReadError
 from .deck import ElementBlock, NodeBlock, Scope
-from .lines import Section
-from .sets import WorkLimit
-from .systems import System
+from .statements import Section, System, WorkLimit
 
 __all__ = ["Generator"]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ....common import ReadError, first_names
 from ...format_tools.file_checks.references import referenced_file
-from .lines import keyword_line, line_ending, sections, split_lines
+from .statements import keyword_line, line_ending, sections, split_lines
 
 __all__ = ["files_of_deck", "with_included_files"]
 

@@ -8,13 +8,24 @@ from numpy.typing import NDArray
 from ....common import ReadError
 from ...cell_types import NODE_COUNTS
 from .deck import Deck, ElementBlock, Instance, NodeBlock, Scope
-from .elements import cell_type_of, in_vtk_order
 from .generation import Generator
-from .lines import Section, sections, split_fields
-from .sets import SetMember, read_members
-from .surfaces import SURFACE, read_sides
-from .systems import System, read_placement, read_system
-from .tables import read_integers, read_nodes
+from .statements import (
+    SURFACE,
+    Section,
+    SetMember,
+    System,
+    cell_type_of,
+    in_vtk_order,
+    read_couplings,
+    read_integers,
+    read_members,
+    read_nodes,
+    read_placement,
+    read_sides,
+    read_system,
+    sections,
+    split_fields,
+)
 
 __all__ = ["read_deck"]
 
@@ -47,6 +58,9 @@ def read_deck(lines: list[str]) -> Deck:
         "NSET": reader.node_or_element_set,
         "ELSET": reader.node_or_element_set,
         "SURFACE": reader.surface,
+        "EQUATION": reader.couplings,
+        "MPC": reader.couplings,
+        "TIE": reader.couplings,
         "SYSTEM": reader.system,
         "PART": reader.part,
         "ENDPART": reader.end_part,
@@ -135,6 +149,9 @@ class _Reader:
         if section.options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             for side, member in read_sides(section):
                 self.scope.extend(SURFACE + side, section.options.get("NAME"), [member])
+
+    def couplings(self, section: Section) -> None:
+        self.scope.couplings.extend(read_couplings(section))
 
     def system(self, section: Section) -> None:
         self.scope.frame = read_system(section.data)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .deck import Deck, NodeBlock, Scope
-from .lines import Section, keyword_line, line_ending
-from .mesh import Member, members_of
-from .reals import format_real
+from .members import Member, members_of
+from .statements import Section, format_real, keyword_line, line_ending
 
 __all__ = ["rewritten"]
 

@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .elements import ELEMENT_NAMES
-from .lines import keyword_line
-from .reals import format_real
+from .statements import ELEMENT_NAMES, format_real, keyword_line
 
 __all__ = ["write_deck"]
 

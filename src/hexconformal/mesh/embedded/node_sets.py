@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import EDGES, FACES
-from .adjacency import corner_incidences
-from .edges import face_edges
+from ...elements import EDGES, FACES
+from ..adjacency import corner_incidences
+from ..edges import face_edges
 from .row_matching import parts_within, same_rows
 
 __all__ = ["NodeSetParts", "NodeSets", "most_single_nodes"]

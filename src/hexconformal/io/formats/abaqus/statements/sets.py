@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ....common import ReadError, first_ids
+from .....common import ReadError, first_ids
 from .lines import Section, split_fields
 
 __all__ = ["LabelIndex", "SetKey", "SetMember", "WorkLimit", "read_members", "resolve"]

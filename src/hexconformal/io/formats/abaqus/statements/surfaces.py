@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ....elements import FACES
-from ....mesh import boundary_quads
+from .....elements import FACES
+from .....mesh import boundary_quads
 from .lines import Section, split_fields
 from .sets import SetMember
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import first_names
-from ..elements import EDGES, FACES
-from .carried_cells import CarriedCells
-from .hex_mesh import HexMesh
+from ...common import first_names
+from ...elements import EDGES, FACES
+from ..carried_cells import CarriedCells
+from ..hex_mesh import HexMesh
 from .kinds import Classified, classify
 from .node_sets import NodeSetParts, NodeSets, most_single_nodes
 
@@ -60,7 +60,7 @@ def find_embedded(mesh: HexMesh, skin: Ints) -> Embedded:
     These are its cells of lower dimension and its sets. Quadrilaterals inside are patches, lines are curves, vertices
     hold their nodes. On the boundary tags of quadrilaterals, sets of faces and sets of nodes tell quads apart. Sets
     that overlap are refined until every face is in one kind. Cells that are no face and no edge of a hexahedron hold
-    their nodes. For sets of nodes see :meth:`hexconformal.mesh.node_sets.NodeSets.parts`.
+    their nodes. For sets of nodes see :meth:`hexconformal.mesh.embedded.node_sets.NodeSets.parts`.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....common import ReadError
+from .....common import ReadError
 
 __all__ = ["read_integers", "read_nodes", "read_real"]
 

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ....common import ReadError
+from .....common import ReadError
 from .lines import split_fields
 from .tables import read_real
 

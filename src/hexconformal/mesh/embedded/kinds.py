@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .carried_cells import CarriedCells, telling_tags
+from ..carried_cells import CarriedCells, telling_tags
 from .row_matching import parts_within, same_rows
 
 __all__ = ["Classified", "classify"]
