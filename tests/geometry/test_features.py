@@ -12,8 +12,8 @@ from hexconformal.common.errors import OptionError
 from hexconformal.generate import ball, box, cylinder
 from hexconformal.geometry import Faces
 from hexconformal.geometry.features import find_features
-from hexconformal.geometry.surface_tags import surface_tags
 from hexconformal.io.vtk_mesh import from_vtk
+from hexconformal.mesh import find_embedded
 from hexconformal.mesh.topology import boundary_quads
 
 
@@ -318,17 +318,23 @@ def tagged(name="gmsh:physical", missing=()):
     return meshio.Mesh(points, blocks, cell_data=data), quads, tags
 
 
+def assert_same_partition(one, other):
+    """The same faces have the same number in both, whatever these are."""
+    pairs = np.unique(np.stack([one, other], axis=1), axis=0)
+    assert len(pairs) == len(np.unique(one)) == len(np.unique(other))
+
+
 @pytest.mark.parametrize("name", ["gmsh:physical", "gmsh:geometrical", "medit:ref", "nastran:ref"])
 def test_surface_tags_of_meshio(name):
     source, quads, tags = tagged(name)
-    np.testing.assert_array_equal(surface_tags(as_hex_mesh(source), quads), tags)
+    assert_same_partition(find_embedded(as_hex_mesh(source), quads).skin_kinds, tags)
 
 
 def test_surface_tags_of_pyvista():
     source, quads, tags = tagged()
     grid = pv.from_meshio(source)
-    np.testing.assert_array_equal(surface_tags(as_hex_mesh(grid), quads), tags)
-    features = find_features(source.points, quads, tags=surface_tags(as_hex_mesh(grid), quads))
+    assert_same_partition(find_embedded(as_hex_mesh(grid), quads).skin_kinds, tags)
+    features = find_features(source.points, quads, tags=find_embedded(as_hex_mesh(grid), quads).skin_kinds)
     assert counts(features) == (12, 8, 6)
 
 
@@ -343,9 +349,9 @@ def test_surface_tags_of_quadrilaterals_of_second_order(kind, to_pyvista):
     source.points = np.vstack([points, middles.reshape(-1, 3)])
     source.cells[0] = meshio.CellBlock(kind, np.column_stack([corners, new]))
     mesh = as_hex_mesh(pv.from_meshio(source) if to_pyvista else source)
-    np.testing.assert_array_equal(surface_tags(mesh, quads), tags)
+    assert_same_partition(find_embedded(mesh, quads).skin_kinds, tags)
     if to_pyvista:
-        np.testing.assert_array_equal(surface_tags(from_vtk(pv.from_meshio(source)), quads), tags)
+        assert_same_partition(find_embedded(from_vtk(pv.from_meshio(source)), quads).skin_kinds, tags)
 
 
 def test_surface_tags_of_a_file(tmp_path):
@@ -353,18 +359,19 @@ def test_surface_tags_of_a_file(tmp_path):
     source.cell_data["gmsh:geometrical"] = [array * 0 + 1 for array in source.cell_data["gmsh:physical"]]
     meshio.write(tmp_path / "part.msh", source, file_format="gmsh22", binary=True)
     # The geometrical tags are all the same and so say nothing.
-    np.testing.assert_array_equal(surface_tags(as_hex_mesh(tmp_path / "part.msh"), quads), tags)
+    assert_same_partition(find_embedded(as_hex_mesh(tmp_path / "part.msh"), quads).skin_kinds, tags)
 
 
 def test_surface_tags_where_there_are_none_or_not_all():
     points, cells = box((2, 2, 2))
     quads = boundary_quads(cells)[0]
-    assert surface_tags(as_hex_mesh((points, cells)), quads) is None
-    assert surface_tags(as_hex_mesh(meshio.Mesh(points, [("hexahedron", cells)])), quads) is None
-    assert surface_tags(as_hex_mesh(tagged("velocity")[0]), quads) is None
+    for source in ((points, cells), meshio.Mesh(points, [("hexahedron", cells)])):
+        assert not find_embedded(as_hex_mesh(source), quads).skin_kinds.any()
+    kinds = find_embedded(as_hex_mesh(tagged("velocity")[0]), quads).skin_kinds
+    assert (kinds == kinds[0]).all()
     source, quads, tags = tagged(missing=[0, 5])
     tags[[0, 5]] = -1
-    np.testing.assert_array_equal(surface_tags(as_hex_mesh(source), quads), tags)
+    assert_same_partition(find_embedded(as_hex_mesh(source), quads).skin_kinds, tags)
 
 
 def test_faces_of_both_kinds_have_the_features_of_their_shape():

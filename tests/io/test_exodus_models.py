@@ -7,8 +7,8 @@ from meshes.hexahedra import block
 
 import hexconformal as hc
 from hexconformal import HexMesh, as_hex_mesh
-from hexconformal.geometry.surface_tags import surface_tags
 from hexconformal.io import read_write as io
+from hexconformal.mesh import find_embedded
 
 netcdf = pytest.importorskip("netCDF4")
 
@@ -129,7 +129,9 @@ def test_what_a_file_says_is_taken_in(tmp_path):
     bottom, top = (b.data for b in source.cells[2:])
     assert (mesh.points[bottom, 2] == 0).all()
     assert (mesh.points[top, 2] == 2).all()
-    assert surface_tags(mesh, np.concatenate([bottom, top])).tolist() == [100] * 4 + [200] * 4
+    kinds = find_embedded(mesh, np.concatenate([bottom, top])).skin_kinds
+    assert kinds.tolist() == [kinds[0]] * 4 + [kinds[4]] * 4
+    assert kinds[0] != kinds[4]
     assert [part.tolist() for part in source.cell_sets["top"]] == [[], [], [], [0, 1, 2, 3]]
     assert any("first of 2 times" in note for note in mesh.notes)
 

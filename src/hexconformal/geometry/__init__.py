@@ -26,9 +26,9 @@ from .features import (
     joined_features,
     kept_edges,
     nonmanifold_nodes,
+    wire_features,
 )
 from .hausdorff import distance_between, faces_beyond, hausdorff
-from .surface_tags import surface_tags
 
 __all__ = [
     "CORNER",
@@ -66,7 +66,7 @@ __all__ = [
     "nonmanifold_nodes",
     "simpson_mean",
     "slivers",
-    "surface_tags",
     "unit_vectors",
     "walk",
+    "wire_features",
 ]

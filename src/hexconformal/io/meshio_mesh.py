@@ -118,15 +118,6 @@ class MeshioOrigin:
         """The cells with 1 to 4 corners, with their arrays and sets."""
         return of_meshio(self.source, corners)
 
-    def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
-        """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
-        if name not in self.source.cell_data:
-            return None
-        pairs = zip(self.source.cells, self.source.cell_data[name], strict=True)
-        found = [(block.data, values) for block, values in pairs if block.type in _QUADS]
-        nodes = np.concatenate([np.empty((0, 4), dtype=np.int64), *(np.asarray(part)[:, :4] for part, _ in found)])
-        return nodes, np.concatenate([np.empty(0, dtype=np.int64), *(np.asarray(part) for _, part in found)])
-
 
 def from_meshio(source: Any, other_cells: str, linearize: bool, file: SourceFile | None = None) -> HexMesh:
     """Take in a meshio.Mesh; see :func:`hexconformal.io.read_write.as_hex_mesh`."""

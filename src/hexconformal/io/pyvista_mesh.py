@@ -15,7 +15,7 @@ from .carried_cells import of_grid
 from .node_groups import NodeGroups, cell_array_groups
 from .selection import Selection, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
-from .vtk_mesh import QUADS, SOLIDS, cell_blocks, cell_table, ghost_cells
+from .vtk_mesh import SOLIDS, cell_blocks, cell_table, ghost_cells
 
 __all__ = [
     "PyvistaOrigin",
@@ -90,15 +90,6 @@ class PyvistaOrigin:
         grid = self.source.cast_to_unstructured_grid()
         nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
         return of_grid(grid.celltypes, cell_offsets(grid), nodes, corners, dict(grid.cell_data))
-
-    def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
-        """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
-        if name not in self.source.cell_data:
-            return None
-        grid = self.source.cast_to_unstructured_grid()
-        rows = np.flatnonzero(np.isin(grid.celltypes, QUADS))
-        nodes = np.asarray(grid.cell_connectivity)[cell_offsets(grid)[rows][:, None] + np.arange(4)]
-        return nodes, np.asarray(self.source.cell_data[name])[rows]
 
     def _source_cells(self) -> NDArray[np.int64]:
         # The hexahedra as the source itself has them: voxels differ from those of the selection.

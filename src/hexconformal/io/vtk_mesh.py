@@ -68,17 +68,6 @@ class VtkOrigin:
         table = cell_table(self.source.GetCells())
         return of_grid(_cell_types(self.source), *table, corners, _cell_arrays(self.source))
 
-    def quads(self, name: str) -> tuple[NDArray[np.int64], NDArray[Any]] | None:
-        """Corners (k, 4) of quadrilaterals that came along, and their values of a cell array; None if it is missing."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-
-        array = self.source.GetCellData().GetArray(name)
-        if array is None:
-            return None
-        offsets, nodes = cell_table(self.source.GetCells())
-        rows = np.flatnonzero(np.isin(_cell_types(self.source), QUADS))
-        return nodes[offsets[rows][:, None] + np.arange(4)], vtk_to_numpy(array)[rows]
-
 
 def from_vtk(grid: Any, other_cells: str = "refuse", linearize: bool = False) -> HexMesh:
     """Take in a vtkUnstructuredGrid; see :func:`hexconformal.io.read_write.as_hex_mesh`.

@@ -1,4 +1,4 @@
-"""Sheets inside a mesh, which may meet in threes and more: their sides, their curves, and those of skin and sheets."""
+"""Sheets and wires inside a mesh, which may meet in threes and more: their sides, their curves, and those of all."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from ...mesh import connected_components
 from ..edges import EdgeTable, edge_table
 from ..faces import Faces
-from .feature_curves import CORNER, CURVE, Features, find_features, nonmanifold_nodes
+from .chains import chains
+from .feature_curves import CORNER, CURVE, SMOOTH, Features, find_features, nonmanifold_nodes
 from .schedules import FeatureSchedule
 
-__all__ = ["InnerSheets", "find_inner_sheets", "joined_features"]
+__all__ = ["InnerSheets", "find_inner_sheets", "joined_features", "wire_features"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -97,15 +98,48 @@ def _with_one_side_out(quads: Ints, edges: EdgeTable) -> Ints:
     return np.where(turned[:, None], quads[:, ::-1], quads)
 
 
-def joined_features(points: Floats, skin: Features, inner: Features) -> Features:
-    """The features of a skin and of sheets inside: nodes where curves of both cross are corners.
+def wire_features(points: Floats, edges: Ints, kinds: Ints, schedule: FeatureSchedule | None = None) -> Features:
+    """Curves of edges that need belong to no face: bars, rebars, lines of the geometry.
 
     Parameters
     ----------
     points
         (n, 3) coordinates.
-    skin, inner
-        Those of each; patches of the skin come first. Curves of a soft skin are none.
+    edges
+        (e, 2) nodes.
+    kinds
+        (e,) what they are; where kinds meet is a corner.
+    schedule
+        The turn that makes a corner.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0]])
+    >>> wires = wire_features(points, np.array([[0, 1], [1, 2], [2, 3], [3, 4]]), np.zeros(4, int))
+    >>> wires.corners, wires.curves
+    (array([0, 2, 4]), array([0, 0, 1, 1]))
+    """
+    schedule = FeatureSchedule() if schedule is None else schedule
+    first, last = np.full(len(points), np.iinfo(np.int64).max), np.full(len(points), -1)
+    for end in edges.T:
+        np.minimum.at(first, end, kinds)
+        np.maximum.at(last, end, kinds)
+    curves = chains(points, edges, (last >= 0) & (first != last), schedule.turn)
+    kind = np.full(len(points), SMOOTH, dtype=np.int8)
+    kind[edges] = CURVE
+    kind[(last >= 0) & (curves.corners | (first != last))] = CORNER
+    return Features(kind, edges, curves.labels, np.empty(0, np.int64))
+
+
+def joined_features(points: Floats, *parts: Features) -> Features:
+    """The features of a skin, of sheets inside, and of wires: nodes where curves of different ones cross are corners.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    *parts
+        Those of each; their patches come in the same order. Curves of soft ones are none.
 
     Examples
     --------
@@ -118,18 +152,18 @@ def joined_features(points: Floats, skin: Features, inner: Features) -> Features
     >>> len(skin.corners), len(half.corners), len(both.corners), both.patches.max() + 1
     (8, 4, 12, np.int64(7))
     """
-    kept = skin
-    if skin.soft:
-        kept = replace(skin, kind=np.zeros_like(skin.kind), edges=skin.edges[:0], curves=skin.curves[:0])
-    offset, patches = int(kept.curves.max(initial=-1)) + 1, int(skin.patches.max(initial=-1)) + 1
-    edges = np.concatenate([kept.edges, inner.edges])
-    kind = np.maximum(kept.kind, inner.kind)
+    none = np.zeros(len(points), dtype=np.int8)
+    gone = (replace(part, kind=none, edges=part.edges[:0], curves=part.curves[:0]) for part in parts)
+    parts = tuple(one if part.soft else part for one, part in zip(gone, parts, strict=True))
+    edges = np.concatenate([part.edges for part in parts])
+    kind = np.maximum.reduce([part.kind for part in parts])
     degree = np.bincount(np.unique(np.sort(edges, axis=1), axis=0).ravel(), minlength=len(points))
     kind[(kind == CURVE) & (degree != 2)] = CORNER
-    return Features(
-        kind,
-        edges,
-        np.concatenate([kept.curves, inner.curves + offset]),
-        np.concatenate([skin.patches, inner.patches + patches]),
-        slack_curves=inner.slack_curves + offset,
-    )
+    curves, slack, patches = ([np.empty(0, np.int64)] for _ in range(3))
+    for part in parts:
+        known = 1 + max(int(found.max(initial=-1)) for found in curves)
+        curves.append(part.curves + known)
+        slack.append(part.slack_curves + known)
+        patches.append(part.patches + 1 + max(int(found.max(initial=-1)) for found in patches))
+    joined = (np.concatenate(numbers) for numbers in (curves, patches, slack))
+    return Features(kind, edges, next(joined), next(joined), slack_curves=next(joined))

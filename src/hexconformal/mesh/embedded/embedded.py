@@ -54,7 +54,7 @@ class Embedded:
     notes: tuple[str, ...] = ()
 
 
-def find_embedded(mesh: HexMesh, skin: Ints) -> Embedded:
+def find_embedded(mesh: HexMesh, skin: Ints, with_sets: bool = True) -> Embedded:
     """Find the geometry that a mesh carries beside its hexahedra.
 
     These are its cells of lower dimension and its sets. Quadrilaterals inside are patches, lines are curves, vertices
@@ -68,6 +68,8 @@ def find_embedded(mesh: HexMesh, skin: Ints) -> Embedded:
         The mesh.
     skin
         (q, 4) its boundary quads.
+    with_sets
+        False to leave sets alone.
 
     Examples
     --------
@@ -82,7 +84,7 @@ def find_embedded(mesh: HexMesh, skin: Ints) -> Embedded:
     ("outlines on the boundary are kept of: node set 'floor' (4 quads)", "held: node set 'load' (1 nodes)")
     """
     quads, lines, triangles, vertices = (mesh.carried_cells(corners) for corners in (4, 2, 3, 1))
-    node_sets, face_sets = mesh.node_sets(), mesh.face_sets()
+    node_sets, face_sets = (mesh.node_sets(), mesh.face_sets()) if with_sets else ({}, {})
     if not (node_sets or face_sets or any(len(some.nodes) for some in (quads, lines, triangles, vertices))):
         none = np.empty(0, dtype=np.int64)
         return Embedded(none.reshape(0, 4), none, np.zeros(len(skin), np.int64), none.reshape(0, 2), none, none)

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, first_names
-from ..formulation import Schedules
-from ..geometry import (
+from ...common import MeshError
+from ...formulation import Schedules
+from ...geometry import (
     DistanceBarrier,
     Faces,
-    Features,
     InnerSheets,
     SurfaceLocator,
     fan_triangles,
@@ -21,28 +20,27 @@ from ..geometry import (
     find_inner_sheets,
     joined_features,
     kept_edges,
-    surface_tags,
+    wire_features,
 )
-from ..io import read_surface
-from ..mesh import NormalizedMesh, find_interfaces, find_regions
-from ..solver import (
+from ...io import read_surface
+from ...mesh import NormalizedMesh
+from ...solver import (
     AdmissibleDirections,
     boundary_directions,
     count_free_directions,
     coupled_nodes,
     fixed_components,
-    line_normal_sums,
-    planar_normal_sums,
 )
-from .options import Options
+from ..options import Options
+from .exact_parts import flat_normals, normals_of_curves, on_bent, planes_inside, wire_normals
+from .kept_geometry import kept_geometry
 
-__all__ = ["Boundary", "boundary_of", "flat_normals"]
+__all__ = ["Boundary", "boundary_of"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_AXIS = 1e-9  # components of a unit normal below this are rounding
 _APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
 
 
@@ -89,73 +87,61 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     schedules = Schedules() if schedules is None else schedules
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
-    tags = surface_tags(normalized.mesh, normalized.node_ids[quads])
-    faces = _inner_faces(normalized, options)
+    kept = kept_geometry(normalized, options)
+    fixed |= kept.held[:, None]
     coupled, told = coupled_nodes(normalized, options.couplings)
+    notes = [*kept.notes, *told]
+    wires = wire_features(points, kept.edges, kept.edge_kinds, schedules.features) if len(kept.edges) else None
     if options.boundary != "slide" or options.hausdorff == 0.0:
-        edges = kept_edges(points, quads, cells, tags) if options.boundary == "slide" else None
-        labels, planes = normalized.node_labels, _planar_normals(points, faces.quads)
-        admissible = boundary_directions(points, quads, options.boundary, fixed, labels, edges, planes, coupled)
-        if len(faces.quads) == 0:
-            return Boundary(admissible, notes=told)
-        can = count_free_directions(planes)[np.unique(faces.quads)] > 0
-        slide = f"{faces.note}: {can.sum()} nodes slide in them, {(~can).sum()} stay"
-        return Boundary(admissible, notes=(slide, *told))
+        edges = kept_edges(points, quads, cells, kept.tags) if options.boundary == "slide" else None
+        exact = planes_inside(points, kept.quads) + (0.0 if wires is None else wire_normals(points, wires, False))
+        labels, mode = normalized.node_labels, options.boundary
+        admissible = boundary_directions(points, quads, mode, fixed, labels, edges, exact, coupled)
+        if len(kept.quads):
+            can = count_free_directions(exact)[np.unique(kept.quads)] > 0
+            notes.insert(0, f"{can.sum()} nodes of faces inside slide in their planes, {(~can).sum()} stay")
+        return Boundary(admissible, notes=tuple(notes))
     tolerance = options.hausdorff * normalized.diagonal
     reference = _given_surface(normalized, options.surface)
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
-    features = find_features(points, quads, tags=tags, cells=cells, **how)
+    features = find_features(points, quads, tags=kept.tags, cells=cells, **how)
+    notes.insert(0, f"features: {features.reason}")
     flat_within = schedules.barrier.flat * tolerance
-    sums, nowhere = np.zeros((len(points), 3, 3)), np.zeros(len(points), dtype=bool)
+    sums = np.zeros((len(points), 3, 3))
     if not features.soft and reference is None:
         sums, flat = flat_normals(points, quads, features.patches, flat_within)
-        sums += _normals_of_curves(points, features, sums, flat)
-    skin, sliding = sums, nowhere.copy()
+        sums += normals_of_curves(points, features, sums, flat)
+    sliding = np.zeros(len(points), dtype=bool)
     sliding[quads] = True
-    sliding &= count_free_directions(skin) == 3
+    sliding &= count_free_directions(sums) == 3
     if not features.soft:
         # Straight edges between flat patches need no barrier, curved ones do.
-        sliding |= _on_bent(features, skin)
-    notes = [f"features: {features.reason}", *told]
-    inner, bent = None, nowhere
-    if len(faces.quads):
-        inner = find_inner_sheets(points, faces.quads, faces.kinds, **how)
+        sliding |= on_bent(features, sums)
+    inner, leaving, parts = None, np.zeros_like(sliding), [features]
+    if len(kept.quads):
+        inner = find_inner_sheets(points, kept.quads, kept.kinds, **how)
         own, flat = flat_normals(points, inner.quads, inner.features.patches, flat_within)
-        sums = skin + own
-        sums += _normals_of_curves(points, inner.features, sums, flat)
-        bent = ~flat | _on_bent(inner.features, sums)
-        features = joined_features(points, features, inner.features)
-        notes.append(f"{faces.note} in {inner.sheets.max() + 1} sheets: {inner.features.reason}")
+        sums = sums + own
+        sums += normals_of_curves(points, inner.features, sums, flat)
+        leaving = ~flat | on_bent(inner.features, sums)
+        parts.append(inner.features)
+        notes.append(f"faces inside: {inner.sheets.max() + 1} sheets, {inner.features.reason}")
+    if wires is not None:
+        sums = sums + wire_normals(points, wires, True)
+        sliding |= on_bent(wires, sums)
+        parts.append(wires)
     admissible = AdmissibleDirections.from_normal_sums(sums, fixed, coupled)
     free = admissible.free(len(points))
-    surface = _kept_near(points, quads if (sliding & free).any() else quads[:0], inner, bent & free)
+    surface = _kept_near(points, quads if (sliding & free).any() else quads[:0], inner, leaving & free)
     if surface is None:
         return Boundary(admissible, None, tuple(notes), inner=inner)
     if reference is not None and surface.sheets is not None:
         reference = _with_sheets(reference, surface)
+    if len(parts) > 1:
+        features = joined_features(points, *parts)
     barrier = DistanceBarrier.around(surface, tolerance, features, reference, schedules.barrier)
     every = quads if inner is None else np.concatenate([quads, inner.quads])
     return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner)
-
-
-@dataclass(frozen=True, eq=False)
-class _InnerFaces:
-    """Faces (k, 4) inside the mesh that are kept, what kind each is (k,), and what is told of them."""
-
-    quads: Ints
-    kinds: Ints
-    note: str = ""
-
-
-def _inner_faces(normalized: NormalizedMesh, options: Options) -> _InnerFaces:
-    """The faces between regions."""
-    regions = find_regions(normalized.mesh, options.interfaces)
-    if regions is None:
-        return _InnerFaces(np.empty((0, 4), np.int64), np.empty(0, np.int64))
-    found = find_interfaces(normalized.cells, regions.labels[normalized.cell_ids])
-    quads, kinds = found.quads, found.owners
-    what = f"{len(regions.names)} regions ({regions.source}: {first_names(list(regions.names))})"
-    return _InnerFaces(quads, kinds, f"interfaces: {what}, {len(quads)} faces between them are kept")
 
 
 def _kept_near(points: Field, skin: Ints, inner: InnerSheets | None, moving: Mask) -> SurfaceLocator | None:
@@ -180,67 +166,6 @@ def _with_sheets(reference: SurfaceLocator, surface: SurfaceLocator) -> SurfaceL
     there, faces, _ = fan_triangles(reference.points, skin)
     labels = np.concatenate([np.zeros(len(faces), np.int64), sheets[inside][of]])
     return SurfaceLocator(np.concatenate([there, points]), np.concatenate([faces, fans + len(there)]), labels)
-
-
-def _on_bent(features: Features, sums: Field) -> Mask:
-    """(n,) nodes of feature edges at an end of which more than one direction is free."""
-    on = np.zeros(len(sums), dtype=bool)
-    on[features.edges[count_free_directions(sums)[features.edges].max(axis=1) > 1]] = True
-    return on
-
-
-def _planar_normals(points: Field, quads: Ints) -> Field:
-    """Sums (n, 3, 3) of n n^T over faces inside: nodes slide where all lie in one plane, or along where two meet."""
-    if len(quads) == 0:
-        return np.zeros((len(points), 3, 3))
-    # A quad with an edge of no length, in a tangled mesh, is no obstacle: the others around its nodes have planes.
-    x = points[quads]
-    edges = np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2)
-    return planar_normal_sums(points, quads[(edges > 0.0).all(axis=1)])
-
-
-def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:
-    """Find the flat patches of a boundary, and the normals of their planes.
-
-    Parameters
-    ----------
-    points
-        (n, 3) coordinates.
-    quads
-        (k, 4) boundary quads.
-    patches
-        (k,) patch of each.
-    tolerance
-        Distance from its plane up to which a patch is flat.
-
-    Returns
-    -------
-    (n, 3, 3) sums of n n^T over the planes of the flat patches around every node;
-    (n,) the nodes around which all patches are flat.
-    """
-    sums, flat = np.zeros((len(points), 3, 3)), np.ones(len(points), dtype=bool)
-    order = np.argsort(patches, kind="stable")
-    for part in np.split(order, np.flatnonzero(np.diff(patches[order])) + 1):
-        nodes = np.unique(quads[part])
-        x = points[nodes] - points[nodes].mean(axis=0)
-        normal = np.linalg.eigh(x.T @ x)[1][:, 0]
-        if np.abs(x @ normal).max() <= tolerance:
-            # Exact zeros and ones on the axes: a cube's faces stay flat to the last bit.
-            normal[np.abs(normal) < _AXIS] = 0.0
-            sums[nodes] += np.outer(normal, normal) / (normal @ normal)
-        else:
-            flat[nodes] = False
-    return sums, flat
-
-
-def _normals_of_curves(points: Field, features: Features, sums: Field, flat: Mask) -> Field:
-    """(n, 3, 3) normals that the sums lack to keep straight curves that lie in planes, and their ends: fronts, tags."""
-    lines, free = line_normal_sums(points, features.edges), count_free_directions(sums)
-    ends = np.zeros(len(points), dtype=bool)
-    ends[features.corners] = True
-    straight = (free == 2) & (count_free_directions(lines) == 1)
-    lines[~flat | ~(straight | ends)] = 0.0
-    return lines
 
 
 def _given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
