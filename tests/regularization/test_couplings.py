@@ -68,6 +68,14 @@ def test_the_faces_of_a_sector_are_turned_copies_of_each_other(options, flat):
     assert result.report.after.scaled_jacobian.min > result.report.before.scaled_jacobian.min + 0.3
 
 
+def test_the_volume_of_a_sector_is_given_back_with_partners_together():
+    points, cells, pairs = sector(amount=0.25)
+    result = hc.regularize((points, cells), couplings=pairs, conserve_volume=True, hausdorff=0.02)
+    assert np.abs(gaps(result.points, pairs, QUARTER)).max() < EXACT
+    assert abs(result.report.volume_change) < 1e-10
+    assert any("was made up for" in note for note in result.report.notes)
+
+
 def test_nodes_of_flat_faces_of_a_sector_slide_in_them():
     points, cells, pairs = sector(amount=0.25, flat=True)
     result = hc.regularize((points, cells), couplings=pairs, hausdorff=0.0)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..common import OptionError, array_of_numbers
 from .hex_mesh import HexMesh
@@ -198,6 +197,8 @@ def _coincident_pairs(mesh: HexMesh, tolerance: float) -> Ints:
     nodes = np.unique(boundary_quads(mesh.cells)[0])
     # Nodes at exactly one place are one to the tree: many of them would be the more pairs.
     places, inverse = np.unique(mesh.points[nodes] + 0.0, axis=0, return_inverse=True)
+    from scipy.spatial import cKDTree
+
     near = cKDTree(places).query_pairs(tolerance, output_type="ndarray").astype(np.int64)
     groups = connected_components(near, len(places))[inverse.ravel()]
     order = np.argsort(groups, kind="stable")
