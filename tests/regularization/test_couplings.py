@@ -206,3 +206,15 @@ def test_the_command_line_ignores_them(tmp_path, capsys):
         main(["regularize", str(path), str(better), "--boundary", "free", "--couplings", "ignore", "--overwrite"]) == 0
     )
     assert "couplings" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("problem", [periodic_box, sector])
+def test_the_order_of_nodes_cells_and_pairs_makes_no_difference_in_any_bit(problem):
+    points, cells, pairs = problem((3, 4, 3), 0.2)
+    rng = np.random.default_rng(0)
+    order = rng.permutation(len(points))
+    place = np.argsort(order)
+    others = place[cells][rng.permutation(len(cells))], place[pairs][rng.permutation(len(pairs))]
+    one = hc.regularize((points, cells), couplings=pairs, boundary="free")
+    two = hc.regularize((points[order], others[0]), couplings=others[1], boundary="free")
+    np.testing.assert_array_equal(two.points, one.points[order])

@@ -59,8 +59,8 @@ def find_couplings(mesh: HexMesh, couplings: Any = "auto") -> Couplings:
         The mesh; nodes that belong to no hexahedron are coupled to none.
     couplings
         "auto": the pairs that the file couples (Gmsh's $Periodic, *EQUATION and *MPC of decks), and nodes of parts that
-        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes, which are taken to each
-        other by one rigid map, or by a translation for each pair of faces.
+        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes, the second of which one
+        rigid map takes to the first, or a translation for each pair of faces.
 
     Raises
     ------
