@@ -101,6 +101,19 @@ def test_nodes_of_different_parts_at_the_same_place_are_coupled():
     assert len(find_couplings(HexMesh(apart, own)).pairs) == 7
 
 
+def test_lips_of_a_slit_in_one_of_several_parts_are_not_coupled():
+    points, cells = generate.box((4, 2, 1))
+    slit = (points[:, 0] == 0.5) & (points[:, 1] == 0.0)
+    copies = np.where(slit, len(points) + np.cumsum(slit) - 1, np.arange(len(points)))
+    beyond = points[cells].mean(axis=1)[:, 0] > 0.5
+    cells = np.where(beyond[:, None], copies[cells], cells)
+    points = np.concatenate([points, points[slit]])
+    far, own = generate.box((1, 1, 1), origin=(5.0, 0.0, 0.0))
+    mesh = HexMesh(np.concatenate([points, far]), np.concatenate([cells, own + len(points)]))
+    assert len(np.unique(points, axis=0)) < len(points)
+    assert len(find_couplings(mesh).pairs) == 0
+
+
 def test_three_parts_at_one_place_are_one_group():
     points, cells = generate.box((2, 2, 1))
     apart = points[cells].reshape(-1, 3)

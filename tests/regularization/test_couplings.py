@@ -68,6 +68,14 @@ def test_the_faces_of_a_sector_are_turned_copies_of_each_other(options, flat):
     assert result.report.after.scaled_jacobian.min > result.report.before.scaled_jacobian.min + 0.3
 
 
+def test_the_volume_of_a_sector_is_given_back_with_partners_together():
+    points, cells, pairs = sector(amount=0.25)
+    result = hc.regularize((points, cells), couplings=pairs, conserve_volume=True, hausdorff=0.02)
+    assert np.abs(gaps(result.points, pairs, QUARTER)).max() < EXACT
+    assert abs(result.report.volume_change) < 1e-10
+    assert any("was made up for" in note for note in result.report.notes)
+
+
 def test_nodes_of_flat_faces_of_a_sector_slide_in_them():
     points, cells, pairs = sector(amount=0.25, flat=True)
     result = hc.regularize((points, cells), couplings=pairs, hausdorff=0.0)
@@ -198,3 +206,15 @@ def test_the_command_line_ignores_them(tmp_path, capsys):
         main(["regularize", str(path), str(better), "--boundary", "free", "--couplings", "ignore", "--overwrite"]) == 0
     )
     assert "couplings" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("problem", [periodic_box, sector])
+def test_the_order_of_nodes_cells_and_pairs_makes_no_difference_in_any_bit(problem):
+    points, cells, pairs = problem((3, 4, 3), 0.2)
+    rng = np.random.default_rng(0)
+    order = rng.permutation(len(points))
+    place = np.argsort(order)
+    others = place[cells][rng.permutation(len(cells))], place[pairs][rng.permutation(len(pairs))]
+    one = hc.regularize((points, cells), couplings=pairs, boundary="free")
+    two = hc.regularize((points[order], others[0]), couplings=others[1], boundary="free")
+    np.testing.assert_array_equal(two.points, one.points[order])

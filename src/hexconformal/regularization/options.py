@@ -59,8 +59,8 @@ class Options:
     couplings
         Pairs of nodes that move together, exactly, by the rigid map that takes them to each other (periodic faces,
         sectors): "auto": what the file says (Gmsh's $Periodic, *EQUATION and *MPC of decks), and nodes of parts that
-        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes. What one node of a pair
-        may not do, the other may not either.
+        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes, the first of each pair
+        being the image of the second. What one node of a pair may not do, the other may not either.
     conserve_volume
         With "slide": give the result the volume of the input to rounding. What the run has changed is made up for
         at its end, by the least change of shape within `hausdorff`; the report says if that is not enough. Where the

@@ -111,7 +111,7 @@ class AdmissibleDirections:
     def restricted(self, patch: Patch) -> AdmissibleDirections:
         """The same for the nodes of a patch; those that stay are held, and groups that would only move in part."""
         inside = patch.local[self.nodes] >= 0
-        moving = self.coupled.whole(patch.moving)
+        moving = self.coupled.whole(patch.moving & (patch.local >= 0))
         coupled = self.coupled.restricted(moving, patch.local)
         own = AdmissibleDirections(patch.local[self.nodes[inside]], self.projectors[inside], coupled)
         return own.with_held(np.flatnonzero(~moving[patch.nodes]))

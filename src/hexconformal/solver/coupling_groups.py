@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..mesh import NormalizedMesh, connected_components, find_couplings
 from .coupled_nodes import UNCOUPLED, CoupledNodes
@@ -85,6 +84,8 @@ def coupled_groups(pairs: Ints, rotations: Field) -> CoupledNodes:
 
 def _composed(ends: Ints, rotations: Field, roots: Ints) -> Field:
     """(n, 3, 3) rotation of every node from its root, along the shortest way over the pairs."""
+    from scipy.sparse import csgraph
+
     count = len(roots)
     both = np.concatenate([ends, ends[:, ::-1]])
     maps = np.concatenate([rotations, rotations.transpose(0, 2, 1)])

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ...common import OptionError, array_of_numbers
 from ..hex_mesh import HexMesh
@@ -60,8 +59,8 @@ def find_couplings(mesh: HexMesh, couplings: Any = "auto") -> Couplings:
         The mesh; nodes that belong to no hexahedron are coupled to none.
     couplings
         "auto": the pairs that the file couples (Gmsh's $Periodic, *EQUATION and *MPC of decks), and nodes of parts that
-        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes, which are taken to each
-        other by one rigid map, or by a translation for each pair of faces.
+        share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes, the second of which one
+        rigid map takes to the first, or a translation for each pair of faces.
 
     Raises
     ------
@@ -198,6 +197,8 @@ def _coincident_pairs(mesh: HexMesh, tolerance: float) -> Ints:
     nodes = np.unique(boundary_quads(mesh.cells)[0])
     # Nodes at exactly one place are one to the tree: many of them would be the more pairs.
     places, inverse = np.unique(mesh.points[nodes] + 0.0, axis=0, return_inverse=True)
+    from scipy.spatial import cKDTree
+
     near = cKDTree(places).query_pairs(tolerance, output_type="ndarray").astype(np.int64)
     groups = connected_components(near, len(places))[inverse.ravel()]
     order = np.argsort(groups, kind="stable")

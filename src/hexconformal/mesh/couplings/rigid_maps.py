@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..topology import connected_components
 
@@ -115,6 +114,8 @@ def _tidied(rotation: Field) -> Field:
 
 def _clusters(vectors: Field, tolerance: float) -> Ints:
     """(k,) cluster of each vector (k, 3); vectors that agree are in one."""
+    from scipy.spatial import cKDTree
+
     places, inverse = np.unique(np.round(vectors / tolerance), axis=0, return_inverse=True)
     near = cKDTree(places).query_pairs(2.0, output_type="ndarray")
     return connected_components(near.astype(np.int64), len(places))[inverse.ravel()]
@@ -122,6 +123,8 @@ def _clusters(vectors: Field, tolerance: float) -> Ints:
 
 def _nearest_combination(vectors: Field, translations: list[Field]) -> Field:
     """(k,) distances of vectors (k, 3) from sums of some of the translations, forwards or backwards."""
+    from scipy.spatial import cKDTree
+
     sums = np.zeros((1, 3))
     for translation in translations[:6]:
         sums = np.concatenate([sums - translation, sums, sums + translation])
