@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from meshes.hexahedra import with_rough_surface
+from meshes.hexahedra import wavy_layers, with_rough_surface
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.mesh import NormalizedMesh
 
 CURVED = {"cylinder": generate.cylinder(4, 3, 6), "ball": generate.ball(3, 2)}
 
@@ -43,8 +44,18 @@ def test_emphasis_on_the_worst_raises_it_and_never_ends_below_the_input():
 def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch):
 
     points, cells = with_rough_surface(CURVED["ball"])
-    monkeypatch.setattr("hexconformal.geometry.DistanceBarrier.farthest", lambda barrier, points: 4.0)
+    far = 0.02 * NormalizedMesh(hc.HexMesh(points, cells)).diagonal
+    monkeypatch.setattr("hexconformal.regularization.acceptance.hausdorff", lambda *_, **__: far)
     result = hc.regularize((points, cells))
     assert np.array_equal(result.points, points)
     assert "the surface would move by 0.02" in result.report.reason
     assert result.report.hausdorff == 0.0
+
+
+def test_the_input_comes_back_if_an_interface_went_too_far_after_all(monkeypatch):
+    mesh = wavy_layers(6)
+    far = 0.02 * NormalizedMesh(mesh).diagonal
+    monkeypatch.setattr("hexconformal.regularization.acceptance.hausdorff", lambda *_, **__: far)
+    result = hc.regularize(mesh, hausdorff=0.019)
+    assert np.array_equal(result.points, mesh.points)
+    assert "an interface would move by 0.02" in result.report.reason

@@ -53,7 +53,9 @@ def test_volumes_that_contradict_each_other_come_as_near_as_can_be(layered, monk
     points, cells, _, surfaces, volumes = layered
     formulation = formulation_of(points, cells, boundary_held(points, cells))
     solves = []
-    monkeypatch.setattr(volume_restoration, "solve_blocks", lambda *_: solves.append(1) or solve_blocks(*_))
+    monkeypatch.setattr(
+        volume_restoration, "solve_blocks", lambda *_, **how: solves.append(1) or solve_blocks(*_, **how)
+    )
     found = restore_volumes(formulation, points, surfaces, volumes + np.array([0.5, 0.0, 0.0]))
     assert len(solves) < 5 * len(surfaces)  # it is seen that there is no progress
     after = enclosed_volumes(found, surfaces)
