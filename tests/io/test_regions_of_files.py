@@ -3,6 +3,7 @@
 import meshio
 import numpy as np
 import pytest
+from meshes.hexahedra import wavy_layers
 
 import hexconformal as hc
 from hexconformal import generate
@@ -94,3 +95,24 @@ def test_a_part_in_two_places_is_two_regions(tmp_path):
     found = find_regions(hc.read(path))
     assert found.names == ("ONE.WHOLE", "TWO.WHOLE")
     np.testing.assert_array_equal(found.labels, np.repeat([0, 1], 16))
+
+
+def test_the_same_model_comes_to_the_same_points_in_every_format(tmp_path):
+    mesh = wavy_layers(4)
+    layer = mesh.cell_data["material"]
+    result = hc.regularize(mesh)
+    assert result.report.largest_displacement > 0.01
+    tagged = hc.HexMesh(mesh.points, mesh.cells, cell_data={"gmsh:physical": layer + 2})
+    paths = [tmp_path / f"model{extension}" for extension in (".vtu", ".msh", ".exo", ".med", ".bdf")]
+    for path in paths:
+        hc.write(path, tagged)
+    sets = {name: [np.flatnonzero(layer == k)] for k, name in enumerate(("LOWER", "UPPER"))}
+    paths.append(tmp_path / "model.inp")
+    hc.write(paths[-1], meshio.Mesh(mesh.points, [("hexahedron", mesh.cells)], cell_sets=sets))
+    for path in paths:
+        read = hc.read(path)
+        # Formats may write cells in another order, and numbers with fewer digits.
+        np.testing.assert_allclose(read.points, mesh.points, atol=1e-15)
+        found = hc.regularize(path)
+        np.testing.assert_allclose(found.points, result.points, atol=1e-12)
+        assert len(found.report.regions) == 2
