@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..common import Schedule, tuned
-from ..geometry import BarrierSchedule, FeatureSchedule
+from ..geometry import BarrierSchedule, FeatureSchedule, MatchingSchedule
 from ..solver import MultigridSchedule, NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
@@ -299,6 +299,7 @@ class Schedules:
     """
 
     features: FeatureSchedule = field(default_factory=FeatureSchedule)
+    matching: MatchingSchedule = field(default_factory=MatchingSchedule)
     barrier: BarrierSchedule = field(default_factory=BarrierSchedule)
     newton: NewtonSchedule = field(default_factory=NewtonSchedule)
     search: SearchSchedule = field(default_factory=SearchSchedule)

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, first_names
+from ..common import first_names
 from ..formulation import Schedules
 from ..geometry import (
     DistanceBarrier,
     Faces,
+    CurveLocator,
     Features,
     InnerSheets,
     SurfaceLocator,
@@ -23,7 +24,6 @@ from ..geometry import (
     kept_edges,
     surface_tags,
 )
-from ..io import read_surface
 from ..mesh import NormalizedMesh, find_regions, interface_quads
 from ..solver import (
     AdmissibleDirections,
@@ -33,6 +33,7 @@ from ..solver import (
     line_normal_sums,
     planar_normal_sums,
 )
+from .given_surface import Fit, fit_to, given_surface
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
@@ -42,7 +43,6 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _AXIS = 1e-9  # components of a unit normal below this are rounding
-_APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,10 @@ class Boundary:
         no barrier.
     inner
         The sheets inside; None where there are none, or they are held.
+    reference
+        Another surface to slide on; None where there is none.
+    start
+        (n, 3) points with the skin where it belongs on that; None where no features are matched.
     """
 
     admissible: AdmissibleDirections
@@ -70,13 +74,18 @@ class Boundary:
     quads: Ints = field(default_factory=lambda: np.empty((0, 4), np.int64))
     patches: Ints = field(default_factory=lambda: np.empty(0, np.int64))
     inner: InnerSheets | None = None
+    reference: SurfaceLocator | None = None
+    start: Field | None = None
 
 
-def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedules | None = None) -> Boundary:
+def boundary_of(
+    normalized: NormalizedMesh, options: Options, schedules: Schedules | None = None, matches: bool = True
+) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
-    Everything else slides within a bound around the surface.
+    Everything else slides within a bound around the surface. On another surface that is so where its features are
+    matched with the mesh's, if that is not turned off.
 
     Raises
     ------
@@ -99,40 +108,52 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
         can = count_free_directions(planes)[np.unique(faces.quads)] > 0
         return Boundary(admissible, notes=(f"{faces.note}: {can.sum()} nodes slide in them, {(~can).sum()} stay",))
     tolerance = options.hausdorff * normalized.diagonal
-    reference = _given_surface(normalized, options.surface)
+    reference = given_surface(normalized, options.surface)
+    fit = Fit(None, "") if reference is None or not matches else fit_to(normalized, reference, options, schedules, fixed)
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
     features = find_features(points, quads, tags=tags, cells=cells, **how)
     flat_within = schedules.barrier.flat * tolerance
+    notes = [f"features: {features.reason}"]
     sums, nowhere = np.zeros((len(points), 3, 3)), np.zeros(len(points), dtype=bool)
-    if not features.soft and reference is None:
+    matching, labels = fit.matching, np.zeros(len(quads), np.int64)
+    if matching is not None:
+        points, features, labels = matching.points, matching.features, matching.sheets
+        notes = [fit.note]
+        sums = flat_normals(points, quads, labels, flat_within)[0] + _normals_of_matched(points, features)
+    elif not features.soft and reference is None:
         sums, flat = flat_normals(points, quads, features.patches, flat_within)
         sums += _normals_of_curves(points, features, sums, flat)
+    else:
+        notes += [fit.note] if fit.note else []
     skin, sliding = sums, nowhere.copy()
     sliding[quads] = True
     sliding &= count_free_directions(skin) == 3
     if not features.soft:
         # Straight edges between flat patches need no barrier, curved ones do.
         sliding |= _on_bent(features, skin)
-    notes = [f"features: {features.reason}"]
-    inner, bent = None, nowhere
+    inner, bent, there = None, nowhere, None if matching is None else matching.curves
     if len(faces.quads):
         inner = find_inner_sheets(points, faces.quads, faces.kinds, **how)
         own, flat = flat_normals(points, inner.quads, inner.features.patches, flat_within)
         sums = skin + own
         sums += _normals_of_curves(points, inner.features, sums, flat)
         bent = ~flat | _on_bent(inner.features, sums)
+        there = None if there is None else _with_curves(there, points, features, inner.features)
         features = joined_features(points, features, inner.features)
         notes.append(f"{faces.note} in {inner.sheets.max() + 1} sheets: {inner.features.reason}")
     admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
     free = admissible.free(len(points))
-    surface = _kept_near(points, quads if (sliding & free).any() else quads[:0], inner, bent & free)
+    moves = (sliding & free).any() or (reference is not None and (bent & free).any())
+    surface = _kept_near(points, quads if moves else quads[:0], labels, inner, bent & free)
+    start = None if matching is None else points
     if surface is None:
-        return Boundary(admissible, None, tuple(notes), inner=inner)
-    if reference is not None and surface.sheets is not None:
-        reference = _with_sheets(reference, surface)
-    barrier = DistanceBarrier.around(surface, tolerance, features, reference, schedules.barrier)
+        return Boundary(admissible, None, tuple(notes), inner=inner, reference=reference, start=start)
+    beside = reference if matching is None else matching.reference
+    if beside is not None and surface.sheets is not None:
+        beside = _with_sheets(beside, surface, int(labels.max()) + 1)
+    barrier = DistanceBarrier.around(surface, tolerance, features, beside, schedules.barrier, there)
     every = quads if inner is None else np.concatenate([quads, inner.quads])
-    return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner)
+    return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner, reference, start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,28 +175,51 @@ def _inner_faces(normalized: NormalizedMesh, options: Options) -> _InnerFaces:
     return _InnerFaces(quads, kinds, f"interfaces: {what}, {len(quads)} faces between them are kept")
 
 
-def _kept_near(points: Field, skin: Ints, inner: InnerSheets | None, moving: Mask) -> SurfaceLocator | None:
-    """The surface to be kept near where it was: a skin, and the sheets that moving nodes (n,) may leave."""
+def _kept_near(
+    points: Field, skin: Ints, sheets: Ints, inner: InnerSheets | None, moving: Mask
+) -> SurfaceLocator | None:
+    """The surface to be kept near where it was: a skin with its sheets, and those that moving nodes (n,) may leave."""
+    own = sheets if sheets.any() else None
     if inner is None:
-        return SurfaceLocator(points, skin) if len(skin) else None
+        return SurfaceLocator(points, skin, own) if len(skin) else None
     curved = np.unique(inner.sheets[moving[inner.quads].any(axis=1)])
     which = np.isin(inner.sheets, curved)
     quads = np.concatenate([skin, inner.quads[which]])
     if len(quads) == 0:
         return None
-    labels = np.concatenate([np.zeros(len(skin), np.int64), np.searchsorted(curved, inner.sheets[which]) + 1])
-    return SurfaceLocator(points, quads, labels if len(curved) else None)
+    first = int(sheets.max(initial=0)) + 1
+    labels = np.concatenate([sheets[: len(skin)], np.searchsorted(curved, inner.sheets[which]) + first])
+    return SurfaceLocator(points, quads, labels if len(curved) else own)
 
 
-def _with_sheets(reference: SurfaceLocator, surface: SurfaceLocator) -> SurfaceLocator:
-    """Another surface for the skin to slide on, and the sheets inside as they are."""
+def _with_sheets(reference: SurfaceLocator, surface: SurfaceLocator, first: int) -> SurfaceLocator:
+    """Another surface for the skin to slide on, and the sheets inside as they are, numbers from the first on."""
     sheets = np.asarray(surface.sheets)
-    inside = sheets > 0
+    inside = sheets >= first
+    if not inside.any():
+        return reference
     points, fans, of = fan_triangles(surface.points, Faces.of(surface.faces[inside]))
     skin = Faces.of(reference.faces)
     there, faces, _ = fan_triangles(reference.points, skin)
-    labels = np.concatenate([np.zeros(len(faces), np.int64), sheets[inside][of]])
+    own = np.zeros(len(faces), np.int64) if reference.sheets is None else reference.sheets
+    labels = np.concatenate([own, sheets[inside][of]])
     return SurfaceLocator(np.concatenate([there, points]), np.concatenate([faces, fans + len(there)]), labels)
+
+
+def _with_curves(there: CurveLocator, points: Field, skin: Features, inner: Features) -> CurveLocator:
+    """Curves of another surface, and those inside as they are, by the numbers that joined features have."""
+    offset = int(skin.curves.max(initial=-1)) + 1
+    edges = np.concatenate([there.edges, inner.edges + len(there.points)])
+    numbers = np.concatenate([there.curves, inner.curves + offset])
+    return CurveLocator(np.concatenate([there.points, points]), edges, numbers)
+
+
+def _normals_of_matched(points: Field, features: Features) -> Field:
+    """(n, 3, 3) normals of straight curves, and all directions at corners: these are where they belong."""
+    lines = line_normal_sums(points, features.edges)
+    lines[count_free_directions(lines) != 1] = 0.0
+    lines[features.corners] = np.eye(3)
+    return lines
 
 
 def _on_bent(features: Features, sums: Field) -> Mask:
@@ -237,32 +281,3 @@ def _normals_of_curves(points: Field, features: Features, sums: Field, flat: Mas
     straight = (free == 2) & (count_free_directions(lines) == 1)
     lines[~flat | ~(straight | ends)] = 0.0
     return lines
-
-
-def _given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
-    """The surface to slide on, if the user gives one, normalized as the mesh."""
-    if surface is None:
-        return None
-    if isinstance(surface, str) or hasattr(surface, "__fspath__"):
-        surface = read_surface(surface)
-    given = SurfaceLocator.from_pyvista(surface)
-    _require_near(normalized, given)
-    return SurfaceLocator(normalized.from_user(given.points), given.faces)
-
-
-def _require_near(normalized: NormalizedMesh, given: SurfaceLocator) -> None:
-    """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
-    there, here = (
-        given.points[given.faces].reshape(-1, 3),
-        normalized.mesh.points[normalized.node_ids[normalized.referenced]],
-    )
-    boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
-    sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
-    apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))
-    if apart > _APART * sizes[1]:
-        (low, high), (low_here, high_here) = (tuple(", ".join(f"{x:.4g}" for x in end) for end in box) for box in boxes)
-        raise MeshError(
-            f"the surface is not that of the mesh: it reaches from ({low}) to ({high}), diagonal {sizes[0]:.4g}, the "
-            f"mesh from ({low_here}) to ({high_here}), diagonal {sizes[1]:.4g}, a ratio of "
-            f"{sizes[0] / sizes[1]:.3g}; is it another unit of length, another origin, or another file?"
-        )

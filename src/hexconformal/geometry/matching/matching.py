@@ -1,0 +1,142 @@
+"""Matching the skin of a mesh with a surface and its features, and putting it there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..closest_point import CurveLocator, SurfaceLocator
+from ..features import CORNER, CURVE, SMOOTH, Features
+from .patches import cut_patches, matched_sheets
+from .paths import Path, Skin, find_paths
+from .pieces import curve_pieces
+from .schedule import MatchingSchedule
+
+__all__ = ["Matching", "match_features"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Matching:
+    """A skin matched with a surface.
+
+    Attributes
+    ----------
+    points
+        (n, 3) points of the mesh, with its skin where it belongs: nodes of curves on these, the others on their sheet.
+    features
+        Curves and corners of the skin that are matched, with the numbers of those of the surface; its patches.
+    curves
+        The curves of the surface.
+    sheets
+        (q,) sheet of each boundary quad.
+    reference
+        The surface, with its sheets.
+    """
+
+    points: Floats
+    features: Features
+    curves: CurveLocator
+    sheets: Ints
+    reference: SurfaceLocator
+
+
+def match_features(
+    skin: Skin, surface: SurfaceLocator, features: Features, flat: float, schedule: MatchingSchedule | None = None
+) -> Matching | None:
+    """Match the skin of a mesh with a surface and its features.
+
+    Parameters
+    ----------
+    skin
+        The skin.
+    surface
+        Triangles, the same side out as the skin.
+    features
+        Curves and corners of the surface.
+    flat
+        Distance from its plane up to which a sheet is flat.
+    schedule
+        The numbers of it.
+
+    Returns
+    -------
+    What is matched with what, and where it belongs; None where no curve was found again.
+    """
+    schedule = MatchingSchedule() if schedule is None else schedule
+    pieces = curve_pieces(surface, features)
+    paths = find_paths(skin, surface.points, pieces, schedule) if pieces else []
+    if not paths:
+        return None
+    own = _own_features(skin, paths, features)
+    there = np.concatenate([_links(path.piece.nodes) for path in paths])
+    mesh = SurfaceLocator(skin.points, skin.quads)
+    sheets, others = matched_sheets(mesh, own.patches, surface, cut_patches(surface.faces, there), paths)
+    reference = SurfaceLocator(surface.points, surface.faces, others)
+    points = _on_sheets(skin, sheets, reference, flat)
+    for path in paths:
+        points[path.nodes] = _on_piece(skin.points[path.nodes], surface.points[path.piece.nodes], schedule.close)
+    numbers = np.concatenate([np.full(len(path.piece.nodes) - 1, path.piece.curve) for path in paths])
+    return Matching(points, own, CurveLocator(surface.points, there, numbers), sheets, reference)
+
+
+def _links(nodes: Ints) -> Ints:
+    return np.column_stack([nodes[:-1], nodes[1:]])
+
+
+def _own_features(skin: Skin, paths: list[Path], features: Features) -> Features:
+    """The paths as features of the skin."""
+    edges = np.concatenate([_links(path.nodes) for path in paths])
+    curves = np.concatenate([np.full(len(path.nodes) - 1, path.piece.curve) for path in paths])
+    kind = np.full(len(skin.points), SMOOTH, dtype=np.int8)
+    kind[edges] = CURVE
+    ends = np.array([path.nodes[[0, -1]] for path in paths])
+    there = np.array([path.piece.ends for path in paths])
+    kind[ends[features.kind[there] == CORNER]] = CORNER
+    return Features(kind, edges, curves, cut_patches(skin.quads, edges))
+
+
+def _on_sheets(skin: Skin, sheets: Ints, reference: SurfaceLocator, flat: float) -> Floats:
+    """The points, with the nodes of each sheet at the closest points of it, or straight down on its plane."""
+    points, others = skin.points.copy(), np.asarray(reference.sheets)
+    for sheet in range(int(sheets.max()) + 1):
+        nodes, faces = np.unique(skin.quads[sheets == sheet]), np.flatnonzero(others == sheet)
+        plane = _plane(reference.points[np.unique(reference.faces[faces])], flat)
+        if plane is not None:
+            place, normal = plane
+            points[nodes] -= np.outer((points[nodes] - place) @ normal, normal)
+        else:
+            points[nodes] = reference.closest(points[nodes], np.full(len(nodes), faces[0])).positions
+    return points
+
+
+def _plane(x: Floats, flat: float) -> tuple[Floats, Floats] | None:
+    """A place in the plane that points lie in, and its normal; None where they lie in none."""
+    place = x.mean(axis=0)
+    normal = np.linalg.eigh((x - place).T @ (x - place))[1][:, 0]
+    # Exact zeros and ones on the axes.
+    normal[np.abs(normal) < 1e-9] = 0.0
+    normal /= np.linalg.norm(normal)
+    return (place, normal) if np.abs((x - place) @ normal).max() <= flat else None
+
+
+def _on_piece(x: Floats, chain: Floats, close: float) -> Floats:
+    """Places on a chain of points for the nodes of a path: the closest ones, or evenly spread where these fold over."""
+    count = len(chain) - 1
+    links = np.column_stack([np.arange(count), np.arange(1, count + 1)])
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(chain, axis=0), axis=1)))
+    there = CurveLocator(chain, links, np.zeros(count, np.int64)).closest(x, np.zeros(len(x), np.int64))
+    s = along[there.faces] + there.weights[:, 1] * np.diff(along)[there.faces]
+    s[0], s[-1] = 0.0, along[-1]
+    if np.diff(s).min() < close * along[-1] / (len(x) - 1):
+        s = np.linspace(0.0, along[-1], len(x))
+    at = np.clip(np.searchsorted(along, s, side="right") - 1, 0, count - 1)
+    share = (s - along[at]) / np.maximum(np.diff(along)[at], 1e-300)
+    out = chain[at] + share[:, None] * (chain[at + 1] - chain[at])
+    out[0], out[-1] = chain[0], chain[-1]
+    return out

@@ -1,0 +1,246 @@
+"""Paths along the edges of a mesh's skin that follow the feature curves of another surface.
+
+Corners are matched with nodes, and curves with paths between these, at the least cost: the distance, and how far the
+number of cells around an edge is from that which the angle of the curve has room for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from ...elements import EDGES
+from ...mesh import unique_edges
+from ..closest_point import CurveLocator
+from .pieces import Piece
+from .schedule import MatchingSchedule
+
+__all__ = ["Path", "Skin", "find_paths"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A piece of a curve, and the nodes (k,) of a skin that are matched with it, in the same order."""
+
+    piece: Piece
+    nodes: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """The skin of a mesh.
+
+    Attributes
+    ----------
+    points
+        (n, 3) coordinates.
+    quads
+        (q, 4) boundary quads.
+    cells
+        (m, 8) cells.
+    """
+
+    points: Floats
+    quads: Ints
+    cells: Ints
+
+    @cached_property
+    def nodes(self) -> Ints:
+        """(s,) nodes of the skin, ascending."""
+        return np.unique(self.quads)
+
+    @cached_property
+    def edges(self) -> Ints:
+        """(e, 2) edges of the skin."""
+        pairs = np.stack([self.quads, np.roll(self.quads, -1, axis=1)], axis=2).reshape(-1, 2)
+        return unique_edges(pairs).nodes
+
+    @cached_property
+    def sectors(self) -> Ints:
+        """(e,) number of cells around each edge."""
+        every = unique_edges(self.cells[:, EDGES].reshape(-1, 2))
+        width = len(self.points)
+        return np.asarray(every.counts[np.searchsorted(every.nodes @ [width, 1], self.edges @ [width, 1])])
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """(e,) lengths of the edges."""
+        return np.linalg.norm(self.points[self.edges[:, 1]] - self.points[self.edges[:, 0]], axis=1)
+
+    @cached_property
+    def sizes(self) -> Floats:
+        """(n,) mean length of the edges at each node, at least a quarter of the median."""
+        sums = np.bincount(self.edges.ravel(), np.repeat(self.lengths, 2), len(self.points))
+        counts = np.bincount(self.edges.ravel(), minlength=len(self.points))
+        return np.maximum(sums / np.maximum(counts, 1), 0.25 * np.median(self.lengths))
+
+
+def find_paths(skin: Skin, points: Floats, pieces: list[Piece], schedule: MatchingSchedule) -> list[Path]:
+    """Find paths along a skin that follow pieces of curves: they meet in their ends, and nowhere else.
+
+    Parameters
+    ----------
+    skin
+        The skin.
+    points
+        (r, 3) coordinates of the nodes of the pieces.
+    pieces
+        What is to be followed.
+    schedule
+        What costs how much.
+
+    Returns
+    -------
+    The paths, of those pieces for which there is one that is near enough.
+    """
+    ends = sorted({end for piece in pieces for end in piece.ends})
+    candidates, distances = _candidates(skin, points[ends], schedule)
+    place = {end: i for i, end in enumerate(ends)}
+    graphs = [_graph(skin, points, piece, schedule) for piece in pieces]
+    tables = []
+    for piece, graph in zip(pieces, graphs, strict=True):
+        one, other = (candidates[place[end]] for end in piece.ends)
+        tables.append(graph.costs(one, other))
+    links = [(place[piece.ends[0]], place[piece.ends[1]]) for piece in pieces]
+    chosen = _choose(candidates, distances, links, tables, schedule)
+    taken = np.zeros(len(skin.points), dtype=bool)
+    taken[chosen[chosen >= 0]] = True
+    order = np.argsort([_cost(table, candidates, chosen, link) for table, link in zip(tables, links, strict=True)])
+    paths = []
+    used: set[tuple[int, int]] = set()
+    for i in order.tolist():
+        one, other = (int(chosen[end]) for end in links[i])
+        nodes = graphs[i].path(one, other, taken, used) if min(one, other) >= 0 else None
+        if nodes is not None:
+            taken[nodes] = True
+            used |= {(min(pair), max(pair)) for pair in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True)}
+            paths.append(Path(pieces[i], nodes))
+    return paths
+
+
+def _candidates(skin: Skin, places: Floats, schedule: MatchingSchedule) -> tuple[Ints, Floats]:
+    """(k, c) nodes of the skin near places (k, 3), the nearest first, and the squares of their distances in edges."""
+    count = min(schedule.candidates, len(skin.nodes))
+    distances, near = cKDTree(skin.points[skin.nodes]).query(places, k=np.arange(1, count + 1))
+    nodes = skin.nodes[near]
+    return nodes, (distances / skin.sizes[nodes]) ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class _Graph:
+    """Edges (e, 2) of a skin near a piece of a curve, with their costs (e,); numbers of their own for its nodes (k,)."""
+
+    nodes: Ints
+    edges: Ints
+    costs_of_edges: Floats
+    dearest: float
+
+    def _matrix(self, keep: Mask) -> csr_array:
+        edges, costs = self.edges[keep], self.costs_of_edges[keep]
+        size = len(self.nodes)
+        return csr_array((np.append(costs, costs), (edges.T.ravel(), edges[:, ::-1].T.ravel())), shape=(size, size))
+
+    def _local(self, nodes: Ints) -> Ints:
+        at = np.minimum(np.searchsorted(self.nodes, nodes), len(self.nodes) - 1)
+        return np.where(self.nodes[at] == nodes, at, -1)
+
+    def costs(self, one: Ints, other: Ints) -> Floats:
+        """(k, l) costs of the ways from some nodes (k,) to others (l,); infinite where there is none."""
+        table = np.full((len(one), len(other)), np.inf)
+        if len(self.edges) == 0:
+            return table
+        a, b = self._local(one), self._local(other)
+        matrix = self._matrix(np.ones(len(self.edges), dtype=bool))
+        found = dijkstra(matrix, indices=a[a >= 0])
+        table[np.ix_(a >= 0, b >= 0)] = found[:, b[b >= 0]]
+        table[one[:, None] == other] = np.inf
+        return table
+
+    def path(self, one: int, other: int, taken: Mask, used: set[tuple[int, int]]) -> Ints | None:
+        """The cheapest way between two nodes past nodes that are taken and edges that are used; None for none."""
+        a, b = self._local(np.array([one, other])).tolist()
+        if min(a, b) < 0:
+            return None
+        free = ~taken[self.nodes]
+        free[[a, b]] = True
+        keep = free[self.edges].all(axis=1)
+        keep &= [(min(p), max(p)) not in used for p in self.nodes[self.edges].tolist()]
+        costs, before = dijkstra(self._matrix(keep), indices=a, return_predecessors=True)
+        if not np.isfinite(costs[b]):
+            return None
+        way = [b]
+        while way[-1] != a:
+            way.append(int(before[way[-1]]))
+        nodes = self.nodes[way[::-1]]
+        return nodes if costs[b] <= self.dearest * (len(nodes) - 1) else None
+
+
+def _graph(skin: Skin, points: Floats, piece: Piece, schedule: MatchingSchedule) -> _Graph:
+    """The edges of a skin near a piece of a curve, and what it costs to follow it along each."""
+    chain = points[piece.nodes]
+    low, high = chain.min(axis=0), chain.max(axis=0)
+    x, size = skin.points, skin.sizes[:, None]
+    near = ((x > low - schedule.reach * size) & (x < high + schedule.reach * size)).all(axis=1)
+    which = np.flatnonzero(near[skin.edges].all(axis=1))
+    edges = skin.edges[which]
+    count = len(piece.nodes) - 1
+    links = np.column_stack([np.arange(count), np.arange(1, count + 1)])
+    curve = CurveLocator(chain, links, np.zeros(count, dtype=np.int64))
+    nodes, local = np.unique(edges, return_inverse=True)
+    local = local.reshape(-1, 2)
+    at_nodes = curve.closest(x[nodes], np.zeros(len(nodes), dtype=np.int64)).distances
+    middle = curve.closest(x[edges].mean(axis=1), np.zeros(len(edges), dtype=np.int64)).distances
+    sizes = skin.sizes[edges].mean(axis=1)
+    apart = (at_nodes[local] ** 2).sum(axis=1) + middle**2
+    misfit = np.abs(skin.sectors[which] - piece.sectors)
+    costs = schedule.step + apart / (3.0 * sizes**2) + schedule.misfit * misfit
+    costs *= np.maximum(skin.lengths[which] / sizes, 0.25)
+    dearest = schedule.step + schedule.farthest**2 + schedule.misfit * (1.0 + abs(piece.sectors - 2.0))
+    return _Graph(nodes, local, costs, dearest)
+
+
+def _cost(table: Floats, candidates: Ints, chosen: Ints, link: tuple[int, int]) -> float:
+    """Cost of the way between the nodes that are chosen for two ends."""
+    rows = [np.flatnonzero(candidates[end] == chosen[end]) for end in link]
+    return float(table[rows[0][0], rows[1][0]]) if min(map(len, rows)) else np.inf
+
+
+def _choose(
+    candidates: Ints, distances: Floats, links: list[tuple[int, int]], tables: list[Floats], schedule: MatchingSchedule
+) -> Ints:
+    """(k,) the node of each end, every one another, such that they and the ways between them cost little; -1: none."""
+    count = len(candidates)
+    around: list[list[tuple[int, Floats]]] = [[] for _ in range(count)]
+    for (one, other), table in zip(links, tables, strict=True):
+        # A way that there is not is dear, not forbidden: others may be better for it.
+        table = np.where(np.isfinite(table), table, schedule.none)
+        around[one].append((other, table))
+        around[other].append((one, table.T))
+    picks = np.full(count, -1)
+    owner: dict[int, int] = {}
+    for _ in range(schedule.rounds):
+        changed = False
+        for i in np.argsort(distances[:, 0], kind="stable").tolist():
+            costs = distances[i].copy()
+            for other, table in around[i]:
+                costs += table.min(axis=1) if picks[other] < 0 else table[:, picks[other]]
+            free = [owner.get(node, i) == i for node in candidates[i].tolist()]
+            costs[~np.array(free)] = np.inf
+            best = int(np.argmin(costs))
+            if np.isfinite(costs[best]) and best != picks[i]:
+                if picks[i] >= 0:
+                    del owner[int(candidates[i, picks[i]])]
+                picks[i], owner[int(candidates[i, best])], changed = best, i, True
+        if not changed:
+            break
+    return np.where(picks >= 0, candidates[np.arange(count), picks], -1)

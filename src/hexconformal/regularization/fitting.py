@@ -1,0 +1,57 @@
+"""Put the skin of a mesh where it belongs on another surface, and unfold what that folds."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elements import is_valid
+from ..formulation import Formulation, Iteration
+from ..mesh import node_rings
+from ..untangling import folded_cells, harmonic, untangle, untangle_interior
+from .boundary import Boundary, boundary_of
+from .setting import Setting
+from .unfolding import Unfolded, unfold
+
+__all__ = ["fit"]
+
+Field = NDArray[np.float64]
+
+
+def fit(setting: Setting, boundary: Boundary) -> Generator[Iteration, None, Unfolded]:
+    """Unfold a mesh whose skin has been put where it belongs; yields iterations, and returns what it came to.
+
+    Where some cells resist, the mesh is unfolded without that, too, and what leaves fewer of them folded is taken.
+    """
+    normalized, options = setting.normalized, setting.options
+    formulation = setting.formulation(boundary)
+    points = _least_folded(formulation, normalized.points if boundary.start is None else boundary.start)
+    for iteration in untangle(formulation, points):
+        points = iteration.points
+        yield iteration
+    points = untangle_interior(formulation, points)
+    yield Iteration("fit to the surface", points)
+    found = Unfolded(boundary, formulation, points, ~is_valid(points, normalized.cells))
+    if not found.bad.any():
+        return found
+    what = f"with the features of the surface {found.bad.sum()} cells stay folded"
+    other = boundary_of(normalized, options, setting.schedules, matches=False)
+    bad = np.zeros(len(normalized.cells), dtype=bool)
+    alone = Unfolded(other, setting.formulation(other), normalized.points, bad)
+    if options.energy == "barrier" and not normalized.valid.all():
+        alone = yield from unfold(setting, other)
+    if alone.bad.sum() < found.bad.sum():
+        return replace(alone, notes=(*alone.notes, f"{what}: the skin is drawn to the surface alone"))
+    return replace(found, bad=folded_cells(formulation, points), notes=(what,))
+
+
+def _least_folded(formulation: Formulation, points: Field) -> Field:
+    """The points, or with the inner nodes around what is folded at the mean of their neighbours."""
+    bad = folded_cells(formulation, points)
+    if not bad.any():
+        return points
+    smooth = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
+    return smooth if folded_cells(formulation, smooth).sum() < bad.sum() else points
