@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,10 @@ def fit_to(
     faces = with_one_side_out(surface.faces)
     surface = SurfaceLocator(surface.points, faces if enclosed_volume(surface.points, faces) >= 0 else faces[:, ::-1])
     features = find_features(surface.points, surface.faces, **how)
+    if not features.soft:
+        # Averages of normals tell noise from creases, but lead these past a triangle where two of its edges are sharp.
+        how["schedule"] = replace(schedules.features, filterings=0)
+        features = find_features(surface.points, surface.faces, **how)
     if features.soft or len(features.edges) == 0:
         return Fit(None, f"features of the surface: {features.reason}")
     skin = Skin(normalized.points, normalized.quads, normalized.cells)
