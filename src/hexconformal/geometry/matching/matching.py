@@ -81,6 +81,7 @@ def match_features(
     points = _on_sheets(skin, sheets, reference, flat)
     for path in paths:
         points[path.nodes] = _on_piece(skin.points[path.nodes], surface.points[path.piece.nodes], schedule.close)
+    points = _unfolded(skin, points, sheets, own, reference, flat, schedule.smoothing)
     numbers = np.concatenate([np.full(len(path.piece.nodes) - 1, path.piece.curve) for path in paths])
     return Matching(points, own, CurveLocator(surface.points, there, numbers), sheets, reference)
 
@@ -102,17 +103,56 @@ def _own_features(skin: Skin, paths: list[Path], features: Features) -> Features
 
 
 def _on_sheets(skin: Skin, sheets: Ints, reference: SurfaceLocator, flat: float) -> Floats:
-    """The points, with the nodes of each sheet at the closest points of it, or straight down on its plane."""
-    points, others = skin.points.copy(), np.asarray(reference.sheets)
+    """The points, with the nodes of each sheet on it."""
+    points = skin.points.copy()
     for sheet in range(int(sheets.max()) + 1):
-        nodes, faces = np.unique(skin.quads[sheets == sheet]), np.flatnonzero(others == sheet)
-        plane = _plane(reference.points[np.unique(reference.faces[faces])], flat)
-        if plane is not None:
-            place, normal = plane
-            points[nodes] -= np.outer((points[nodes] - place) @ normal, normal)
-        else:
-            points[nodes] = reference.closest(points[nodes], np.full(len(nodes), faces[0])).positions
+        nodes = np.unique(skin.quads[sheets == sheet])
+        points[nodes] = _on_sheet(points[nodes], sheet, reference, flat)
     return points
+
+
+def _on_sheet(x: Floats, sheet: int, reference: SurfaceLocator, flat: float) -> Floats:
+    """The closest points of a sheet, or those straight down on its plane."""
+    faces = np.flatnonzero(np.asarray(reference.sheets) == sheet)
+    plane = _plane(reference.points[np.unique(reference.faces[faces])], flat)
+    if plane is None:
+        return reference.closest(x, np.full(len(x), faces[0])).positions
+    place, normal = plane
+    return x - np.outer((x - place) @ normal, normal)
+
+
+def _unfolded(
+    skin: Skin, points: Floats, sheets: Ints, own: Features, reference: SurfaceLocator, flat: float, rounds: int
+) -> Floats:
+    """The points, with the nodes inside of sheets that are folded at the mean of their neighbours, if that helps."""
+    folded = _folded_corners(points, skin.quads, sheets, reference)
+    for sheet in np.unique(sheets[folded > 0]).tolist():
+        which = sheets == sheet
+        inside = np.setdiff1d(skin.quads[which], own.edges)
+        if len(inside) == 0:
+            continue
+        edges = skin.edges[np.isin(skin.edges, inside).any(axis=1)]
+        degree = np.bincount(edges.ravel(), minlength=len(points))[inside, None]
+        trial = points.copy()
+        for _ in range(rounds):
+            sums = np.zeros_like(points)
+            np.add.at(sums, edges[:, 0], trial[edges[:, 1]])
+            np.add.at(sums, edges[:, 1], trial[edges[:, 0]])
+            trial[inside] = _on_sheet(sums[inside] / degree, sheet, reference, flat)
+        if _folded_corners(trial, skin.quads[which], sheets[which], reference).sum() < folded[which].sum():
+            points = trial
+    return points
+
+
+def _folded_corners(points: Floats, quads: Ints, sheets: Ints, reference: SurfaceLocator) -> Ints:
+    """(q,) corners of each quad whose normal is opposite to that of its sheet of a surface."""
+    of_sheet = np.unique(np.asarray(reference.sheets), return_index=True)[1]
+    x = points[quads]
+    there = reference.closest(x.mean(axis=1), of_sheet[sheets]).faces
+    y = reference.points[reference.faces[there]]
+    normals = np.cross(y[:, 1] - y[:, 0], y[:, 2] - y[:, 0])
+    areas = np.cross(np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x)
+    return np.asarray((np.einsum("qki,qi->qk", areas, normals) <= 0.0).sum(axis=1))
 
 
 def _plane(x: Floats, flat: float) -> tuple[Floats, Floats] | None:
