@@ -184,6 +184,8 @@ class Curves:
         if there is not None:
             places, locator = np.einsum("kj,kji->ki", weights, points[nodes]), there
             near = locator.closest(places, features.curves[near]).faces
+            # Nodes can lie on another curve; the middle of an edge is where its bend puts it.
+            slack[len(first) :] = True
         return cls(locator, nodes, weights, near, slack, *corners)
 
     def restricted(self, patch: Patch) -> Curves:
