@@ -69,7 +69,7 @@ def match_features(
     What is matched with what, and where it belongs; None where no curve was found again.
     """
     schedule = MatchingSchedule() if schedule is None else schedule
-    pieces = curve_pieces(surface, features)
+    pieces = curve_pieces(surface, features, schedule.direct)
     paths = find_paths(skin, surface.points, pieces, schedule) if pieces else []
     if not paths:
         return None

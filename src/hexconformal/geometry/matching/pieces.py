@@ -42,8 +42,8 @@ class Piece:
         return int(self.nodes[0]), int(self.nodes[-1])
 
 
-def curve_pieces(surface: SurfaceLocator, features: Features) -> list[Piece]:
-    """Cut the feature curves of a surface into pieces: whole ones from corner to corner, closed ones in three.
+def curve_pieces(surface: SurfaceLocator, features: Features, direct: float = 0.7) -> list[Piece]:
+    """Cut the feature curves of a surface into pieces that lead from one end to another without much of a detour.
 
     Parameters
     ----------
@@ -51,6 +51,8 @@ def curve_pieces(surface: SurfaceLocator, features: Features) -> list[Piece]:
         Triangles with the outside on the same side.
     features
         Its curves and corners.
+    direct
+        Distance of the ends of a piece over its length, at least: the shortest way between them is along it.
 
     Examples
     --------
@@ -69,9 +71,8 @@ def curve_pieces(surface: SurfaceLocator, features: Features) -> list[Piece]:
     pieces = []
     for which in np.split(order, starts[1:]) if len(order) else ():
         chain = _in_order(features.edges[which], features.corners)
-        parts = [chain] if chain[0] != chain[-1] else _in_three(surface.points, chain)
         curve, mean = int(features.curves[which[0]]), float(sectors[which].mean())
-        pieces += [Piece(curve, part, mean) for part in parts]
+        pieces += [Piece(curve, part, mean) for part in _direct(surface.points, chain, direct)]
     return pieces
 
 
@@ -90,12 +91,14 @@ def _in_order(edges: Ints, corners: Ints) -> Ints:
     return np.array(chain)
 
 
-def _in_three(points: Floats, chain: Ints) -> list[Ints]:
-    """A closed curve in three parts, about as long as each other."""
+def _direct(points: Floats, chain: Ints, share: float) -> list[Ints]:
+    """Parts of a chain whose ends are at least that share of their length apart, by halving."""
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points[chain], axis=0), axis=1)))
-    one = int(np.clip(np.searchsorted(along, along[-1] / 3), 1, len(chain) - 3))
-    two = int(np.clip(np.searchsorted(along, along[-1] * 2 / 3), one + 1, len(chain) - 2))
-    return [chain[: one + 1], chain[one : two + 1], chain[two:]]
+    apart = float(np.linalg.norm(points[chain[-1]] - points[chain[0]]))
+    if len(chain) == 2 or apart >= share * along[-1]:
+        return [chain]
+    half = int(np.clip(np.searchsorted(along, 0.5 * along[-1]), 1, len(chain) - 2))
+    return _direct(points, chain[: half + 1], share) + _direct(points, chain[half:], share)
 
 
 def _sectors(surface: SurfaceLocator, features: Features) -> Floats:

@@ -15,6 +15,9 @@ class MatchingSchedule(Schedule):
 
     Attributes
     ----------
+    direct
+        Distance of the ends of a piece of a curve over its length, at least: a quarter of a circle has .9, a half .64,
+        which a path may take to be the way along the other half.
     candidates
         Nodes nearest to a corner that come into question for it.
     reach
@@ -36,6 +39,7 @@ class MatchingSchedule(Schedule):
         Rounds of smoothing of the skin within its patches, where it is folded.
     """
 
+    direct: float = tuned(0.7, 0.0, 1.0)
     candidates: int = tuned(12)
     reach: float = tuned(3.0)
     step: float = tuned(0.1)
