@@ -215,32 +215,64 @@ def _cost(table: Floats, candidates: Ints, chosen: Ints, link: tuple[int, int]) 
     return float(table[rows[0][0], rows[1][0]]) if min(map(len, rows)) else np.inf
 
 
+class _Choice:
+    """The choice of a node for each end, every one another, such that they and the ways between them cost little."""
+
+    def __init__(self, candidates: Ints, distances: Floats, links: list[tuple[int, int]], tables: list[Floats]) -> None:
+        self.candidates, self.distances = candidates, distances
+        self.picks = np.full(len(candidates), -1)
+        self.owner: dict[int, int] = {}
+        self.around: list[list[tuple[int, Floats]]] = [[] for _ in candidates]
+        for (one, other), table in zip(links, tables, strict=True):
+            self.around[one].append((other, table))
+            self.around[other].append((one, table.T))
+
+    def costs(self, end: int, without: int = -1) -> Floats:
+        """(c,) costs of the candidates of an end, with the ways to what is chosen for others, but one of them."""
+        costs = self.distances[end].copy()
+        for other, table in self.around[end]:
+            if other != without:
+                pick = self.picks[other]
+                costs += table.min(axis=1) if pick < 0 else table[:, pick]
+        free = [self.owner.get(node, end) in (end, without) for node in self.candidates[end].tolist()]
+        costs[~np.array(free)] = np.inf
+        return costs
+
+    def alone(self, end: int) -> bool:
+        """Choose anew for one end; True where that is another node."""
+        costs = self.costs(end)
+        best = int(np.argmin(costs))
+        return np.isfinite(costs[best]) and self._take([end], [best])
+
+    def together(self, one: int, other: int, table: Floats) -> bool:
+        """Choose anew for both ends of a piece; True where one of them is another node."""
+        both = self.costs(one, other)[:, None] + self.costs(other, one) + table
+        both[self.candidates[one][:, None] == self.candidates[other]] = np.inf
+        best = np.unravel_index(np.argmin(both), both.shape)
+        return np.isfinite(both[best]) and self._take([one, other], [int(i) for i in best])
+
+    def _take(self, ends: list[int], places: list[int]) -> bool:
+        changed = [end for end, place in zip(ends, places, strict=True) if self.picks[end] != place]
+        for end in changed:
+            if self.picks[end] >= 0:
+                self.owner.pop(int(self.candidates[end, self.picks[end]]))
+        for end, place in zip(ends, places, strict=True):
+            self.picks[end], self.owner[int(self.candidates[end, place])] = place, end
+        return bool(changed)
+
+
 def _choose(
     candidates: Ints, distances: Floats, links: list[tuple[int, int]], tables: list[Floats], schedule: MatchingSchedule
 ) -> Ints:
-    """(k,) the node of each end, every one another, such that they and the ways between them cost little; -1: none."""
-    count = len(candidates)
-    around: list[list[tuple[int, Floats]]] = [[] for _ in range(count)]
-    for (one, other), table in zip(links, tables, strict=True):
-        # A way that there is not is dear, not forbidden: others may be better for it.
-        table = np.where(np.isfinite(table), table, schedule.none)
-        around[one].append((other, table))
-        around[other].append((one, table.T))
-    picks = np.full(count, -1)
-    owner: dict[int, int] = {}
+    """(k,) the node of each end; -1 for none."""
+    # A way that there is not is dear, not forbidden: others may be better for it.
+    tables = [np.where(np.isfinite(table), table, schedule.none) for table in tables]
+    choice = _Choice(candidates, distances, links, tables)
+    nearest = np.argsort(distances[:, 0], kind="stable").tolist()
     for _ in range(schedule.rounds):
-        changed = False
-        for i in np.argsort(distances[:, 0], kind="stable").tolist():
-            costs = distances[i].copy()
-            for other, table in around[i]:
-                costs += table.min(axis=1) if picks[other] < 0 else table[:, picks[other]]
-            free = [owner.get(node, i) == i for node in candidates[i].tolist()]
-            costs[~np.array(free)] = np.inf
-            best = int(np.argmin(costs))
-            if np.isfinite(costs[best]) and best != picks[i]:
-                if picks[i] >= 0:
-                    del owner[int(candidates[i, picks[i]])]
-                picks[i], owner[int(candidates[i, best])], changed = best, i, True
-        if not changed:
+        changed = [choice.alone(end) for end in nearest]
+        # Where a curve has settled a row of edges too far, its ends must move at once.
+        changed += [choice.together(*link, table) for link, table in zip(links, tables, strict=True)]
+        if not any(changed):
             break
-    return np.where(picks >= 0, candidates[np.arange(count), picks], -1)
+    return np.where(choice.picks >= 0, candidates[np.arange(len(candidates)), choice.picks], -1)
