@@ -81,7 +81,7 @@ def match_features(
     points = _on_sheets(skin, sheets, reference, flat)
     for path in paths:
         points[path.nodes] = _on_piece(skin.points[path.nodes], surface.points[path.piece.nodes], schedule.close)
-    points = _unfolded(skin, points, sheets, own, reference, flat, schedule.smoothing)
+    points = _unfolded(skin, points, paths, sheets, reference, flat, schedule)
     numbers = np.concatenate([np.full(len(path.piece.nodes) - 1, path.piece.curve) for path in paths])
     return Matching(points, own, CurveLocator(surface.points, there, numbers), sheets, reference)
 
@@ -122,26 +122,50 @@ def _on_sheet(x: Floats, sheet: int, reference: SurfaceLocator, flat: float) -> 
 
 
 def _unfolded(
-    skin: Skin, points: Floats, sheets: Ints, own: Features, reference: SurfaceLocator, flat: float, rounds: int
+    skin: Skin, points: Floats, paths: list[Path], sheets: Ints, reference: SurfaceLocator, flat: float,
+    schedule: MatchingSchedule,
+) -> Floats:  # fmt: skip
+    """The points, with nodes of folded sheets at the mean of their neighbours, those of curves spread, if that helps."""
+    best, folded = points, _folded_corners(points, skin.quads, sheets, reference)
+    if not folded.any():
+        return points
+    spread = points.copy()
+    for path in paths:
+        if np.isin(path.nodes, skin.quads[folded > 0]).any():
+            spread[path.nodes] = _on_piece(points[path.nodes], reference.points[path.piece.nodes], np.inf)
+    on_curves = np.concatenate([path.nodes for path in paths])
+    for start in (points, spread):
+        trial, after = start, _folded_corners(start, skin.quads, sheets, reference)
+        for sheet in np.unique(sheets[after > 0]).tolist():
+            which = np.flatnonzero(sheets == sheet)
+            trial = _smoothed(skin, trial, which, sheet, on_curves, reference, flat, schedule.smoothing)
+        after = _folded_corners(trial, skin.quads, sheets, reference)
+        if after.sum() < folded.sum():
+            best, folded = trial, after
+    return best
+
+
+def _smoothed(
+    skin: Skin, points: Floats, which: Ints, sheet: int, held: Ints, reference: SurfaceLocator, flat: float, rounds: int
 ) -> Floats:
-    """The points, with the nodes inside of sheets that are folded at the mean of their neighbours, if that helps."""
-    folded = _folded_corners(points, skin.quads, sheets, reference)
-    for sheet in np.unique(sheets[folded > 0]).tolist():
-        which = sheets == sheet
-        inside = np.setdiff1d(skin.quads[which], own.edges)
-        if len(inside) == 0:
-            continue
-        edges = skin.edges[np.isin(skin.edges, inside).any(axis=1)]
-        degree = np.bincount(edges.ravel(), minlength=len(points))[inside, None]
-        trial = points.copy()
-        for _ in range(rounds):
-            sums = np.zeros_like(points)
-            np.add.at(sums, edges[:, 0], trial[edges[:, 1]])
-            np.add.at(sums, edges[:, 1], trial[edges[:, 0]])
-            trial[inside] = _on_sheet(sums[inside] / degree, sheet, reference, flat)
-        if _folded_corners(trial, skin.quads[which], sheets[which], reference).sum() < folded[which].sum():
-            points = trial
-    return points
+    """The least folded of the points that come of putting nodes around folded quads to the mean of their neighbours."""
+    quads = skin.quads[which]
+    edges = np.unique(np.sort(np.stack([quads, np.roll(quads, 1, axis=1)], axis=2).reshape(-1, 2), axis=1), axis=0)
+    of_sheet, best, fewest = np.full(len(which), sheet), points, np.inf
+    for _ in range(rounds):
+        folded = _folded_corners(points, quads, of_sheet, reference)
+        if folded.sum() < fewest:
+            best, fewest = points, folded.sum()
+        around = np.isin(quads, quads[folded > 0]).any(axis=1)
+        nodes = np.setdiff1d(quads[around], held)
+        if fewest == 0 or len(nodes) == 0:
+            break
+        sums, degree = np.zeros_like(points), np.bincount(edges.ravel(), minlength=len(points))
+        np.add.at(sums, edges[:, 0], points[edges[:, 1]])
+        np.add.at(sums, edges[:, 1], points[edges[:, 0]])
+        points = points.copy()
+        points[nodes] = _on_sheet(sums[nodes] / degree[nodes, None], sheet, reference, flat)
+    return best
 
 
 def _folded_corners(points: Floats, quads: Ints, sheets: Ints, reference: SurfaceLocator) -> Ints:
