@@ -49,9 +49,18 @@ def fit(setting: Setting, boundary: Boundary) -> Generator[Iteration, None, Unfo
 
 
 def _least_folded(formulation: Formulation, points: Field) -> Field:
-    """The points, or with the inner nodes around what is folded at the mean of their neighbours."""
-    bad = folded_cells(formulation, points)
-    if not bad.any():
-        return points
-    smooth = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
-    return smooth if folded_cells(formulation, smooth).sum() < bad.sum() else points
+    """The points, with inner nodes around what is folded, or everywhere, at the mean of their neighbours if that helps.
+
+    The skin is where it belongs: what is inside has to follow it, wherever it was.
+    """
+    best, bad, everywhere = points, folded_cells(formulation, points), np.ones(len(points), dtype=bool)
+    if bad.any():
+        smooth = harmonic(formulation, points, everywhere)
+        for points in (points, smooth):
+            folded = folded_cells(formulation, points)
+            for _ in range(formulation.schedules.untangling.rounds):
+                if folded.sum() < bad.sum():
+                    best, bad = points, folded
+                points = harmonic(formulation, points, node_rings(formulation.cells, len(points), folded, 0))
+                folded = folded_cells(formulation, points)
+    return best
