@@ -130,6 +130,23 @@ class UnfoldingSchedule(Schedule):
 
 
 @dataclass(frozen=True)
+class FittingSchedule(Schedule):
+    """Unfolding a mesh whose skin has been put on another surface.
+
+    Attributes
+    ----------
+    few_folded
+        Share of folded cells up to which patches are unfolded from where they are: there cells have the sizes that they
+        should have, which thin layers at the mean of their neighbours have not.
+    patience
+        Rounds of patches without success before another start is tried.
+    """
+
+    few_folded: float = tuned(0.15, 0.0, 1.0)
+    patience: int = tuned(3)
+
+
+@dataclass(frozen=True)
 class MinimizationSchedule(Schedule):
     """Lowering the distortion.
 
@@ -308,6 +325,7 @@ class Schedules:
     interior: InteriorSchedule = field(default_factory=InteriorSchedule)
     folded: FoldedSchedule = field(default_factory=FoldedSchedule)
     unfolding: UnfoldingSchedule = field(default_factory=UnfoldingSchedule)
+    fitting: FittingSchedule = field(default_factory=FittingSchedule)
     minimization: MinimizationSchedule = field(default_factory=MinimizationSchedule)
     worst_cells: WorstCellsSchedule = field(default_factory=WorstCellsSchedule)
     returning: ReturnSchedule = field(default_factory=ReturnSchedule)

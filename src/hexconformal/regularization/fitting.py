@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import is_valid
-from ..formulation import Formulation, Iteration
+from ..formulation import Formulation, Iteration, UntanglingSchedule
 from ..mesh import node_rings
 from ..untangling import folded_cells, harmonic, untangle, untangle_interior
 from .boundary import Boundary, boundary_of
@@ -28,24 +28,42 @@ def fit(setting: Setting, boundary: Boundary) -> Generator[Iteration, None, Unfo
     """
     normalized, options = setting.normalized, setting.options
     formulation = setting.formulation(boundary)
-    points = _least_folded(formulation, normalized.points if boundary.start is None else boundary.start)
-    for iteration in untangle(formulation, points):
-        points = iteration.points
-        yield iteration
-    points = untangle_interior(formulation, points)
-    yield Iteration("fit to the surface", points)
-    found = Unfolded(boundary, formulation, points, ~is_valid(points, normalized.cells))
-    if not found.bad.any():
-        return found
-    what = f"with the features of the surface {found.bad.sum()} cells stay folded"
+    best, fewest = normalized.points, np.inf
+    for start, schedule in _starts(formulation, normalized.points if boundary.start is None else boundary.start):
+        points = start
+        schedules = replace(formulation.schedules, untangling=schedule)
+        for iteration in untangle(replace(formulation, schedules=schedules), points, setting.schedules.fitting.patience):
+            points = iteration.points
+            yield iteration
+        points = untangle_interior(formulation, points)
+        yield Iteration("fit to the surface", points)
+        bad = ~is_valid(points, normalized.cells)
+        if bad.sum() < fewest:
+            best, fewest = points, float(bad.sum())
+        if fewest == 0:
+            return Unfolded(boundary, formulation, best, bad)
+    what = f"with the features of the surface {fewest:.0f} cells stay folded"
     other = boundary_of(normalized, options, setting.schedules, matches=False)
-    bad = np.zeros(len(normalized.cells), dtype=bool)
-    alone = Unfolded(other, setting.formulation(other), normalized.points, bad)
+    none = np.zeros(len(normalized.cells), dtype=bool)
+    alone = Unfolded(other, setting.formulation(other), normalized.points, none)
     if options.energy == "barrier" and not normalized.valid.all():
         alone = yield from unfold(setting, other)
-    if alone.bad.sum() < found.bad.sum():
+    if alone.bad.sum() < fewest:
         return replace(alone, notes=(*alone.notes, f"{what}: the skin is drawn to the surface alone"))
-    return replace(found, bad=folded_cells(formulation, points), notes=(what,))
+    return Unfolded(boundary, formulation, best, folded_cells(formulation, best), (what,))
+
+
+def _starts(formulation: Formulation, points: Field) -> Iterator[tuple[Field, UntanglingSchedule]]:
+    """Where to begin, and how: in patches, first from where the points are if few cells are folded; all at once."""
+    whole = formulation.schedules.untangling
+    in_patches = replace(whole, many_folded=1.0)
+    share = float(folded_cells(formulation, points).mean())
+    if share <= formulation.schedules.fitting.few_folded:
+        yield points, in_patches
+    if share > 0.0:
+        points = _least_folded(formulation, points)
+        yield points, in_patches
+        yield points, whole
 
 
 def _least_folded(formulation: Formulation, points: Field) -> Field:
