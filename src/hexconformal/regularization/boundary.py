@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ..common import first_names
 from ..formulation import Schedules
 from ..geometry import (
+    CurveLocator,
     DistanceBarrier,
     Faces,
-    CurveLocator,
     Features,
     InnerSheets,
     SurfaceLocator,
@@ -109,7 +109,9 @@ def boundary_of(
         return Boundary(admissible, notes=(f"{faces.note}: {can.sum()} nodes slide in them, {(~can).sum()} stay",))
     tolerance = options.hausdorff * normalized.diagonal
     reference = given_surface(normalized, options.surface)
-    fit = Fit(None, "") if reference is None or not matches else fit_to(normalized, reference, options, schedules, fixed)
+    fit = Fit(None, "")
+    if reference is not None and matches:
+        fit = fit_to(normalized, reference, options, schedules, fixed)
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
     features = find_features(points, quads, tags=tags, cells=cells, **how)
     flat_within = schedules.barrier.flat * tolerance

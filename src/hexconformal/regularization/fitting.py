@@ -31,8 +31,8 @@ def fit(setting: Setting, boundary: Boundary) -> Generator[Iteration, None, Unfo
     best, fewest = normalized.points, np.inf
     for start, schedule in _starts(formulation, normalized.points if boundary.start is None else boundary.start):
         points = start
-        schedules = replace(formulation.schedules, untangling=schedule)
-        for iteration in untangle(replace(formulation, schedules=schedules), points, setting.schedules.fitting.patience):
+        otherwise = replace(formulation, schedules=replace(setting.schedules, untangling=schedule))
+        for iteration in untangle(otherwise, points, setting.schedules.fitting.patience):
             points = iteration.points
             yield iteration
         points = untangle_interior(formulation, points)

@@ -15,10 +15,10 @@ from ..geometry import DistanceBarrier
 from ..untangling import improve_folded, untangle_interior
 from .boundary import Boundary
 from .compatible_steps import CompatibleSteps
+from .fitting import fit
 from .minimize import Minimization
 from .return_to_surface import return_to_surface
 from .setting import Setting
-from .fitting import fit
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
 from .worst_cells import raise_worst, raise_worst_patches
 

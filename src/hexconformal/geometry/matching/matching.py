@@ -125,7 +125,7 @@ def _unfolded(
     skin: Skin, points: Floats, paths: list[Path], sheets: Ints, reference: SurfaceLocator, flat: float,
     schedule: MatchingSchedule,
 ) -> Floats:  # fmt: skip
-    """The points, with nodes of folded sheets at the mean of their neighbours, those of curves spread, if that helps."""
+    """The points, with nodes of folded sheets at the mean of their neighbours, and curves spread, if that helps."""
     best, folded = points, _folded_corners(points, skin.quads, sheets, reference)
     if not folded.any():
         return points

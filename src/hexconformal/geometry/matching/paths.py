@@ -138,7 +138,7 @@ def _candidates(skin: Skin, places: Floats, schedule: MatchingSchedule) -> tuple
 
 @dataclass(frozen=True, eq=False)
 class _Graph:
-    """Edges (e, 2) of a skin near a piece of a curve, with their costs (e,); numbers of their own for its nodes (k,)."""
+    """Edges (e, 2) of a skin near a piece of a curve, their costs (e,), and the nodes (k,) that they number."""
 
     nodes: Ints
     edges: Ints
@@ -173,8 +173,8 @@ class _Graph:
             return None
         free = ~taken[self.nodes]
         free[[a, b]] = True
-        keep = free[self.edges].all(axis=1)
-        keep &= [(min(p), max(p)) not in used for p in self.nodes[self.edges].tolist()]
+        unused = np.array([(min(p), max(p)) not in used for p in self.nodes[self.edges].tolist()])
+        keep = np.asarray(free[self.edges].all(axis=1) & unused)
         costs, before = dijkstra(self._matrix(keep), indices=a, return_predecessors=True)
         if not np.isfinite(costs[b]):
             return None
@@ -242,14 +242,14 @@ class _Choice:
         """Choose anew for one end; True where that is another node."""
         costs = self.costs(end)
         best = int(np.argmin(costs))
-        return np.isfinite(costs[best]) and self._take([end], [best])
+        return bool(np.isfinite(costs[best])) and self._take([end], [best])
 
     def together(self, one: int, other: int, table: Floats) -> bool:
         """Choose anew for both ends of a piece; True where one of them is another node."""
         both = self.costs(one, other)[:, None] + self.costs(other, one) + table
         both[self.candidates[one][:, None] == self.candidates[other]] = np.inf
         best = np.unravel_index(np.argmin(both), both.shape)
-        return np.isfinite(both[best]) and self._take([one, other], [int(i) for i in best])
+        return bool(np.isfinite(both[best])) and self._take([one, other], [int(i) for i in best])
 
     def _take(self, ends: list[int], places: list[int]) -> bool:
         changed = [end for end, place in zip(ends, places, strict=True) if self.picks[end] != place]
