@@ -30,7 +30,7 @@ from .features import (
 )
 from .hausdorff import distance_between, faces_beyond, hausdorff
 from .matching import Matching, MatchingSchedule, Skin, match_features
-from .surface_tags import surface_tags
+from .surface_tags import surface_tags, tags_of_faces
 
 __all__ = [
     "CORNER",
@@ -74,6 +74,7 @@ __all__ = [
     "simpson_mean",
     "slivers",
     "surface_tags",
+    "tags_of_faces",
     "unit_vectors",
     "walk",
     "with_one_side_out",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh
 
-__all__ = ["surface_tags"]
+__all__ = ["surface_tags", "tags_of_faces"]
 
 Ints = NDArray[np.int64]
 
@@ -42,6 +44,15 @@ def surface_tags(mesh: HexMesh, quads: Ints) -> Ints | None:
         tags = _matched(quads, *carried)
         if (tags != tags[:1]).any():
             return tags
+    return None
+
+
+def tags_of_faces(surface: Any) -> Ints | None:
+    """Tags (f,) of the faces of a pyvista surface, by arrays with the same names; None if there are none."""
+    for name in _TAGS:
+        tags = np.asarray(surface.cell_data[name]) if name in surface.cell_data else np.empty(0)
+        if tags.ndim == 1 and tags.dtype.kind in "iu" and (tags != tags[:1]).any():
+            return tags.astype(np.int64)
     return None
 
 

@@ -33,7 +33,7 @@ from ..solver import (
     line_normal_sums,
     planar_normal_sums,
 )
-from .given_surface import Fit, fit_to, given_surface
+from .given_surface import Fit, GivenSurface, fit_to
 from .options import Options
 
 __all__ = ["Boundary", "boundary_of", "flat_normals"]
@@ -108,10 +108,10 @@ def boundary_of(
         can = count_free_directions(planes)[np.unique(faces.quads)] > 0
         return Boundary(admissible, notes=(f"{faces.note}: {can.sum()} nodes slide in them, {(~can).sum()} stay",))
     tolerance = options.hausdorff * normalized.diagonal
-    reference = given_surface(normalized, options.surface)
-    fit = Fit(None, "")
-    if reference is not None and matches:
-        fit = fit_to(normalized, reference, options, schedules, fixed)
+    given = None if options.surface is None else GivenSurface.of(normalized, options.surface)
+    reference, fit = None if given is None else given.locator, Fit(None, "")
+    if given is not None and matches:
+        fit = fit_to(normalized, given, options, schedules, tags, fixed)
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
     features = find_features(points, quads, tags=tags, cells=cells, **how)
     flat_within = schedules.barrier.flat * tolerance

@@ -17,15 +17,16 @@ from ..geometry import (
     enclosed_volume,
     find_features,
     match_features,
+    tags_of_faces,
     with_one_side_out,
 )
-from ..io import read_surface
+from ..io import read_surface, triangles_of
 from ..mesh import NormalizedMesh
 from .options import Options
 
-__all__ = ["Fit", "fit_to", "given_surface"]
+__all__ = ["Fit", "GivenSurface", "fit_to"]
 
-Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
@@ -39,35 +40,66 @@ class Fit:
     note: str
 
 
-def given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
-    """The surface to slide on, if the user gives one, normalized as the mesh, with the outside out."""
-    if surface is None:
-        return None
-    if isinstance(surface, str) or hasattr(surface, "__fspath__"):
-        surface = read_surface(surface)
-    given = SurfaceLocator.from_pyvista(surface)
-    _require_near(normalized, given)
-    return SurfaceLocator(normalized.from_user(given.points), given.faces)
+@dataclass(frozen=True, eq=False)
+class GivenSurface:
+    """A surface to slide on, as the mesh is normalized.
+
+    Attributes
+    ----------
+    locator
+        Its triangles.
+    tags
+        (f,) tags of these; None where there are none.
+    lines
+        (k, 2) nodes of lines that it came with.
+    """
+
+    locator: SurfaceLocator
+    tags: Ints | None
+    lines: Ints | None
+
+    @classmethod
+    def of(cls, normalized: NormalizedMesh, surface: Any) -> GivenSurface:
+        """The surface that a user gives."""
+        if isinstance(surface, str) or hasattr(surface, "__fspath__"):
+            surface = read_surface(surface)
+        poly = triangles_of(surface)
+        given = SurfaceLocator.from_pyvista(poly)
+        _require_near(normalized, given)
+        lines = np.asarray(poly.field_data["lines"]) if "lines" in poly.field_data else None
+        locator = SurfaceLocator(normalized.from_user(given.points), given.faces)
+        return cls(locator, tags_of_faces(poly), lines)
 
 
 def fit_to(
-    normalized: NormalizedMesh, surface: SurfaceLocator, options: Options, schedules: Schedules, fixed: Mask
+    normalized: NormalizedMesh,
+    surface: GivenSurface,
+    options: Options,
+    schedules: Schedules,
+    tags: Ints | None,
+    fixed: Mask,
 ) -> Fit:
-    """Match the skin of a mesh with a surface that has features, and tell how; fixed components (n, 3) stay."""
+    """Match the skin of a mesh with a surface that has features, and tell how; fixed components (n, 3) stay.
+
+    Features are found by angle, by tags, by the lines that come with the surface, and at its borders. Curves between
+    tags are matched with those between the same tags (q,) of the skin, others by where they are.
+    """
     tolerance = options.hausdorff * normalized.diagonal
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
-    faces = with_one_side_out(surface.faces)
-    surface = SurfaceLocator(surface.points, faces if enclosed_volume(surface.points, faces) >= 0 else faces[:, ::-1])
-    features = find_features(surface.points, surface.faces, **how)
+    how |= {"tags": surface.tags, "curves": surface.lines}
+    points, faces = surface.locator.points, with_one_side_out(surface.locator.faces)
+    locator = SurfaceLocator(points, faces if enclosed_volume(points, faces) >= 0 else faces[:, ::-1])
+    features = find_features(points, locator.faces, **how)
     if not features.soft:
         # Averages of normals tell noise from creases, but lead these past a triangle where two of its edges are sharp.
         how["schedule"] = replace(schedules.features, filterings=0)
-        features = find_features(surface.points, surface.faces, **how)
-    if features.soft or len(features.edges) == 0:
-        return Fit(None, f"features of the surface: {features.reason}")
-    skin = Skin(normalized.points, normalized.quads, normalized.cells)
-    matching = match_features(skin, surface, features, schedules.barrier.flat * tolerance, schedules.matching)
+        features = find_features(points, locator.faces, **how)
     what = f"features of the surface: {features.reason}"
+    if features.soft or len(features.edges) == 0:
+        return Fit(None, what)
+    skin = Skin(normalized.points, normalized.quads, normalized.cells, tags)
+    flat = schedules.barrier.flat * tolerance
+    matching = match_features(skin, locator, features, flat, schedules.matching, surface.tags)
     if matching is None:
         return Fit(None, f"{what}; none of them is found in the mesh, whose skin is drawn to the surface alone")
     matching.points[fixed] = normalized.points[fixed]

@@ -47,7 +47,12 @@ class Matching:
 
 
 def match_features(
-    skin: Skin, surface: SurfaceLocator, features: Features, flat: float, schedule: MatchingSchedule | None = None
+    skin: Skin,
+    surface: SurfaceLocator,
+    features: Features,
+    flat: float,
+    schedule: MatchingSchedule | None = None,
+    tags: Ints | None = None,
 ) -> Matching | None:
     """Match the skin of a mesh with a surface and its features.
 
@@ -63,13 +68,15 @@ def match_features(
         Distance from its plane up to which a sheet is flat.
     schedule
         The numbers of it.
+    tags
+        (f,) of the faces of the surface; curves between two are those of the skin between the same ones.
 
     Returns
     -------
     What is matched with what, and where it belongs; None where no curve was found again.
     """
     schedule = MatchingSchedule() if schedule is None else schedule
-    pieces = curve_pieces(surface, features, schedule.direct)
+    pieces = curve_pieces(surface, features, schedule.direct, tags)
     paths = find_paths(skin, surface.points, pieces, schedule) if pieces else []
     if not paths:
         return None

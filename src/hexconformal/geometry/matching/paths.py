@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from ...elements import EDGES
 from ...mesh import unique_edges
 from ..closest_point import CurveLocator
+from ..edges import edge_table
 from .pieces import Piece
 from .schedule import MatchingSchedule
 
@@ -48,11 +49,14 @@ class Skin:
         (q, 4) boundary quads.
     cells
         (m, 8) cells.
+    tags
+        (q,) of the quads; None where there are none.
     """
 
     points: Floats
     quads: Ints
     cells: Ints
+    tags: Ints | None = None
 
     @cached_property
     def nodes(self) -> Ints:
@@ -71,6 +75,19 @@ class Skin:
         every = unique_edges(self.cells[:, EDGES].reshape(-1, 2))
         width = len(self.points)
         return np.asarray(every.counts[np.searchsorted(every.nodes @ [width, 1], self.edges @ [width, 1])])
+
+    def between(self, tags: tuple[int, int] | None) -> Mask:
+        """(e,) the edges between quads with two tags, the lower one first; none for no tags."""
+        if tags is None or self.tags is None:
+            return np.zeros(len(self.edges), dtype=bool)
+        return np.asarray((self._tags_beside == tags).all(axis=1))
+
+    @cached_property
+    def _tags_beside(self) -> Ints:
+        table = edge_table(self.quads)
+        beside = np.full((len(table.nodes), 2), -1)
+        beside[table.manifold] = np.sort(np.asarray(self.tags)[table.sides], axis=1)
+        return beside
 
     @cached_property
     def lengths(self) -> Floats:
@@ -104,7 +121,7 @@ def find_paths(skin: Skin, points: Floats, pieces: list[Piece], schedule: Matchi
     The paths, of those pieces for which there is one that is near enough.
     """
     ends = sorted({end for piece in pieces for end in piece.ends})
-    candidates, distances = _candidates(skin, points[ends], schedule)
+    candidates, distances = _candidates(skin, points, ends, pieces, schedule)
     place = {end: i for i, end in enumerate(ends)}
     graphs = [_graph(skin, points, piece, schedule) for piece in pieces]
     tables = []
@@ -128,11 +145,27 @@ def find_paths(skin: Skin, points: Floats, pieces: list[Piece], schedule: Matchi
     return paths
 
 
-def _candidates(skin: Skin, places: Floats, schedule: MatchingSchedule) -> tuple[Ints, Floats]:
-    """(k, c) nodes of the skin near places (k, 3), the nearest first, and the squares of their distances in edges."""
+def _candidates(
+    skin: Skin, points: Floats, ends: list[int], pieces: list[Piece], schedule: MatchingSchedule
+) -> tuple[Ints, Floats]:
+    """(k, c) nodes of the skin near some ends, the nearest first, and the squares of their distances in edges.
+
+    Where tags tell which nodes are on all the curves that meet there, the nearest of these.
+    """
     count = min(schedule.candidates, len(skin.nodes))
-    distances, near = cKDTree(skin.points[skin.nodes]).query(places, k=np.arange(1, count + 1))
-    nodes = skin.nodes[near]
+    found = cKDTree(skin.points[skin.nodes]).query(points[ends], k=np.arange(1, count + 1))
+    distances, nodes = np.asarray(found[0]), skin.nodes[found[1]]
+    for i, end in enumerate(ends if skin.tags is not None else ()):
+        on = np.ones(len(skin.points), dtype=bool)
+        for piece in pieces:
+            if end in piece.ends:
+                on &= np.isin(np.arange(len(on)), skin.edges[skin.between(piece.tags)])
+        tagged = np.flatnonzero(on)
+        if len(tagged):
+            away = np.linalg.norm(skin.points[tagged] - points[end], axis=1)
+            # Where there are fewer the last one comes again.
+            order = np.argsort(away, kind="stable")[np.minimum(np.arange(count), len(tagged) - 1)]
+            nodes[i], distances[i] = tagged[order], away[order]
     return nodes, (distances / skin.sizes[nodes]) ** 2
 
 
@@ -191,7 +224,8 @@ def _graph(skin: Skin, points: Floats, piece: Piece, schedule: MatchingSchedule)
     low, high = chain.min(axis=0), chain.max(axis=0)
     x, size = skin.points, skin.sizes[:, None]
     near = ((x > low - schedule.reach * size) & (x < high + schedule.reach * size)).all(axis=1)
-    which = np.flatnonzero(near[skin.edges].all(axis=1))
+    between = skin.between(piece.tags)
+    which = np.flatnonzero(near[skin.edges].all(axis=1) | between)
     edges = skin.edges[which]
     count = len(piece.nodes) - 1
     links = np.column_stack([np.arange(count), np.arange(1, count + 1)])
@@ -204,6 +238,9 @@ def _graph(skin: Skin, points: Floats, piece: Piece, schedule: MatchingSchedule)
     apart = (at_nodes[local] ** 2).sum(axis=1) + middle**2
     misfit = np.abs(skin.sectors[which] - piece.sectors)
     costs = schedule.step + apart / (3.0 * sizes**2) + schedule.misfit * misfit
+    if between.any():
+        # Tags tell which edges these are, wherever they lie.
+        costs = np.where(between[which], schedule.step, costs + schedule.untagged)
     costs *= np.maximum(skin.lengths[which] / sizes, 0.25)
     dearest = schedule.step + schedule.farthest**2 + schedule.misfit * (1.0 + abs(piece.sectors - 2.0))
     return _Graph(nodes, local, costs, dearest)

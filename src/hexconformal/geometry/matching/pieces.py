@@ -30,11 +30,14 @@ class Piece:
         (k,) its nodes in their order; the ends are different ones.
     sectors
         Quarters of a turn that the solid takes up around it: 1 at a right edge, 3 at a right notch.
+    tags
+        Those of the faces on both sides, the lower one first, where they differ; None else.
     """
 
     curve: int
     nodes: Ints
     sectors: float
+    tags: tuple[int, int] | None = None
 
     @property
     def ends(self) -> tuple[int, int]:
@@ -42,7 +45,9 @@ class Piece:
         return int(self.nodes[0]), int(self.nodes[-1])
 
 
-def curve_pieces(surface: SurfaceLocator, features: Features, direct: float = 0.7) -> list[Piece]:
+def curve_pieces(
+    surface: SurfaceLocator, features: Features, direct: float = 0.7, tags: Ints | None = None
+) -> list[Piece]:
     """Cut the feature curves of a surface into pieces that lead from one end to another without much of a detour.
 
     Parameters
@@ -53,6 +58,8 @@ def curve_pieces(surface: SurfaceLocator, features: Features, direct: float = 0.
         Its curves and corners.
     direct
         Distance of the ends of a piece over its length, at least: the shortest way between them is along it.
+    tags
+        (f,) of the faces.
 
     Examples
     --------
@@ -65,14 +72,16 @@ def curve_pieces(surface: SurfaceLocator, features: Features, direct: float = 0.
     >>> len(pieces), pieces[0].nodes.tolist(), round(pieces[0].sectors, 9)
     (12, [0, 1, 2], 1.0)
     """
-    sectors = _sectors(surface, features)
+    sectors, beside = _sectors(surface, features), _tags_beside(surface, features, tags)
     order = np.argsort(features.curves, kind="stable")
     starts = np.flatnonzero(np.diff(features.curves[order], prepend=-1))
     pieces = []
     for which in np.split(order, starts[1:]) if len(order) else ():
         chain = _in_order(features.edges[which], features.corners)
         curve, mean = int(features.curves[which[0]]), float(sectors[which].mean())
-        pieces += [Piece(curve, part, mean) for part in _direct(surface.points, chain, direct)]
+        both = np.unique(beside[which], axis=0)
+        pair = (int(both[0, 0]), int(both[0, 1])) if len(both) == 1 and both[0, 0] != both[0, 1] else None
+        pieces += [Piece(curve, part, mean, pair) for part in _direct(surface.points, chain, direct)]
     return pieces
 
 
@@ -99,6 +108,16 @@ def _direct(points: Floats, chain: Ints, share: float) -> list[Ints]:
         return [chain]
     half = int(np.clip(np.searchsorted(along, 0.5 * along[-1]), 1, len(chain) - 2))
     return _direct(points, chain[: half + 1], share) + _direct(points, chain[half:], share)
+
+
+def _tags_beside(surface: SurfaceLocator, features: Features, tags: Ints | None) -> Ints:
+    """(k, 2) tags on both sides of each feature edge, the lower one first; the same where there are none."""
+    table = edge_table(surface.faces)
+    every = np.zeros((len(table.nodes), 2), dtype=np.int64)
+    if tags is not None:
+        every[table.manifold] = np.sort(tags[table.sides], axis=1)
+    width = [len(surface.points), 1]
+    return np.asarray(every[np.searchsorted(table.nodes @ width, np.sort(features.edges, axis=1) @ width)])
 
 
 def _sectors(surface: SurfaceLocator, features: Features) -> Floats:

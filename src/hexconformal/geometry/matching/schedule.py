@@ -27,6 +27,8 @@ class MatchingSchedule(Schedule):
     misfit
         Cost of each cell around an edge more or less than the angle of the curve has room for: worth a distance of
         .7 edges, so that a ridge of cells is found where nodes are off by that.
+    untagged
+        Cost of an edge that is not between the tags on both sides of a curve where others are.
     none
         Cost of an end from which there is no way.
     farthest
@@ -44,6 +46,7 @@ class MatchingSchedule(Schedule):
     reach: float = tuned(3.0)
     step: float = tuned(0.1)
     misfit: float = tuned(0.5)
+    untagged: float = tuned(10.0)
     none: float = tuned(1e3)
     farthest: float = tuned(1.5)
     rounds: int = tuned(20)
