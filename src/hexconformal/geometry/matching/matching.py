@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..closest_point import CurveLocator, SurfaceLocator
 from ..features import CORNER, CURVE, SMOOTH, Features
-from .patches import cut_patches, matched_sheets
+from .patches import Sheets, matched_sheets
 from .paths import Path, Skin, find_paths
 from .pieces import curve_pieces
 from .schedule import MatchingSchedule
@@ -80,12 +80,14 @@ def match_features(
     paths = find_paths(skin, surface.points, pieces, schedule) if pieces else []
     if not paths:
         return None
-    own = _own_features(skin, paths, features)
+    found = matched_sheets(SurfaceLocator(skin.points, skin.quads), surface, paths)
+    paths, sheets = found.paths, found.ours
+    if not paths:
+        return None
+    own = _own_features(skin, found, features)
     there = np.concatenate([_links(path.piece.nodes) for path in paths])
-    mesh = SurfaceLocator(skin.points, skin.quads)
-    sheets, others = matched_sheets(mesh, own.patches, surface, cut_patches(surface.faces, there), paths)
-    reference = SurfaceLocator(surface.points, surface.faces, others)
-    points = _on_sheets(skin, sheets, reference, flat)
+    reference = SurfaceLocator(surface.points, surface.faces, found.theirs)
+    points = _on_sheets(skin, sheets, np.flatnonzero(found.alike), reference, flat)
     for path in paths:
         points[path.nodes] = _on_piece(skin.points[path.nodes], surface.points[path.piece.nodes], schedule.close)
     points = _unfolded(skin, points, paths, sheets, reference, flat, schedule)
@@ -97,8 +99,9 @@ def _links(nodes: Ints) -> Ints:
     return np.column_stack([nodes[:-1], nodes[1:]])
 
 
-def _own_features(skin: Skin, paths: list[Path], features: Features) -> Features:
+def _own_features(skin: Skin, found: Sheets, features: Features) -> Features:
     """The paths as features of the skin."""
+    paths = found.paths
     edges = np.concatenate([_links(path.nodes) for path in paths])
     curves = np.concatenate([np.full(len(path.nodes) - 1, path.piece.curve) for path in paths])
     kind = np.full(len(skin.points), SMOOTH, dtype=np.int8)
@@ -106,13 +109,13 @@ def _own_features(skin: Skin, paths: list[Path], features: Features) -> Features
     ends = np.array([path.nodes[[0, -1]] for path in paths])
     there = np.array([path.piece.ends for path in paths])
     kind[ends[features.kind[there] == CORNER]] = CORNER
-    return Features(kind, edges, curves, cut_patches(skin.quads, edges))
+    return Features(kind, edges, curves, found.patches)
 
 
-def _on_sheets(skin: Skin, sheets: Ints, reference: SurfaceLocator, flat: float) -> Floats:
-    """The points, with the nodes of each sheet on it."""
+def _on_sheets(skin: Skin, sheets: Ints, which: Ints, reference: SurfaceLocator, flat: float) -> Floats:
+    """The points, with the nodes of some sheets on these."""
     points = skin.points.copy()
-    for sheet in range(int(sheets.max()) + 1):
+    for sheet in which.tolist():
         nodes = np.unique(skin.quads[sheets == sheet])
         points[nodes] = _on_sheet(points[nodes], sheet, reference, flat)
     return points

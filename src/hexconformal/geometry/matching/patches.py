@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,50 +13,125 @@ from ..edges import edge_table
 from ..faces import Faces
 from .paths import Path
 
-__all__ = ["cut_patches", "matched_sheets"]
+__all__ = ["Sheets", "matched_sheets"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
-def cut_patches(faces: Ints, curves: Ints) -> Ints:
-    """(f,) patch of each face of a surface that edges (k, 2) cut."""
-    table = edge_table(faces)
-    width = int(faces.max()) + 1
-    cut = np.isin(table.nodes[table.manifold] @ [width, 1], np.sort(curves, axis=1) @ [width, 1])
-    return connected_components(table.sides[~cut], len(faces))
+@dataclass(frozen=True, eq=False)
+class Sheets:
+    """Patches of two surfaces that belong together.
+
+    Attributes
+    ----------
+    paths
+        The paths that cut them.
+    patches
+        (q,) patch of each face of the mesh.
+    ours, theirs
+        (q,) and (f,) the sheet of each face of the mesh and of the reference: each has faces of both.
+    alike
+        (s,) sheets that are connected in the same way on both.
+    beside
+        Per path the sheets on both its sides.
+    unseen
+        Per path True beside a patch of the mesh that the reference has nothing for: where this has a border.
+    """
+
+    paths: list[Path]
+    patches: Ints
+    ours: Ints
+    theirs: Ints
+    alike: Mask
+    beside: list[set[int]]
+    unseen: list[bool]
+
+    def without(self, path: int, rule: str) -> bool:
+        """True where a path is to be left out by one of the rules of :func:`matched_sheets`."""
+        sheets = self.beside[path]
+        wrong = not bool(self.alike[list(sheets)].all())
+        return {"unseen": self.unseen[path], "inside": wrong and len(sheets) == 1, "around": wrong}[rule]
 
 
-def matched_sheets(
-    mesh: SurfaceLocator, patches: Ints, reference: SurfaceLocator, others: Ints, paths: list[Path]
-) -> tuple[Ints, Ints]:
+def matched_sheets(mesh: SurfaceLocator, reference: SurfaceLocator, paths: list[Path]) -> Sheets:
     """Find which patches of a mesh and of a reference belong together.
 
     To the left of a path is what is to the left of the curve that it follows; patches without curves belong to those
-    that they are closest to.
+    that they are closest to. Left out are curves beside a patch for which the reference has nothing, and where a sheet
+    has other holes or parts in the mesh than in the reference, curves inside of it, then those around it.
 
     Parameters
     ----------
     mesh, reference
         The surfaces, with the same side out.
-    patches, others
-        (q,) and (f,) patch of each of their faces.
     paths
         What follows what.
-
-    Returns
-    -------
-    (q,) and (f,) the sheet of each face, numbers from 0 on: each has faces of both surfaces.
     """
-    count, number = int(patches.max()) + 1, int(others.max()) + 1
-    votes = np.zeros((count, number))
+    found = _sheets(mesh, reference, paths)
+    for rule in ("unseen", "inside", "around"):
+        dropped = {path.piece.curve for i, path in enumerate(found.paths) if found.without(i, rule)}
+        if dropped:
+            found = _sheets(mesh, reference, [path for path in found.paths if path.piece.curve not in dropped])
+    return found
+
+
+def _sheets(mesh: SurfaceLocator, reference: SurfaceLocator, paths: list[Path]) -> Sheets:
+    patches = _cut(mesh.faces, [path.nodes for path in paths])
+    others = _cut(reference.faces, [path.piece.nodes for path in paths])
     left, beside = _left_faces(mesh.faces), _left_faces(reference.faces)
+    sides = []
     for path in paths:
         for way in (1, -1):
-            ours = {patches[left[pair]] for pair in _pairs(path.nodes[::way]) if pair in left}
-            theirs = {others[beside[pair]] for pair in _pairs(path.piece.nodes[::way]) if pair in beside}
-            if len(ours) == len(theirs) == 1:
-                votes[ours.pop(), theirs.pop()] += len(path.nodes)
+            ours = {int(patches[left[pair]]) for pair in _pairs(path.nodes[::way]) if pair in left}
+            theirs = {int(others[beside[pair]]) for pair in _pairs(path.piece.nodes[::way]) if pair in beside}
+            sides.append((ours, theirs))
+    votes = np.zeros((int(patches.max()) + 1, int(others.max()) + 1))
+    for i, (ours, theirs) in enumerate(sides):
+        if len(ours) == len(theirs) == 1:
+            votes[min(ours), min(theirs)] += len(paths[i // 2].nodes)
+    seen = np.asarray(votes.any(axis=1))
+    of_ours, of_theirs = _together(votes, mesh, patches, reference, others)
+    sheets, unseen = [], []
+    for i in range(len(paths)):
+        one, other = sides[2 * i], sides[2 * i + 1]
+        sheets.append({int(of_ours[i]) for i in one[0] | other[0]} | {int(of_theirs[i]) for i in one[1] | other[1]})
+        unseen.append(not bool(seen[list(one[0] | other[0])].all()))
+    here, there = of_ours[patches], of_theirs[others]
+    alike = _euler_characteristics(mesh.faces, here) == _euler_characteristics(reference.faces, there)
+    # A hole that is a defect of the reference says nothing about the mesh.
+    table = edge_table(reference.faces)
+    open_faces = (table.counts == 1)[table.of_corners].reshape(len(others), -1).any(axis=1)
+    alike[there[open_faces]] = True
+    return Sheets(paths, patches, here, there, alike, sheets, unseen)
+
+
+def _cut(faces: Ints, chains: list[Ints]) -> Ints:
+    """(f,) patch of each face of a surface that chains of nodes cut."""
+    table, width = edge_table(faces), [int(faces.max()) + 1, 1]
+    edges = np.concatenate([np.empty((0, 2), np.int64), *(np.column_stack([c[:-1], c[1:]]) for c in chains)])
+    cut = np.isin(table.nodes[table.manifold] @ width, np.sort(edges, axis=1) @ width)
+    return connected_components(table.sides[~cut], len(faces))
+
+
+def _euler_characteristics(faces: Ints, sheets: Ints) -> Ints:
+    """(s,) nodes - edges + faces of each sheet of a surface."""
+    count = int(sheets.max()) + 1
+    corners, after = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    of, width = np.repeat(sheets, faces.shape[1]), int(faces.max()) + 1
+    nodes = np.unique(of * width + corners) // width
+    edges = np.unique((of * width + np.minimum(corners, after)) * width + np.maximum(corners, after)) // width**2
+    counts = [np.bincount(found, minlength=count) for found in (nodes, edges, sheets)]
+    return np.asarray(counts[0] - counts[1] + counts[2])
+
+
+def _together(
+    votes: Floats, mesh: SurfaceLocator, patches: Ints, reference: SurfaceLocator, others: Ints
+) -> tuple[Ints, Ints]:
+    """The sheet of each patch of both surfaces, numbers from 0 on: each has those that most of its sides vote for."""
+    count, number = votes.shape
+    votes = votes.copy()
     nearest = others[reference.closest(mesh.points[mesh.faces].mean(axis=1)).faces]
     close = np.zeros_like(votes)
     np.add.at(close, (patches, nearest), 1.0)
@@ -72,7 +149,7 @@ def matched_sheets(
         ]
     )
     sheets = np.unique(connected_components(pairs, count + number), return_inverse=True)[1].ravel()
-    return sheets[:count][patches], sheets[count:][others]
+    return sheets[:count], sheets[count:]
 
 
 def _pairs(nodes: Ints) -> list[tuple[int, int]]:
