@@ -148,25 +148,28 @@ def find_paths(skin: Skin, points: Floats, pieces: list[Piece], schedule: Matchi
 def _candidates(
     skin: Skin, points: Floats, ends: list[int], pieces: list[Piece], schedule: MatchingSchedule
 ) -> tuple[Ints, Floats]:
-    """(k, c) nodes of the skin near some ends, the nearest first, and the squares of their distances in edges.
+    """(k, c) nodes of the skin near some ends, the nearest first, and what each costs (k, c).
 
-    Where tags tell which nodes are on all the curves that meet there, the nearest of these.
+    That is the square of its distance, and how far the number of cells around it is from the octants of the solid
+    there. Where tags tell which nodes are on all the curves that meet there, these alone come into question.
     """
     count = min(schedule.candidates, len(skin.nodes))
     found = cKDTree(skin.points[skin.nodes]).query(points[ends], k=np.arange(1, count + 1))
     distances, nodes = np.asarray(found[0]), skin.nodes[found[1]]
-    for i, end in enumerate(ends if skin.tags is not None else ()):
-        on = np.ones(len(skin.points), dtype=bool)
-        for piece in pieces:
-            if end in piece.ends:
-                on &= np.isin(np.arange(len(on)), skin.edges[skin.between(piece.tags)])
-        tagged = np.flatnonzero(on)
+    # Angles of a polygon on the unit sphere tell its area.
+    octants = np.full(len(ends), 4.0)
+    for i, end in enumerate(ends):
+        here = [piece for piece in pieces if end in piece.ends]
+        octants[i] += sum(piece.sectors - 2.0 for piece in here)
+        lines = [skin.edges[between] for between in map(skin.between, {p.tags for p in here}) if between.any()]
+        tagged = skin.nodes[np.all([np.isin(skin.nodes, line) for line in lines], axis=0)] if lines else skin.nodes[:0]
         if len(tagged):
             away = np.linalg.norm(skin.points[tagged] - points[end], axis=1)
             # Where there are fewer the last one comes again.
             order = np.argsort(away, kind="stable")[np.minimum(np.arange(count), len(tagged) - 1)]
             nodes[i], distances[i] = tagged[order], away[order]
-    return nodes, (distances / skin.sizes[nodes]) ** 2
+    misfit = np.abs(np.bincount(skin.cells.ravel(), minlength=len(skin.points))[nodes] - octants[:, None])
+    return nodes, (distances / skin.sizes[nodes]) ** 2 + schedule.misfit * misfit
 
 
 @dataclass(frozen=True, eq=False)
