@@ -120,3 +120,30 @@ def test_folded_patches_come_out_unfolded():
         outward = points[skin.quads].mean(axis=1) - 0.5
         outward = np.sign(outward) * (np.abs(outward) > 0.5 - 1e-9)
         assert (np.einsum("qki,qi->qk", normals, outward) <= 0).any() == folded
+
+
+def test_curves_around_what_the_mesh_has_otherwise_are_left_out():
+    # A square tube: the mesh has no hole, its lids over both ends would be drawn to the walls of the hole.
+    points, cells = generate.box((6, 6, 6))
+    tube, around = generate.box((3, 3, 1))
+    around = around[~(np.abs(tube[around].mean(axis=1)[:, :2] - 0.5) < 0.05).all(axis=1)]
+    surface = SurfaceLocator(tube, boundary_quads(around)[0])
+    features = find_features(tube, surface.faces)
+    matching = match_features(skin_of(points, cells), surface, features, 1e-9)
+    assert len(np.unique(features.curves)) == 24
+    on_box = ((np.abs(points) < 1e-9) | (np.abs(points - 1) < 1e-9)).sum(axis=1) >= 2
+    assert on_box[matching.features.edges].all()
+
+
+def test_curves_around_what_the_surface_has_not_are_left_out():
+    points, cells = generate.box((6, 6, 6))
+    whole = pv.Box((0, 1, 0, 1, 0, 1)).triangulate().subdivide(2)
+    faces = whole.faces.reshape(-1, 4)[:, 1:]
+    middle = np.abs(np.asarray(whole.points)[faces].mean(axis=1) - [0.5, 0.5, 1.0]).max(axis=1) < 0.26
+    surface = SurfaceLocator(np.asarray(whole.points, float), faces[~middle])
+    features = find_features(surface.points, surface.faces)
+    matching = match_features(skin_of(points, cells), surface, features, 1e-9)
+    on_box = ((np.abs(points) < 1e-9) | (np.abs(points - 1) < 1e-9)).sum(axis=1) >= 2
+    assert len(np.unique(features.curves)) > 12
+    assert on_box[matching.features.edges].all()
+    assert len(matching.features.corners) == 8

@@ -44,7 +44,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         " squares of the mean edge (default %(default)g)",
     )  # fmt: skip
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
-    shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
+    shape.add_argument(
+        "--surface", metavar="FILE", help="slide on this surface (.stl, .ply, ...), on its sharp edges and corners"
+    )
     shape.add_argument(
         "--interfaces", default=Options.interfaces, metavar="auto|ignore|NAME", help="faces between regions are kept:"
         " those that the file tells apart, none, or those of a cell array (default %(default)s)",

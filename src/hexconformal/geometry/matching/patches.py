@@ -36,8 +36,10 @@ class Sheets:
         (s,) sheets that are connected in the same way on both.
     beside
         Per path the sheets on both its sides.
-    unseen
-        Per path True beside a patch of the mesh that the reference has nothing for: where this has a border.
+    beside_patches
+        Per path the patches of the mesh on both its sides.
+    seen
+        (p,) patches of the mesh that the reference has something for: beside none of its borders.
     """
 
     paths: list[Path]
@@ -46,13 +48,16 @@ class Sheets:
     theirs: Ints
     alike: Mask
     beside: list[set[int]]
-    unseen: list[bool]
+    beside_patches: list[set[int]]
+    seen: Mask
 
-    def without(self, path: int, rule: str) -> bool:
-        """True where a path is to be left out by one of the rules of :func:`matched_sheets`."""
-        sheets = self.beside[path]
-        wrong = not bool(self.alike[list(sheets)].all())
-        return {"unseen": self.unseen[path], "inside": wrong and len(sheets) == 1, "around": wrong}[rule]
+    def unseen(self) -> list[bool]:
+        """The paths beside a patch that the reference has nothing for."""
+        return [not bool(self.seen[list(patches)].all()) for patches in self.beside_patches]
+
+    def unlike(self) -> list[bool]:
+        """The paths beside a sheet that is not connected in the same way on both."""
+        return [not bool(self.alike[list(sheets)].all()) for sheets in self.beside]
 
 
 def matched_sheets(mesh: SurfaceLocator, reference: SurfaceLocator, paths: list[Path]) -> Sheets:
@@ -60,7 +65,7 @@ def matched_sheets(mesh: SurfaceLocator, reference: SurfaceLocator, paths: list[
 
     To the left of a path is what is to the left of the curve that it follows; patches without curves belong to those
     that they are closest to. Left out are curves beside a patch for which the reference has nothing, and where a sheet
-    has other holes or parts in the mesh than in the reference, curves inside of it, then those around it.
+    has other holes or parts in the mesh than in the reference, those around it.
 
     Parameters
     ----------
@@ -70,8 +75,8 @@ def matched_sheets(mesh: SurfaceLocator, reference: SurfaceLocator, paths: list[
         What follows what.
     """
     found = _sheets(mesh, reference, paths)
-    for rule in ("unseen", "inside", "around"):
-        dropped = {path.piece.curve for i, path in enumerate(found.paths) if found.without(i, rule)}
+    for rule in (Sheets.unseen, Sheets.unlike):
+        dropped = {path.piece.curve for path, out in zip(found.paths, rule(found), strict=True) if out}
         if dropped:
             found = _sheets(mesh, reference, [path for path in found.paths if path.piece.curve not in dropped])
     return found
@@ -93,18 +98,18 @@ def _sheets(mesh: SurfaceLocator, reference: SurfaceLocator, paths: list[Path]) 
             votes[min(ours), min(theirs)] += len(paths[i // 2].nodes)
     seen = np.asarray(votes.any(axis=1))
     of_ours, of_theirs = _together(votes, mesh, patches, reference, others)
-    sheets, unseen = [], []
+    sheets, own = [], []
     for i in range(len(paths)):
         one, other = sides[2 * i], sides[2 * i + 1]
         sheets.append({int(of_ours[i]) for i in one[0] | other[0]} | {int(of_theirs[i]) for i in one[1] | other[1]})
-        unseen.append(not bool(seen[list(one[0] | other[0])].all()))
+        own.append(one[0] | other[0])
     here, there = of_ours[patches], of_theirs[others]
     alike = _euler_characteristics(mesh.faces, here) == _euler_characteristics(reference.faces, there)
     # A hole that is a defect of the reference says nothing about the mesh.
     table = edge_table(reference.faces)
     open_faces = (table.counts == 1)[table.of_corners].reshape(len(others), -1).any(axis=1)
     alike[there[open_faces]] = True
-    return Sheets(paths, patches, here, there, alike, sheets, unseen)
+    return Sheets(paths, patches, here, there, alike, sheets, own, seen)
 
 
 def _cut(faces: Ints, chains: list[Ints]) -> Ints:
