@@ -125,7 +125,7 @@ def faces_of_a_box(centres, split):
     return np.select(sides, [1, 3, 4, 5, 6, 7], 2)
 
 
-def test_tags_on_both_sides_tell_which_line_is_which():
+def test_tags_on_both_sides_tell_which_line_is_which(tmp_path):
     # The line across the top is at .5 in the mesh and at .2 on the surface: by place it would be another row.
     points, cells = generate.box((6, 6, 6))
     quads, _ = boundary_quads(cells)
@@ -141,10 +141,12 @@ def test_tags_on_both_sides_tell_which_line_is_which():
     line = (np.abs(points[:, 0] - 0.5) < 1e-9) & (points[:, 2] > 1 - 1e-9)
 
     surface.cell_data["tag"] = faces_of_a_box(there[sides].mean(axis=1), 0.2)
-    by_tags = hc.regularize(grid, surface=surface)
-    assert np.abs(by_tags.points[line] - [0.2, 0.5, 1.0])[:, [0, 2]].max() < 1e-9
-    assert by_tags.report.after.invalid == 0
-    assert any("by tags and angle" in note for note in by_tags.report.notes)
+    surface.save(tmp_path / "tags.vtp")
+    for given in (surface, tmp_path / "tags.vtp"):
+        by_tags = hc.regularize(grid, surface=given)
+        assert np.abs(by_tags.points[line] - [0.2, 0.5, 1.0])[:, [0, 2]].max() < 1e-9
+        assert by_tags.report.after.invalid == 0
+        assert any("by tags and angle" in note for note in by_tags.report.notes)
 
 
 def test_lines_that_come_with_a_surface_are_curves_of_it(tmp_path):

@@ -162,11 +162,14 @@ def triangles(dataset: Any) -> Any:
         dataset = grid.extract_surface(algorithm="dataset_surface")
     bare = dataset.copy(deep=False)
     bare.clear_data()
-    bare.cell_data["face"] = np.arange(bare.n_cells)
+    # Cells come in this order: points, lines, faces.
+    others = dataset.n_verts + dataset.n_lines
+    bare.verts, bare.lines = np.empty(0, np.int64), np.empty(0, np.int64)
+    bare.cell_data["face"] = np.arange(others, others + bare.n_cells)
     # Files of separate triangles repeat their points: only joined ones tell which triangles touch.
     joined = bare.triangulate().clean(tolerance=0.0, lines_to_points=False, polys_to_lines=False)
     faces = np.array(joined.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
-    of = np.asarray(joined.cell_data["face"])[joined.n_cells - len(faces) :]
+    of = np.asarray(joined.cell_data["face"]) if len(faces) else np.empty(0, np.int64)
     proper = (np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)
     faces, of = faces[proper], of[proper]
     if len(faces) == 0:

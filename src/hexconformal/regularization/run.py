@@ -279,8 +279,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
 
         How the shape is kept: `boundary` ("slide", "fixed", "free"), `hausdorff` (how far a curved boundary may
         move, in diagonals of the bounding box), `constraint` ("barrier", "compatible", relaxed by `eps`), `features`
-        ("auto", "keep", "soft": sharp edges and corners), `surface` (another one to slide on, with its sharp edges), `interfaces`
-        (between regions: "auto", "ignore", an array), `conserve_volume`, `fixed` (nodes to hold).
+        ("auto", "keep", "soft": sharp edges and corners), `surface` (another one to slide on, with its features),
+        `interfaces` (between regions: "auto", "ignore", an array), `conserve_volume`, `fixed` (nodes to hold).
 
         What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or target volumes), `weight`
         ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),

@@ -74,6 +74,20 @@ def match_features(
     Returns
     -------
     What is matched with what, and where it belongs; None where no curve was found again.
+
+    Examples
+    --------
+    A box that is a little too small, on a larger one.
+
+    >>> from hexconformal.generate import box
+    >>> from hexconformal.geometry import find_features
+    >>> from hexconformal.mesh import boundary_quads
+    >>> points, cells = box((3, 3, 3))
+    >>> quads = boundary_quads(cells)[0]
+    >>> larger = SurfaceLocator(1.1 * points - 0.05, quads)
+    >>> matching = match_features(Skin(points, quads, cells), larger, find_features(larger.points, quads), 1e-9)
+    >>> len(matching.features.corners), matching.points.min().round(9), matching.points.max().round(9)
+    (8, np.float64(-0.05), np.float64(1.05))
     """
     schedule = MatchingSchedule() if schedule is None else schedule
     pieces = curve_pieces(surface, features, schedule.direct, tags)

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from ...elements import EDGES
 from ...mesh import unique_edges
@@ -153,6 +152,9 @@ def _candidates(
     That is the square of its distance, and how far the number of cells around it is from the octants of the solid
     there. Where tags tell which nodes are on all the curves that meet there, these alone come into question.
     """
+    # A quarter of a second, that only this needs.
+    from scipy.spatial import cKDTree
+
     count = min(schedule.candidates, len(skin.nodes))
     found = cKDTree(skin.points[skin.nodes]).query(points[ends], k=np.arange(1, count + 1))
     distances, nodes = np.asarray(found[0]), skin.nodes[found[1]]
