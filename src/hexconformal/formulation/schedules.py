@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..common import Schedule, tuned
-from ..geometry import BarrierSchedule, FeatureSchedule
+from ..geometry import BarrierSchedule, FeatureSchedule, MatchingSchedule
 from ..solver import MultigridSchedule, NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
@@ -127,6 +127,23 @@ class UnfoldingSchedule(Schedule):
     wider_bounds: tuple[float, ...] = tuned((0.05, 0.1, 0.2), 0.0, 1.0)
     other_features: int = tuned(2, 0, 2)
     return_steepness: float = tuned(12.5)
+
+
+@dataclass(frozen=True)
+class FittingSchedule(Schedule):
+    """Unfolding a mesh whose skin has been put on another surface.
+
+    Attributes
+    ----------
+    few_folded
+        Share of folded cells up to which patches are unfolded from where they are: there cells have the sizes that they
+        should have, which thin layers at the mean of their neighbours have not.
+    patience
+        Rounds of patches without success before another start is tried.
+    """
+
+    few_folded: float = tuned(0.15, 0.0, 1.0)
+    patience: int = tuned(3)
 
 
 @dataclass(frozen=True)
@@ -305,6 +322,7 @@ class Schedules:
     """
 
     features: FeatureSchedule = field(default_factory=FeatureSchedule)
+    matching: MatchingSchedule = field(default_factory=MatchingSchedule)
     barrier: BarrierSchedule = field(default_factory=BarrierSchedule)
     newton: NewtonSchedule = field(default_factory=NewtonSchedule)
     search: SearchSchedule = field(default_factory=SearchSchedule)
@@ -313,6 +331,7 @@ class Schedules:
     interior: InteriorSchedule = field(default_factory=InteriorSchedule)
     folded: FoldedSchedule = field(default_factory=FoldedSchedule)
     unfolding: UnfoldingSchedule = field(default_factory=UnfoldingSchedule)
+    fitting: FittingSchedule = field(default_factory=FittingSchedule)
     minimization: MinimizationSchedule = field(default_factory=MinimizationSchedule)
     worst_cells: WorstCellsSchedule = field(default_factory=WorstCellsSchedule)
     returning: ReturnSchedule = field(default_factory=ReturnSchedule)

@@ -7,7 +7,7 @@ Belongs here: the geometry of surfaces of triangles and quadrilaterals, once for
 from .area_vectors import enclosed_volume, face_area_vectors, nodal_area_vectors, simpson_mean, unit_vectors
 from .areas import area_gradient, corner_angles, face_areas, mean_edge_length, nodal_areas, slivers
 from .barrier_schedule import BarrierSchedule
-from .closest_point import ClosestPoints, SurfaceLocator
+from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .closest_point_kernels import walk
 from .distance_barrier import DistanceBarrier
 from .edges import EdgeTable, edge_table
@@ -27,8 +27,10 @@ from .features import (
     kept_edges,
     nonmanifold_nodes,
     wire_features,
+    with_one_side_out,
 )
 from .hausdorff import distance_between, faces_beyond, hausdorff
+from .matching import Matching, MatchingSchedule, Skin, match_features
 
 __all__ = [
     "CORNER",
@@ -37,12 +39,16 @@ __all__ = [
     "BarrierSchedule",
     "ClosestPoints",
     "CreaseSchedule",
+    "CurveLocator",
     "DistanceBarrier",
     "EdgeTable",
     "Faces",
     "FeatureSchedule",
     "Features",
     "InnerSheets",
+    "Matching",
+    "MatchingSchedule",
+    "Skin",
     "SurfaceLocator",
     "area_gradient",
     "corner_angles",
@@ -60,6 +66,7 @@ __all__ = [
     "hausdorff",
     "joined_features",
     "kept_edges",
+    "match_features",
     "mean_edge_length",
     "nodal_area_vectors",
     "nodal_areas",
@@ -69,4 +76,5 @@ __all__ = [
     "unit_vectors",
     "walk",
     "wire_features",
+    "with_one_side_out",
 ]

@@ -88,17 +88,9 @@ class SurfaceLocator:
         MeshError
             If this is nothing pyvista can wrap, has no faces, or points that are not finite.
         """
-        import pyvista as pv
+        from ..io import triangles_of
 
-        from ..io import triangles
-
-        try:
-            dataset = pv.wrap(source)
-        except (NotImplementedError, TypeError, ValueError):
-            dataset = source
-        if not isinstance(dataset, pv.DataSet):
-            raise MeshError(f"a surface must be one pyvista dataset, or a path, not {type(source).__name__}")
-        poly = triangles(dataset)
+        poly = triangles_of(source)
         return cls(np.asarray(poly.points), np.asarray(poly.faces).reshape(-1, 4)[:, 1:])
 
     def with_points(self, points: Floats) -> SurfaceLocator:

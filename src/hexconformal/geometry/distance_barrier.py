@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ..energy import Assembly, Patch, Term
 from .barrier_schedule import BarrierSchedule, Steep
 from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
-from .closest_point import SurfaceLocator
+from .closest_point import CurveLocator, SurfaceLocator
 from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors
 from .features import Features
 from .hausdorff import hausdorff, peaks, surface_samples
@@ -50,8 +50,7 @@ class DistanceBarrier(Term):
     steepness
         k / (t1 - t0) of equation (14); larger where the bound is not kept.
     reference
-        Surface to return to, if it is not the original one; its nodes are the backward samples, and the
-        features of the original are not kept.
+        Surface to return to, if it is not the original one; its nodes are the backward samples.
     forward, backward, curves
         Samples of the moved surface, of the original or reference, and of features.
     measured_at
@@ -87,6 +86,7 @@ class DistanceBarrier(Term):
         features: Features | None = None,
         reference: SurfaceLocator | None = None,
         schedule: BarrierSchedule | None = None,
+        there: CurveLocator | None = None,
     ) -> DistanceBarrier:
         """The barrier of a boundary that is still where it was.
 
@@ -98,6 +98,9 @@ class DistanceBarrier(Term):
             Curves and corners to keep; None where there are none, or they may be soft.
         schedule
             The numbers of equation (14).
+        there
+            Curves that those of the features belong to, by their numbers, if these are not the curves themselves; with
+            another surface no features are kept without.
 
         Examples
         --------
@@ -119,11 +122,11 @@ class DistanceBarrier(Term):
         else:
             _, first = np.unique(reference.nodes_of_sheets, return_index=True)
             nodes, of = reference.points[reference.faces.ravel()[first]], first // reference.faces.shape[1]
-            there = reference.closest(places, reference.any_of_sheet(original, faces))
+            ahead = reference.closest(places, reference.any_of_sheet(original, faces))
             here = original.closest(nodes, original.any_of_sheet(reference, of))
-            forward = Samples.forward(faces, weights, there.faces, there.distances, at_node)
+            forward = Samples.forward(faces, weights, ahead.faces, ahead.distances, at_node)
             backward = Samples.backward(nodes, here.faces, here.distances)
-            curves = Curves.of(points, None)
+            curves = Curves.of(points, None if there is None else features, there)
         schedule = BarrierSchedule() if schedule is None else schedule
         return cls(
             original, bound, schedule.steepness, reference, forward, backward, curves, points, schedule.wall,

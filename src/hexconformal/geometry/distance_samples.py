@@ -163,8 +163,8 @@ class Curves:
     slack_corners: Mask
 
     @classmethod
-    def of(cls, points: Field, features: Features | None) -> Curves:
-        """The features that are not soft."""
+    def of(cls, points: Field, features: Features | None, there: CurveLocator | None = None) -> Curves:
+        """The features that are not soft; near to where they are, or to curves of the same numbers elsewhere."""
         none, never = np.empty(0, np.int64), np.empty(0, bool)
         if features is None or features.soft:
             return cls(None, np.empty((0, 2), np.int64), np.empty((0, 2)), none, never, none, never)
@@ -180,8 +180,13 @@ class Curves:
         if len(edges) == 0:
             return cls(None, nodes, weights, none, never, *corners)
         near = np.concatenate([first // 2, np.arange(len(edges))])
-        locator = CurveLocator(points, edges, features.curves)
-        return cls(locator, nodes, weights, near, features.slack[near], *corners)
+        slack, locator = features.slack[near], CurveLocator(points, edges, features.curves)
+        if there is not None:
+            places, locator = np.einsum("kj,kji->ki", weights, points[nodes]), there
+            near = locator.closest(places, features.curves[near]).faces
+            # Nodes can lie on another curve; the middle of an edge is where its bend puts it.
+            slack[len(first) :] = True
+        return cls(locator, nodes, weights, near, slack, *corners)
 
     def restricted(self, patch: Patch) -> Curves:
         """Those that can move."""

@@ -10,7 +10,7 @@ from .format_tools.file_checks.references import outside_references_allowed
 from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_named_by, read_contents
 from .formats.vtk import write_vtk
 from .meshio_mesh import MeshioOrigin
-from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles
+from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles, triangles_of
 from .read_write import as_hex_mesh, library_of, read, read_surface, write
 from .selection import Selection
 from .source_file import SourceFile
@@ -39,6 +39,7 @@ __all__ = [
     "read_surface",
     "to_pyvista",
     "triangles",
+    "triangles_of",
     "updated_dataset",
     "write",
     "write_vtk",

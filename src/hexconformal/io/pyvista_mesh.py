@@ -26,6 +26,7 @@ __all__ = [
     "grid_from_arrays",
     "to_polydata",
     "triangles",
+    "triangles_of",
 ]
 
 _HEXAHEDRON, _POLYHEDRON = 12, 42
@@ -158,6 +159,8 @@ def grid_from_arrays(mesh: HexMesh) -> Any:
 def triangles(dataset: Any) -> Any:
     """The faces of a pyvista dataset, or the skin of its solid cells if it has any, as PolyData of triangles.
 
+    These have the integers that faces had, one each; nodes (k, 2) of lines are the field data `lines`.
+
     Raises
     ------
     MeshError
@@ -175,17 +178,66 @@ def triangles(dataset: Any) -> Any:
         dataset = grid.extract_surface(algorithm="dataset_surface")
     bare = dataset.copy(deep=False)
     bare.clear_data()
+    # Cells come in this order: points, lines, faces.
+    others = dataset.n_verts + dataset.n_lines
+    bare.verts, bare.lines = np.empty(0, np.int64), np.empty(0, np.int64)
+    bare.cell_data["face"] = np.arange(others, others + bare.n_cells)
     # Files of separate triangles repeat their points: only joined ones tell which triangles touch.
     joined = bare.triangulate().clean(tolerance=0.0, lines_to_points=False, polys_to_lines=False)
     faces = np.array(joined.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
-    faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
+    of = np.asarray(joined.cell_data["face"]) if len(faces) else np.empty(0, np.int64)
+    proper = (np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)
+    faces, of = faces[proper], of[proper]
     if len(faces) == 0:
         raise MeshError("a surface must have faces that are no lines or points; this one has none")
     points = np.array(joined.points, dtype=np.float64)
     bad, text = unusable_points(points)
     if len(bad):
         raise MeshError(text)
-    return pv.PolyData.from_regular_faces(points, faces)
+    surface = pv.PolyData.from_regular_faces(points, faces)
+    for name, array in dataset.cell_data.items():
+        if array.ndim == 1 and array.dtype.kind in "iu" and not name.startswith("vtkOriginal"):
+            surface.cell_data[name] = np.asarray(array)[of]
+    lines = _lines(dataset, points)
+    if len(lines):
+        surface.field_data["lines"] = lines
+    return surface
+
+
+def _lines(dataset: Any, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The lines (k, 2) of PolyData, or those that its field data have, between points (n, 3) that are at their ends."""
+    table, pairs = np.asarray(dataset.lines), [np.empty((0, 2), dtype=np.int64)]
+    while len(table):
+        chain, table = table[1 : table[0] + 1], table[table[0] + 1 :]
+        pairs.append(np.column_stack([chain[:-1], chain[1:]]))
+    if "lines" in dataset.field_data:
+        pairs.append(np.asarray(dataset.field_data["lines"]))
+    ends = np.concatenate(pairs)
+    places = np.asarray(dataset.points, dtype=np.float64)[ends.ravel()]
+    same = np.unique(np.concatenate([points, places]), axis=0, return_inverse=True)[1].ravel()
+    known = np.full(len(points) + len(places), -1, dtype=np.int64)
+    known[same[: len(points)]] = np.arange(len(points))
+    found = known[same[len(points) :]].reshape(-1, 2)
+    return found[(found >= 0).all(axis=1)]
+
+
+def triangles_of(source: Any) -> Any:
+    """The surface of anything pyvista can show, as :func:`triangles`.
+
+    Raises
+    ------
+    MeshError
+        If this is nothing pyvista can wrap, has no faces, or points that are not finite.
+    """
+    import pyvista as pv
+
+    try:
+        dataset = pv.wrap(source)
+    except (NotImplementedError, TypeError, ValueError):
+        dataset = source
+    if not isinstance(dataset, pv.DataSet):
+        raise MeshError(f"a surface must be one pyvista dataset, or a path, not {type(source).__name__}")
+    return triangles(dataset)
 
 
 def _flat(array: NDArray[Any]) -> NDArray[Any]:

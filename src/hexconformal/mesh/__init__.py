@@ -5,7 +5,7 @@ Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `e
 
 from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
 from .arrays import checked_cells, checked_data, checked_points, read_only
-from .carried_cells import CarriedCells
+from .carried_cells import CarriedCells, telling_tags
 from .couplings import Couplings, find_couplings
 from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded
@@ -60,5 +60,6 @@ __all__ = [
     "region_arrays",
     "region_surfaces",
     "scalar_matrix",
+    "telling_tags",
     "unique_edges",
 ]

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ..common import first_names
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import Formulation
-from ..geometry import BarrierSchedule, DistanceBarrier, InnerSheets, SurfaceLocator, distance_between, hausdorff
+from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdorff
 from ..mesh import NormalizedMesh, Regions, region_surfaces
+from .boundary import Boundary
 from .options import Record
 from .volume_restoration import enclosed_volumes, restore_volumes
 
@@ -44,10 +45,11 @@ def no_worse_than(record: Record, first: Record) -> bool:
     )
 
 
-def boundary_distance(points: Field, normalized: NormalizedMesh, barrier: DistanceBarrier | None, mode: str) -> float:
+def boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, mode: str) -> float:
     """Hausdorff distance of the boundary from where it was, or from the surface to slide on, in diagonals."""
-    if barrier is not None and barrier.reference is not None:
-        return distance_between(SurfaceLocator(points, normalized.quads), barrier.reference) / normalized.diagonal
+    barrier = boundary.barrier
+    if boundary.reference is not None:
+        return distance_between(SurfaceLocator(points, normalized.quads), boundary.reference) / normalized.diagonal
     # Only quads that have moved can be away from where they were.
     gone = (points != normalized.points).any(axis=1)
     moved = normalized.quads[gone[normalized.quads].any(axis=1)]
@@ -61,15 +63,18 @@ def boundary_distance(points: Field, normalized: NormalizedMesh, barrier: Distan
     return apart if quads is not moved or apart > _APART else 0.0
 
 
-def sheets_distance(points: Field, normalized: NormalizedMesh, inner: InnerSheets, bound: float) -> float:
+def sheets_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, bound: float) -> float:
     """Largest Hausdorff distance of the sheets inside from where each was, in diagonals; to 2 % of a bound."""
-    gone = (points != normalized.points).any(axis=1)
+    inner, start = boundary.inner, normalized.points if boundary.start is None else boundary.start
+    gone = (points != start).any(axis=1)
+    if inner is None or points is normalized.points:
+        return 0.0
     which = np.isin(inner.sheets, inner.sheets[gone[inner.quads].any(axis=1)])
     if not which.any():
         return 0.0
     numbers = np.unique(inner.sheets[which], return_inverse=True)[1]
     tolerance = BarrierSchedule.tolerance * bound * normalized.diagonal
-    apart = hausdorff(points, normalized.points, inner.quads[which], tolerance, sheets=numbers) / normalized.diagonal
+    apart = hausdorff(points, start, inner.quads[which], tolerance, sheets=numbers) / normalized.diagonal
     return apart if apart > _APART else 0.0
 
 

@@ -49,8 +49,12 @@ class Options:
         they are noise, or the stair steps of a voxel mesh.
     surface
         Surface to slide on instead of the input's own: a path or a pyvista mesh, which may be finer.
-        Cells may lose quality on the way, but none folds; the report says if the bound is not reached. Refused if
-        its bounding box is not about that of the mesh.
+        Its sharp curves and corners, lines between its tags (arrays as on quadrilaterals of the mesh), and lines that
+        it holds are matched with edges and nodes of the mesh's skin, which is put there: on flat faces, straight edges
+        and corners exactly. Curves between tags go to those between the same tags, where the mesh has them, others to
+        where they are near. Not with `features` "soft", or where "auto" takes them for noise. The skin may be tangled.
+        Cells may lose quality on the way, but none folds; the report says what is matched, and if the bound is not
+        reached. Refused if its bounding box is not about that of the mesh.
     interfaces
         Regions of the mesh (materials, parts, blocks), the faces between which are kept: "auto": what the mesh says, by
         sections of a deck, by an array such as material or gmsh:physical, or by sets of cells; "ignore": none; the name

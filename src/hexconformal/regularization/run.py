@@ -201,7 +201,7 @@ class Regularization:
 
     def _outcome(self) -> _Outcome:
         """The points the run comes to; the input where no better mesh keeps what is promised."""
-        normalized, barrier, bound = self._normalized, self._stages.state.boundary.barrier, self.options.hausdorff
+        normalized, boundary, bound = self._normalized, self._stages.state.boundary, self.options.hausdorff
         points, reason = self._points, self._stages.state.reason
         notes: list[str] = []
         if points is not normalized.points:
@@ -214,14 +214,13 @@ class Regularization:
                 points, notes = normalized.points, []
         if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
-        moved = boundary_distance(points, normalized, barrier, self.options.boundary)
-        inner = self._stages.state.boundary.inner
-        between = 0.0 if inner is None else sheets_distance(points, normalized, inner, bound)
+        moved = boundary_distance(points, normalized, boundary, self.options.boundary)
+        between = sheets_distance(points, normalized, boundary, bound)
         if between > bound:
             reason = f"an interface would move by {between:.4g}: the input is returned"
             return _Outcome(np.array(self.mesh.points), reason, 0.0)
         if self.options.boundary == "slide" and moved > bound:
-            if barrier is None or barrier.reference is None:
+            if boundary.reference is None:
                 reason = f"the surface would move by {moved:.4g}: the input is returned"
                 return _Outcome(np.array(self.mesh.points), reason, 0.0)
             notes.append(
@@ -241,7 +240,9 @@ class Regularization:
         if isinstance(self.options.target, str) and self.options.target == "auto":
             notes += auto_target_notes(self._normalized)
         held = np.asarray(~self._stages.state.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
-        bound, cell = attainable_scaled_jacobian(self._normalized.points, self._normalized.cells, held)
+        start = self._stages.state.boundary.start
+        start = self._normalized.points if start is None else start
+        bound, cell = attainable_scaled_jacobian(start, self._normalized.cells, held)
         if bound < _NOTED_BELOW:
             which = self._normalized.cell_labels[cell]
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
@@ -285,9 +286,9 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
 
         How the shape is kept: `boundary` ("slide", "fixed", "free"), `hausdorff` (how far a curved boundary may
         move, in diagonals of the bounding box), `constraint` ("barrier", "compatible", relaxed by `eps`), `features`
-        ("auto", "keep", "soft": sharp edges and corners), `surface` (another one to slide on), `interfaces`
-        (between regions: "auto", "ignore", an array), `couplings` (nodes that move together: "auto", "ignore", pairs),
-        `conserve_volume`, `fixed` (nodes to hold).
+        ("auto", "keep", "soft": sharp edges and corners), `surface` (another one to slide on, with its features),
+        `interfaces` (between regions: "auto", "ignore", an array), `couplings` (nodes that move together: "auto",
+        "ignore", pairs), `conserve_volume`, `fixed` (nodes to hold).
 
         What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or target volumes), `weight`
         ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),

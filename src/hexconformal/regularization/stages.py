@@ -15,6 +15,7 @@ from ..geometry import DistanceBarrier
 from ..untangling import improve_folded, untangle_interior
 from .boundary import Boundary
 from .compatible_steps import CompatibleSteps
+from .fitting import fit
 from .minimize import Minimization
 from .return_to_surface import return_to_surface
 from .setting import Setting
@@ -95,12 +96,14 @@ class Stages:
         formulation = setting.formulation(boundary)
         found = Unfolded(boundary, formulation, normalized.points, np.zeros(len(normalized.cells), dtype=bool))
         whole = found
+        if boundary.start is not None:
+            whole = found = yield from fit(setting, boundary)
         # The quaternionic energy does not see what is folded.
-        if options.energy == "barrier" and not normalized.valid.all():
+        elif options.energy == "barrier" and not normalized.valid.all():
             whole = found = yield from unfold(setting, boundary)
-            if found.bad.any():
-                found = hold_folded(setting, found)
-                yield Iteration("hold what stays inverted", found.points)
+        if found.bad.any():
+            found = hold_folded(setting, found)
+            yield Iteration("hold what stays inverted", found.points)
         formulation, points, earlier = found.formulation, found.points, [found.points]
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=found.notes)
         alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes

@@ -23,7 +23,7 @@ from ..formulation import Formulation, Iteration, UntanglingSchedule
 from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import UNCOUPLED, CoupledNodes, Equation, newton_step
 
-__all__ = ["folded_cells", "pull_back", "untangle"]
+__all__ = ["folded_cells", "harmonic", "pull_back", "untangle"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]

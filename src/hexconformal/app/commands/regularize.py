@@ -45,7 +45,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         " squares of the mean edge (default %(default)g)",
     )  # fmt: skip
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
-    shape.add_argument("--surface", metavar="FILE", help="slide on this surface, which may be finer (.stl, .ply, ...)")
+    shape.add_argument(
+        "--surface", metavar="FILE", help="slide on this surface (.stl, .ply, ...), on its sharp edges and corners"
+    )
     add_interfaces(shape, "faces between regions are kept")
     shape.add_argument(
         "--couplings", choices=("auto", "ignore"), default=Options.couplings, help="nodes that move together, as on"

@@ -3,7 +3,7 @@
 from .crack_fronts import kept_edges
 from .creases import find_creases
 from .feature_curves import CORNER, CURVE, SMOOTH, Features, find_features, nonmanifold_nodes
-from .inner_sheets import InnerSheets, find_inner_sheets, joined_features, wire_features
+from .inner_sheets import InnerSheets, find_inner_sheets, joined_features, wire_features, with_one_side_out
 from .schedules import CreaseSchedule, FeatureSchedule
 
 __all__ = [
@@ -21,4 +21,5 @@ __all__ = [
     "kept_edges",
     "nonmanifold_nodes",
     "wire_features",
+    "with_one_side_out",
 ]

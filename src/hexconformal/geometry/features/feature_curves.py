@@ -106,6 +106,7 @@ def find_features(
     mode: str = "auto",
     tolerance: float = 0.0,
     schedule: FeatureSchedule | None = None,
+    curves: Ints | None = None,
 ) -> Features:
     """Find the smooth patches of a boundary, the curves between them, and the corners.
 
@@ -134,6 +135,8 @@ def find_features(
         How far the surface may move, in units of length.
     schedule
         Numbers by which features are told from noise.
+    curves
+        (k, 2) nodes of edges that belong to a curve, too, whatever the angle.
 
     Raises
     ------
@@ -164,13 +167,18 @@ def find_features(
     fronts = np.zeros(len(edges.manifold), dtype=bool)
     if cells is not None:
         fronts = crack_fronts(points, faces, edges, cells, schedule.opening)
-    kept = fronts | (False if tags is None else _changes(tags, edges, len(faces)))
+    given = np.zeros_like(fronts)
+    if curves is not None:
+        width = [len(points), 1]
+        given = np.isin(edges.nodes[edges.manifold] @ width, np.sort(curves, axis=1) @ width)
+    kept = fronts | given | (False if tags is None else _changes(tags, edges, len(faces)))
     # Where a crease comes to a curve that is there anyhow it does not end freely.
     stops = nonmanifold.copy()
     stops[edges.nodes[np.union1d(edges.manifold[kept], edges.nonmanifold)]] = True
     soft, chosen, why = _by_angle(points, faces, edges, fronts, stops, angle, mode, tolerance, schedule)
     if kept.any() and mode != "soft":
-        by = [name for name, some in (("tags", kept & ~fronts), ("crack fronts", fronts)) if some.any()]
+        by = [name for name, some in (("tags", kept & ~fronts & ~given), ("crack fronts", fronts)) if some.any()]
+        by += ["lines"] if given.any() else []
         why = f"by {' and '.join(by)}, none by angle: {why}" if soft else f"by {', '.join(by)} and angle: {why}"
         soft, chosen = False, np.union1d(chosen[:0] if soft else chosen, edges.manifold[kept])
     chosen = np.union1d(chosen, edges.nonmanifold)

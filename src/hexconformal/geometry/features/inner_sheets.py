@@ -14,7 +14,7 @@ from .chains import chains
 from .feature_curves import CORNER, CURVE, SMOOTH, Features, find_features, nonmanifold_nodes
 from .schedules import FeatureSchedule
 
-__all__ = ["InnerSheets", "find_inner_sheets", "joined_features", "wire_features"]
+__all__ = ["InnerSheets", "find_inner_sheets", "joined_features", "wire_features", "with_one_side_out"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -73,7 +73,7 @@ def find_inner_sheets(
     """
     schedule = FeatureSchedule() if schedule is None else schedule
     edges = edge_table(quads)
-    quads = _with_one_side_out(quads, edges)
+    quads = with_one_side_out(quads, edges)
     faces, edges = Faces.of(quads), edge_table(quads)
     same = kinds[edges.sides[:, 0]] == kinds[edges.sides[:, 1]]
     sheets = connected_components(edges.sides[same], len(quads))
@@ -87,8 +87,9 @@ def find_inner_sheets(
     return InnerSheets(quads, sheets, features)
 
 
-def _with_one_side_out(quads: Ints, edges: EdgeTable) -> Ints:
-    """The quads, turned over where they have another side out than those beside."""
+def with_one_side_out(quads: Ints, edges: EdgeTable | None = None) -> Ints:
+    """Faces (k, 3) or (k, 4), turned over where they have another side out than those beside."""
+    edges = edge_table(quads) if edges is None else edges
     # Each quad is there twice, once with either side out; those that go together are connected.
     count, (one, other) = len(quads), edges.sides.T
     twin = np.where(edges.opposed, 0, count)

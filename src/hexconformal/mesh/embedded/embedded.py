@@ -35,6 +35,8 @@ class Embedded:
         (k,) which of them belong together: those with the same tag, in the same sets.
     skin_kinds
         (q,) the same of the boundary quads, 0 where nothing is said of them; where it changes is a curve.
+    skin_tags
+        (q,) the tags of boundary quads that come from one array, -1 where it has none.
     edges
         (e, 2) edges of hexahedra that are pieces of curves, the lower id first.
     edge_kinds
@@ -48,6 +50,7 @@ class Embedded:
     quads: Ints
     kinds: Ints
     skin_kinds: Ints
+    skin_tags: Ints
     edges: Ints
     edge_kinds: Ints
     held: Ints
@@ -87,7 +90,8 @@ def find_embedded(mesh: HexMesh, skin: Ints, with_sets: bool = True) -> Embedded
     node_sets, face_sets = (mesh.node_sets(), mesh.face_sets()) if with_sets else ({}, {})
     if not (node_sets or face_sets or any(len(some.nodes) for some in (quads, lines, triangles, vertices))):
         none = np.empty(0, dtype=np.int64)
-        return Embedded(none.reshape(0, 4), none, np.zeros(len(skin), np.int64), none.reshape(0, 2), none, none)
+        nothing = np.zeros(len(skin), np.int64)
+        return Embedded(none.reshape(0, 4), none, nothing, nothing - 1, none.reshape(0, 2), none, none)
     count = len(mesh.points)
     of_nodes = _parts_of_node_sets(mesh, skin, node_sets)
     sides = {f"side set {name!r}": nodes for name, nodes in face_sets.items()}
@@ -111,6 +115,7 @@ def find_embedded(mesh: HexMesh, skin: Ints, with_sets: bool = True) -> Embedded
         faces.inner,
         faces.inner_kinds,
         faces.known_kinds,
+        faces.known_tags,
         np.sort(edges.inner, axis=1),
         edges.inner_kinds,
         np.flatnonzero(held.mask),

@@ -26,8 +26,8 @@ class Classified:
         (k, j) those found that are not among the known ones.
     known_kinds, inner_kinds
         (q,) and (k,) kinds: those of the same kind have the same tag and are in the same sets; 0 is in none.
-    tags
-        Name of the array that tells known ones apart, "" if none does.
+    tags, known_tags
+        Name of the array that tells known ones apart, "" if none does, and its values (q,), -1 where it has none.
     carried_places
         For each carried cell its place among the known ones and then the inner ones, -1 if it is none of them.
     set_places
@@ -38,6 +38,7 @@ class Classified:
     known_kinds: Ints
     inner_kinds: Ints
     tags: str
+    known_tags: Ints
     carried_places: Ints
     set_places: Mapping[str, Ints]
 
@@ -77,21 +78,21 @@ def classify(
     own, *others = np.split(places, np.cumsum(lengths)[:-1])
     kinds = _Refinement(len(known) + len(inner))
     first, last = len(known), len(known) + len(inner)
-    tags = ""
+    tags, known_tags = "", np.full(first, -1, dtype=np.int64)
     for start, stop in ((0, first), (first, last)):
         mine = np.flatnonzero((own >= start) & (own < stop))
         found = telling_tags(carried, mine)
         kinds.split(own[mine])
         if found is not None:
-            tags = found[0] if start == 0 else tags
+            if start == 0:
+                tags, known_tags[own[mine]] = found
             kinds.split_by(own[mine], found[1])
     for mask in carried.sets.values():
         kinds.split(own[mask])
     for other in others:
         kinds.split(other)
-    return Classified(
-        inner, kinds.within(0, first), kinds.within(first, last), tags, own, dict(zip(sets, others, strict=True))
-    )
+    of_sets = dict(zip(sets, others, strict=True))
+    return Classified(inner, kinds.within(0, first), kinds.within(first, last), tags, known_tags, own, of_sets)
 
 
 class _Refinement:

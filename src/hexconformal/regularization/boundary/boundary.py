@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError
 from ...formulation import Schedules
 from ...geometry import (
+    CurveLocator,
     DistanceBarrier,
     Faces,
+    Features,
     InnerSheets,
     SurfaceLocator,
     fan_triangles,
@@ -22,7 +23,6 @@ from ...geometry import (
     kept_edges,
     wire_features,
 )
-from ...io import read_surface
 from ...mesh import NormalizedMesh
 from ...solver import (
     AdmissibleDirections,
@@ -33,6 +33,7 @@ from ...solver import (
 )
 from ..options import Options
 from .exact_parts import flat_normals, normals_of_curves, on_bent, planes_inside, wire_normals
+from .given_surface import Fit, GivenSurface, fit_to
 from .kept_geometry import kept_geometry
 
 __all__ = ["Boundary", "boundary_of"]
@@ -40,8 +41,6 @@ __all__ = ["Boundary", "boundary_of"]
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-_APART = 0.2  # diagonals between the sides of the boxes of mesh and surface from which on they are strangers
 
 
 @dataclass(frozen=True)
@@ -61,6 +60,10 @@ class Boundary:
         no barrier.
     inner
         The sheets inside; None where there are none, or they are held.
+    reference
+        Another surface to slide on; None where it is that of the mesh.
+    start
+        (n, 3) points with the skin where it belongs on that surface; None where nothing of it is matched.
     """
 
     admissible: AdmissibleDirections
@@ -69,13 +72,18 @@ class Boundary:
     quads: Ints = field(default_factory=lambda: np.empty((0, 4), np.int64))
     patches: Ints = field(default_factory=lambda: np.empty(0, np.int64))
     inner: InnerSheets | None = None
+    reference: SurfaceLocator | None = None
+    start: Field | None = None
 
 
-def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedules | None = None) -> Boundary:
+def boundary_of(
+    normalized: NormalizedMesh, options: Options, schedules: Schedules | None = None, matches: bool = True
+) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
-    Everything else slides within a bound around the surface.
+    Everything else slides within a bound around the surface. On another surface that is so where its features are
+    matched with the mesh's, if that is not turned off.
 
     Raises
     ------
@@ -93,7 +101,7 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
     notes = [*kept.notes, *told]
     wires = wire_features(points, kept.edges, kept.edge_kinds, schedules.features) if len(kept.edges) else None
     if options.boundary != "slide" or options.hausdorff == 0.0:
-        edges = kept_edges(points, quads, cells, kept.tags) if options.boundary == "slide" else None
+        edges = kept_edges(points, quads, cells, kept.kinds_of_skin) if options.boundary == "slide" else None
         exact = planes_inside(points, kept.quads) + (0.0 if wires is None else wire_normals(points, wires, False))
         labels, mode = normalized.node_labels, options.boundary
         admissible = boundary_directions(points, quads, mode, fixed, labels, edges, exact, coupled)
@@ -102,15 +110,26 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
             notes.insert(0, f"{can.sum()} nodes of faces inside slide in their planes, {(~can).sum()} stay")
         return Boundary(admissible, notes=tuple(notes))
     tolerance = options.hausdorff * normalized.diagonal
-    reference = _given_surface(normalized, options.surface)
+    given = None if options.surface is None else GivenSurface.of(normalized, options.surface)
+    reference, fit = None if given is None else given.locator, Fit(None, "")
+    if given is not None and matches:
+        fit = fit_to(normalized, given, options, schedules, kept.tags, fixed)
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
-    features = find_features(points, quads, tags=kept.tags, cells=cells, **how)
-    notes.insert(0, f"features: {features.reason}")
+    features = find_features(points, quads, tags=kept.kinds_of_skin, cells=cells, **how)
     flat_within = schedules.barrier.flat * tolerance
-    sums = np.zeros((len(points), 3, 3))
-    if not features.soft and reference is None:
-        sums, flat = flat_normals(points, quads, features.patches, flat_within)
-        sums += normals_of_curves(points, features, sums, flat)
+    sums, labels, there = np.zeros((len(points), 3, 3)), np.zeros(len(quads), np.int64), None
+    if fit.matching is not None:
+        features, labels, there = fit.matching.features, fit.matching.sheets, fit.matching.curves
+        shift = fit.matching.points - points
+        points = points + coupled.averaged(shift) if len(coupled.nodes) else fit.matching.points
+        sums = flat_normals(points, quads, labels, flat_within)[0] + wire_normals(points, features, True)
+    else:
+        notes.insert(0, f"features: {features.reason}")
+        if not features.soft and reference is None:
+            sums, flat = flat_normals(points, quads, features.patches, flat_within)
+            sums += normals_of_curves(points, features, sums, flat)
+    if fit.note:
+        notes.insert(0, fit.note)
     sliding = np.zeros(len(points), dtype=bool)
     sliding[quads] = True
     sliding &= count_free_directions(sums) == 3
@@ -132,66 +151,57 @@ def boundary_of(normalized: NormalizedMesh, options: Options, schedules: Schedul
         parts.append(wires)
     admissible = AdmissibleDirections.from_normal_sums(sums, fixed, coupled)
     free = admissible.free(len(points))
-    surface = _kept_near(points, quads if (sliding & free).any() else quads[:0], inner, leaving & free)
+    moves = (sliding & free).any() or (reference is not None and (leaving & free).any())
+    surface = _kept_near(points, quads if moves else quads[:0], labels, inner, leaving & free)
+    start = None if fit.matching is None else points
     if surface is None:
-        return Boundary(admissible, None, tuple(notes), inner=inner)
-    if reference is not None and surface.sheets is not None:
-        reference = _with_sheets(reference, surface)
+        return Boundary(admissible, None, tuple(notes), inner=inner, reference=reference, start=start)
+    beside = reference if fit.matching is None else fit.matching.reference
+    if beside is not None and surface.sheets is not None:
+        beside = _with_sheets(beside, surface, int(labels.max()) + 1)
     if len(parts) > 1:
         features = joined_features(points, *parts)
-    barrier = DistanceBarrier.around(surface, tolerance, features, reference, schedules.barrier)
+        there = None if there is None else _with_curves(there, points, parts[1:], features)
+    barrier = DistanceBarrier.around(surface, tolerance, features, beside, schedules.barrier, there)
     every = quads if inner is None else np.concatenate([quads, inner.quads])
-    return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner)
+    return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner, reference, start)
 
 
-def _kept_near(points: Field, skin: Ints, inner: InnerSheets | None, moving: Mask) -> SurfaceLocator | None:
-    """The surface to be kept near where it was: a skin, and the sheets that moving nodes (n,) may leave."""
+def _kept_near(
+    points: Field, skin: Ints, sheets: Ints, inner: InnerSheets | None, moving: Mask
+) -> SurfaceLocator | None:
+    """The surface to be kept near where it was: a skin with its sheets, and those that moving nodes (n,) may leave."""
+    own = sheets if sheets.any() else None
     if inner is None:
-        return SurfaceLocator(points, skin) if len(skin) else None
+        return SurfaceLocator(points, skin, own) if len(skin) else None
     curved = np.unique(inner.sheets[moving[inner.quads].any(axis=1)])
     which = np.isin(inner.sheets, curved)
     quads = np.concatenate([skin, inner.quads[which]])
     if len(quads) == 0:
         return None
-    labels = np.concatenate([np.zeros(len(skin), np.int64), np.searchsorted(curved, inner.sheets[which]) + 1])
-    return SurfaceLocator(points, quads, labels if len(curved) else None)
+    first = int(sheets.max(initial=0)) + 1
+    labels = np.concatenate([sheets[: len(skin)], np.searchsorted(curved, inner.sheets[which]) + first])
+    return SurfaceLocator(points, quads, labels if len(curved) else own)
 
 
-def _with_sheets(reference: SurfaceLocator, surface: SurfaceLocator) -> SurfaceLocator:
-    """Another surface for the skin to slide on, and the sheets inside as they are."""
+def _with_sheets(reference: SurfaceLocator, surface: SurfaceLocator, first: int) -> SurfaceLocator:
+    """Another surface for the skin to slide on, and the sheets inside as they are, numbers from the first on."""
     sheets = np.asarray(surface.sheets)
-    inside = sheets > 0
+    inside = sheets >= first
+    if not inside.any():
+        return reference
     points, fans, of = fan_triangles(surface.points, Faces.of(surface.faces[inside]))
     skin = Faces.of(reference.faces)
     there, faces, _ = fan_triangles(reference.points, skin)
-    labels = np.concatenate([np.zeros(len(faces), np.int64), sheets[inside][of]])
+    own = np.zeros(len(faces), np.int64) if reference.sheets is None else reference.sheets
+    labels = np.concatenate([own, sheets[inside][of]])
     return SurfaceLocator(np.concatenate([there, points]), np.concatenate([faces, fans + len(there)]), labels)
 
 
-def _given_surface(normalized: NormalizedMesh, surface: Any) -> SurfaceLocator | None:
-    """The surface to slide on, if the user gives one, normalized as the mesh."""
-    if surface is None:
-        return None
-    if isinstance(surface, str) or hasattr(surface, "__fspath__"):
-        surface = read_surface(surface)
-    given = SurfaceLocator.from_pyvista(surface)
-    _require_near(normalized, given)
-    return SurfaceLocator(normalized.from_user(given.points), given.faces)
-
-
-def _require_near(normalized: NormalizedMesh, given: SurfaceLocator) -> None:
-    """Refuse a surface that cannot be that of the mesh: boxes are no farther apart than what they are around."""
-    there, here = (
-        given.points[given.faces].reshape(-1, 3),
-        normalized.mesh.points[normalized.node_ids[normalized.referenced]],
+def _with_curves(there: CurveLocator, points: Field, others: list[Features], joined: Features) -> CurveLocator:
+    """Curves of another surface, and others inside as they are, by the numbers that joined features have."""
+    edges = np.concatenate([other.edges for other in others])
+    numbers = np.concatenate([there.curves, joined.curves[len(joined.curves) - len(edges) :]])
+    return CurveLocator(
+        np.concatenate([there.points, points]), np.concatenate([there.edges, edges + len(there.points)]), numbers
     )
-    boxes = [(x.min(axis=0), x.max(axis=0)) for x in (there, here)]
-    sizes = [float(np.linalg.norm(high - low)) for low, high in boxes]
-    apart = max(float(np.abs(a - b).max()) for a, b in zip(*boxes, strict=True))
-    if apart > _APART * sizes[1]:
-        (low, high), (low_here, high_here) = (tuple(", ".join(f"{x:.4g}" for x in end) for end in box) for box in boxes)
-        raise MeshError(
-            f"the surface is not that of the mesh: it reaches from ({low}) to ({high}), diagonal {sizes[0]:.4g}, the "
-            f"mesh from ({low_here}) to ({high_here}), diagonal {sizes[1]:.4g}, a ratio of "
-            f"{sizes[0] / sizes[1]:.3g}; is it another unit of length, another origin, or another file?"
-        )

@@ -28,8 +28,8 @@ class KeptGeometry:
     ----------
     held
         (n,) nodes that stay.
-    tags
-        (q,) of the boundary quads; None where nothing tells them apart.
+    kinds_of_skin, tags
+        (q,) what boundary quads are, and the tags of some of them, as in the file; None where nothing tells them apart.
     quads, kinds
         (k, 4) faces inside, and what kind each is.
     edges, edge_kinds
@@ -39,6 +39,7 @@ class KeptGeometry:
     """
 
     held: Mask
+    kinds_of_skin: Ints | None = None
     tags: Ints | None = None
     quads: Ints = field(default_factory=lambda: _none(0, 4))
     kinds: Ints = field(default_factory=lambda: _none(0))
@@ -58,11 +59,10 @@ def kept_geometry(normalized: NormalizedMesh, options: Options) -> KeptGeometry:
     mesh, count = normalized.mesh, len(normalized.points)
     ignored = isinstance(options.interfaces, str) and options.interfaces == "ignore"
     carried = find_embedded(mesh, normalized.node_ids[normalized.quads], with_sets=not ignored)
-    kinds = carried.skin_kinds
-    tags = kinds if (kinds != kinds[:1]).any() else None
+    told, tags = (x if (x != x[:1]).any() else None for x in (carried.skin_kinds, carried.skin_tags))
     held = np.zeros(count, dtype=bool)
     if ignored:
-        return KeptGeometry(held, tags)
+        return KeptGeometry(held, told, tags)
     place = np.empty(count, dtype=np.int64)
     place[normalized.node_ids] = np.arange(count)
     held[place[carried.held]] = True
@@ -73,7 +73,7 @@ def kept_geometry(normalized: NormalizedMesh, options: Options) -> KeptGeometry:
         quads, owners = between.quads, between.owners
         notes = (f"interfaces: {regions}, {len(quads)} faces between them are kept", *notes)
     faces = _refined(quads, owners, place[carried.quads], carried.kinds)
-    return KeptGeometry(held, tags, *faces, place[carried.edges], carried.edge_kinds, notes)
+    return KeptGeometry(held, told, tags, *faces, place[carried.edges], carried.edge_kinds, notes)
 
 
 def _refined(quads: Ints, kinds: Ints, others: Ints, other_kinds: Ints) -> tuple[Ints, Ints]:
