@@ -84,7 +84,7 @@ def classify(
         found = telling_tags(carried, mine)
         kinds.split(own[mine])
         if found is not None:
-            if start == 0:
+            if stop == first:
                 tags, known_tags[own[mine]] = found
             kinds.split_by(own[mine], found[1])
     for mask in carried.sets.values():
