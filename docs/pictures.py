@@ -15,6 +15,7 @@ from PIL import Image
 import hexconformal as hc
 import surface
 from hexconformal import generate
+from hexconformal.mesh import boundary_quads
 from hexconformal.plots import volume_plots as plots
 from surface.plots import surface_plots
 
@@ -68,8 +69,36 @@ def moved(path: Path) -> None:
     plots.before_after(path, (points, cells), (step.points, cells))
 
 
+def fibre(path: Path) -> None:
+    """A round fibre in a matrix, its inner nodes shaken."""
+    points, cells = generate.cylinder(4, 2, 6, radius=0.5)
+    rim = np.flatnonzero(np.isclose(np.hypot(points[:, 0], points[:, 1]), 0.5))
+    around = boundary_quads(cells)[0]
+    around = np.searchsorted(rim, around[np.isin(around, rim).all(axis=1)])
+    rings = [rim]
+    for r in (0.65, 0.8, 1.0):  # the matrix, ring by ring
+        points = np.concatenate([points, points[rim] * [2 * r, 2 * r, 1]])
+        rings.append(len(points) - len(rim) + np.arange(len(rim)))
+    matrix = [np.hstack([low[around], high[around]]) for low, high in zip(rings[:-1], rings[1:], strict=True)]
+    material = np.repeat([1, 2], [len(cells), sum(map(len, matrix))])
+    cells = np.concatenate([cells, *matrix])
+    shaken = generate.jittered(points, cells, 0.3)[0]
+    shaken[rim] = points[rim]
+    mesh = hc.HexMesh(shaken, cells, cell_data={"material": material})
+    plots.before_after(path, mesh, hc.regularize(mesh).mesh)
+
+
+def grains(path: Path) -> None:
+    """Voxels of a polycrystal."""
+    points, cells = generate.box((10, 10, 10))
+    seeds = np.random.default_rng(1).uniform(size=(6, 3))
+    grain = np.linalg.norm(points[cells].mean(axis=1)[:, None] - seeds, axis=2).argmin(axis=1)
+    mesh = hc.HexMesh(generate.jittered(points, cells, 0.2)[0], cells, cell_data={"material": grain})
+    plots.before_after(path, mesh, hc.regularize(mesh).mesh)
+
+
 PICTURES: dict[str, Callable[[Path], None]] = {
-    draw.__name__: draw for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved)
+    draw.__name__: draw for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved, fibre, grains)
 }
 
 

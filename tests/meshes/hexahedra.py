@@ -116,11 +116,15 @@ def grains(n=10, count=8, jitter=0.3):
     return parts(points, cells, apart.argmin(axis=1), jitter)
 
 
-def fibre(jitter=0.2):
-    """A round fibre along the axis of a cylinder, and the mask of the nodes on it."""
-    points, cells = generate.cylinder(4, 3, 4)
-    radius = np.hypot(*points[:, :2].T)
-    levels = np.unique(radius.round(9))
-    level = levels[np.abs(levels - 0.8).argmin()]
-    regions = (np.hypot(*points[cells].mean(axis=1)[:, :2].T) > level).astype(np.int64)
-    return parts(points, cells, regions, jitter), np.isclose(radius, level)
+def fibre(jitter=0.1):
+    """A round fibre in a round matrix, and the mask of the nodes between them, all of one distance from the axis."""
+    points, cells = generate.cylinder(4, 2, 4, radius=0.5)
+    rim = np.flatnonzero(np.isclose(np.hypot(*points[:, :2].T), 0.5))
+    around = boundary_quads(cells)[0]
+    around = np.searchsorted(rim, around[np.isin(around, rim).all(axis=1)])
+    rings = [rim, *(len(points) + k * len(rim) + np.arange(len(rim)) for k in range(3))]
+    outside = [points[rim] * [2 * r, 2 * r, 1] for r in (0.65, 0.8, 1.0)]
+    matrix = [np.hstack([rings[k][around], rings[k + 1][around]]) for k in range(3)]
+    regions = np.repeat([0, 1], [len(cells), 3 * len(around)])
+    points = np.concatenate([points, *outside])
+    return parts(points, np.concatenate([cells, *matrix]), regions, jitter), np.isin(np.arange(len(points)), rim)
