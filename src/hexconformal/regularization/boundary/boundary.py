@@ -32,7 +32,7 @@ from ...solver import (
     fixed_components,
 )
 from ..options import Options
-from .exact_parts import flat_normals, normals_of_curves, on_bent, planes_inside, wire_normals
+from .exact_parts import flat_normals, normals_inside, normals_of_curves, on_bent, wire_normals
 from .given_surface import Fit, GivenSurface, fit_to
 from .kept_geometry import kept_geometry
 
@@ -102,7 +102,8 @@ def boundary_of(
     wires = wire_features(points, kept.edges, kept.edge_kinds, schedules.features) if len(kept.edges) else None
     if options.boundary != "slide" or options.hausdorff == 0.0:
         edges = kept_edges(points, quads, cells, kept.kinds_of_skin) if options.boundary == "slide" else None
-        exact = planes_inside(points, kept.quads) + (0.0 if wires is None else wire_normals(points, wires, False))
+        exact = normals_inside(points, kept.quads, kept.kinds, quads)
+        exact += 0.0 if wires is None else wire_normals(points, wires, False)
         labels, mode = normalized.node_labels, options.boundary
         admissible = boundary_directions(points, quads, mode, fixed, labels, edges, exact, coupled)
         if len(kept.quads):

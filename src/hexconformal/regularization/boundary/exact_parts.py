@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry import Features
+from ...geometry import Features, edge_table
 from ...solver import count_free_directions, line_normal_sums, planar_normal_sums
 
-__all__ = ["flat_normals", "normals_of_curves", "on_bent", "planes_inside", "wire_normals"]
+__all__ = ["flat_normals", "normals_inside", "normals_of_curves", "on_bent", "wire_normals"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -24,14 +24,23 @@ def on_bent(features: Features, sums: Field) -> Mask:
     return on
 
 
-def planes_inside(points: Field, quads: Ints) -> Field:
-    """Sums (n, 3, 3) of n n^T over faces inside: nodes slide where all lie in one plane, or along where two meet."""
+def normals_inside(points: Field, quads: Ints, kinds: Ints, skin: Ints) -> Field:
+    """Sums (n, 3, 3) of n n^T for faces inside (k, 4) of some kinds (k,).
+
+    Nodes slide where all faces lie in one plane, or along where two planes meet; on rims, and between kinds, along
+    these, unless they are on the skin (q, 4), which has its own.
+    """
     if len(quads) == 0:
         return np.zeros((len(points), 3, 3))
     # A quad with an edge of no length, in a tangled mesh, is no obstacle: the others around its nodes have planes.
     x = points[quads]
     edges = np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2)
-    return planar_normal_sums(points, quads[(edges > 0.0).all(axis=1)])
+    sums = planar_normal_sums(points, quads[(edges > 0.0).all(axis=1)])
+    table = edge_table(quads)
+    different = kinds[table.sides[:, 0]] != kinds[table.sides[:, 1]]
+    rims = table.nodes[np.union1d(table.nonmanifold, table.manifold[different])]
+    width = [len(points), 1]
+    return sums + line_normal_sums(points, rims[~np.isin(rims @ width, edge_table(skin).nodes @ width)])
 
 
 def flat_normals(points: Field, quads: Ints, patches: Ints, tolerance: float) -> tuple[Field, Mask]:

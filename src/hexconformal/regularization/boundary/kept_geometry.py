@@ -77,9 +77,7 @@ def kept_geometry(normalized: NormalizedMesh, options: Options) -> KeptGeometry:
 
 
 def _refined(quads: Ints, kinds: Ints, others: Ints, other_kinds: Ints) -> tuple[Ints, Ints]:
-    """Faces of two kinds of kinds, each face once, and the kinds that both together tell apart."""
-    if len(others) == 0:
-        return quads, kinds
+    """Faces of two kinds of kinds, each face once, in one order, and the kinds that both together tell apart."""
     both = np.concatenate([quads, others])
     _, first, which = np.unique(np.sort(both, axis=1), axis=0, return_index=True, return_inverse=True)
     told = np.zeros((len(first), 2), dtype=np.int64)
