@@ -116,3 +116,10 @@ def test_the_same_model_comes_to_the_same_points_in_every_format(tmp_path):
         found = hc.regularize(path)
         np.testing.assert_allclose(found.points, result.points, atol=1e-12)
         assert len(found.report.regions) == 2
+
+
+def test_what_else_a_file_has_beside_names_of_groups_is_no_obstacle():
+    fields = {"med:nom": [[], ["T"]], "steel": np.array([5, 3]), "note": "two", "rubber": [2, 3]}
+    tags = {"gmsh:physical": [np.where(STEEL, 5, 2)]}
+    mesh = hc.as_hex_mesh(meshio.Mesh(POINTS, [("hexahedron", CELLS)], cell_data=tags, field_data=fields))
+    assert find_regions(mesh).names == ("rubber", "steel")

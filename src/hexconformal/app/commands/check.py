@@ -8,7 +8,6 @@ from typing import Any
 from surface.quality import require_sound
 
 from ...common import MeshError
-from ...mesh import find_couplings
 from ...quality import check, quality
 from ..terminal import print_line
 from .arguments import add_input, add_interfaces
@@ -46,14 +45,13 @@ def _describe_hexahedra(mesh: Any, interfaces: str) -> list[str]:
     """Counts of a hexahedral mesh, what was found in it, then the findings of its checks, a line each."""
     findings = check(mesh)
     head = f"{len(mesh.cells)} hexahedra, {len(mesh.points)} points"
-    found, coupled = list[str](), tuple[str, ...]()
+    found: list[str] = []
     if not any(finding.kind in ("not finite", "bad index") for finding in findings):
         measured = quality(mesh)
         summary = measured.summary()
         head += f", {summary.inverted} inverted, {summary.invalid} invalid"
         found = describe_contents(mesh, measured, interfaces)
-        coupled = find_couplings(mesh).notes
-    notes = [f"note: {note}" for note in (*mesh.notes, *coupled)]
+    notes = [f"note: {note}" for note in mesh.notes]
     return [head, *found, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
 
 

@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 
 from ...common import aligned, first_names
-from ...mesh import HexMesh, Interfaces, Regions, boundary_quads, curves_of, find_interfaces, find_regions
+from ...mesh import (
+    HexMesh,
+    Interfaces,
+    Regions,
+    boundary_quads,
+    curves_of,
+    find_couplings,
+    find_embedded,
+    find_interfaces,
+    find_regions,
+)
 from ...quality import Quality, measure_regions
 
 __all__ = ["describe_contents"]
@@ -27,6 +37,11 @@ class _Contents:
     regions: Regions | None
 
     @cached_property
+    def quads(self) -> Any:
+        """(q, 4) boundary quads."""
+        return boundary_quads(self.mesh.cells)[0]
+
+    @cached_property
     def interfaces(self) -> Interfaces | None:
         """The faces between the regions, if there are regions."""
         return None if self.regions is None else find_interfaces(self.mesh.cells, self.regions.labels)
@@ -35,7 +50,7 @@ class _Contents:
     def skin(self) -> Any:
         """(n,) nodes on the boundary."""
         on_skin = np.zeros(len(self.mesh.points), dtype=bool)
-        on_skin[boundary_quads(self.mesh.cells)[0]] = True
+        on_skin[self.quads] = True
         return on_skin
 
 
@@ -106,5 +121,14 @@ def _junctions(contents: _Contents) -> list[str]:
     return [what] if count else []
 
 
-# What else a mesh may carry, couplings, sets, cells inside, adds a function here, in the order in which it is told.
-_SECTIONS: tuple[Callable[[_Contents], list[str]], ...] = (_regions, _interfaces, _junctions)
+def _embedded(contents: _Contents) -> list[str]:
+    """Faces, curves, sets and nodes that are kept."""
+    return list(find_embedded(contents.mesh, contents.quads).notes)
+
+
+def _couplings(contents: _Contents) -> list[str]:
+    return list(find_couplings(contents.mesh).notes)
+
+
+# What else a mesh may carry adds a function here, in the order in which it is told.
+_SECTIONS: tuple[Callable[[_Contents], list[str]], ...] = (_regions, _interfaces, _junctions, _embedded, _couplings)

@@ -31,8 +31,9 @@ def tag_names(mesh: Any) -> dict[tuple[int, int], str]:
     """Names of tags by dimension and tag: those of Gmsh's physical groups, and of MED's families."""
     names = {}
     for name, value in mesh.field_data.items():
-        numbers = np.asarray(value).ravel()
-        if numbers.dtype.kind in "iu" and len(numbers) == 2:
+        # Formats keep other things there, too, lists in lists among them.
+        numbers = list(value) if np.iterable(value) else []
+        if len(numbers) == 2 and all(isinstance(number, int | np.integer) for number in numbers):
             names[int(numbers[1]), int(numbers[0])] = str(name)
     for tag, groups in getattr(mesh, "cell_tags", {}).items():
         names.update({(dimension, int(tag)): "_".join(groups) for dimension in range(4) if groups})
