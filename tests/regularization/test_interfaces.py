@@ -222,3 +222,26 @@ def test_the_command_line_keeps_those_of_an_array(tmp_path, capsys):
     assert main(["regularize", str(path), str(better), "--interfaces", "layer"]) == 0
     assert "2 regions (array 'layer': 1, 2)" in capsys.readouterr().out
     assert np.abs(hc.read(better).points[plane, 0] - points[plane, 0]).max() < 1e-15
+
+
+def test_interfaces_that_cannot_be_kept_within_their_bound_are_held(monkeypatch):
+    mesh = wavy_layers(6, jitter=0.6)
+    monkeypatch.setattr("hexconformal.regularization.stages.sheets_distance", lambda *_: 1.0)
+    result = hc.regularize(mesh)
+    nodes = np.unique(find_interfaces(mesh.cells, mesh.cell_data["material"]).quads)
+    np.testing.assert_array_equal(result.points[nodes], mesh.points[nodes])
+    assert any("their nodes are held" in note for note in result.report.notes)
+    assert result.report.before.inverted > 0
+    assert result.report.after.invalid == 0
+
+
+def test_cells_that_cannot_be_unfolded_because_of_an_interface_say_so():
+    points, cells = generate.box((6, 6, 6))
+    layers = np.isclose(points[cells].mean(axis=1)[:, 2], 3.5 / 6).astype(np.int64)
+    # One face of the layer has been pushed through the other.
+    points = points.copy()
+    points[np.flatnonzero((points == 0.5).all(axis=1)), 2] = 0.8
+    told = hc.regularize(meshed(points, cells, layers), hausdorff=0.002).report
+    assert told.after.inverted > 0
+    assert any("faces inside that are kept: interfaces='ignore' lets these go" in note for note in told.notes)
+    assert hc.regularize(meshed(points, cells, layers), interfaces="ignore").report.after.invalid == 0

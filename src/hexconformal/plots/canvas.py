@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import WriteError, python_can_be_started, run_python, save_atomically
+from ..common import WriteError, python_can_be_started, run_python, save_atomically, uninterrupted
 
 __all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_coloured", "add_faces"]
 __all__ += ["add_lines", "add_quads", "add_translucent", "surface_of"]
@@ -90,7 +90,9 @@ def save(path: Path, figure: Any) -> None:
 
 
 def _savefig(figure: Any, target: Path) -> None:
-    figure.savefig(target, dpi=160, facecolor="white")
+    # matplotlib draws with callbacks of weak references, in which Python loses what is raised: half a drawing is left.
+    with uninterrupted():
+        figure.savefig(target, dpi=160, facecolor="white")
 
 
 def _value_range(values: Floats) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -13,7 +13,8 @@ from ..elements import corner_scaled_jacobian, is_valid
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
 from ..untangling import improve_folded, untangle_interior
-from .boundary import Boundary
+from .acceptance import sheets_distance
+from .boundary import Boundary, boundary_of
 from .compatible_steps import CompatibleSteps
 from .fitting import fit
 from .minimize import Minimization
@@ -71,7 +72,7 @@ class Stages:
         yield Iteration("input", kept)
         left = most = self._setting.options.max_iterations
         start, coupled = kept, self.state.boundary.admissible.coupled
-        for iteration in islice(self._iterations(), most):
+        for iteration in islice(self._passes(), most):
             left -= 1
             # Steps are rounded where nodes are: here their sum is the same for those that are coupled.
             iteration = replace(iteration, points=coupled.together(iteration.points, start))
@@ -89,7 +90,21 @@ class Stages:
     def _ended(self, reason: str, converged: bool) -> None:
         self.state = replace(self.state, reason=reason, converged=converged)
 
-    def _iterations(self) -> Iterator[Iteration]:
+    def _passes(self) -> Iterator[Iteration]:
+        """Run; once more with the nodes of sheets inside held, where these could not be kept within their bound."""
+        setting = self._setting
+        points = yield from self._iterations()
+        inner, bound = self.state.boundary.inner, setting.options.hausdorff
+        if inner is None or sheets_distance(points, setting.normalized, self.state.boundary, bound) <= bound:
+            return
+        held = np.zeros(len(points), dtype=bool)
+        held[inner.quads] = True
+        boundary = boundary_of(setting.normalized, setting.options, setting.schedules, held=held)
+        why = "faces inside could not be kept within their bound while they slide: their nodes are held"
+        self.state = State(boundary, notes=(why,))
+        yield from self._iterations()
+
+    def _iterations(self) -> Generator[Iteration, None, Field]:
         setting, boundary, options = self._setting, self.state.boundary, self._setting.options
         schedules = setting.schedules
         normalized = setting.normalized
@@ -105,7 +120,8 @@ class Stages:
             found = hold_folded(setting, found)
             yield Iteration("hold what stays inverted", found.points)
         formulation, points, earlier = found.formulation, found.points, [found.points]
-        self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=found.notes)
+        notes = (*self.state.notes, *found.notes)
+        self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
         alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
         for iteration in self._minimize(formulation, points, found.bad, alone):
             points = iteration.points
@@ -137,7 +153,9 @@ class Stages:
                     points = iteration.points
                     yield iteration
         if found.bad.any():
-            yield Iteration("improve what stays inverted", improve_folded(whole.formulation, points, found.bad))
+            points = improve_folded(whole.formulation, points, found.bad)
+            yield Iteration("improve what stays inverted", points)
+        return points
 
     def _minimize(self, formulation: Formulation, points: Field, bad: Mask, alone: bool) -> Iterator[Iteration]:
         distortion = self._setting.distortion

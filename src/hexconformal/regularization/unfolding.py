@@ -128,6 +128,9 @@ def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
         nodes = np.unique(normalized.node_ids[quads[turned]])
         ids = first_ids(nodes, mesh.node_labels)
         notes.append(f"the surface is turned inside out at nodes {ids}: no valid mesh has it")
+    inner = found.boundary.inner
+    if inner is not None and (touching := np.isin(formulation.cells[cells], inner.quads).any(axis=1)).any():
+        notes.append(f"{touching.sum()} of them are at faces inside that are kept: interfaces='ignore' lets these go")
     if np.isfinite(found.sufficient):
         away = f"up to {found.sufficient:.2g} diagonals away"
         notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")

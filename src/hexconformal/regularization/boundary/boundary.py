@@ -77,13 +77,18 @@ class Boundary:
 
 
 def boundary_of(
-    normalized: NormalizedMesh, options: Options, schedules: Schedules | None = None, matches: bool = True
+    normalized: NormalizedMesh,
+    options: Options,
+    schedules: Schedules | None = None,
+    *,
+    matches: bool = True,
+    held: Mask | None = None,
 ) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
     Everything else slides within a bound around the surface. On another surface that is so where its features are
-    matched with the mesh's, if that is not turned off.
+    matched with the mesh's, if that is not turned off. Nodes (n,) may be held besides.
 
     Raises
     ------
@@ -96,7 +101,7 @@ def boundary_of(
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     kept = kept_geometry(normalized, options)
-    fixed |= kept.held[:, None]
+    fixed |= (kept.held if held is None else kept.held | held)[:, None]
     coupled, told = coupled_nodes(normalized, options.couplings)
     notes = [*kept.notes, *told]
     wires = wire_features(points, kept.edges, kept.edge_kinds, schedules.features) if len(kept.edges) else None

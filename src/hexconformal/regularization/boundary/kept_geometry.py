@@ -71,7 +71,8 @@ def kept_geometry(normalized: NormalizedMesh, options: Options) -> KeptGeometry:
     if regions is not None:
         between = find_interfaces(normalized.cells, regions.labels[normalized.cell_ids])
         quads, owners = between.quads, between.owners
-        notes = (f"interfaces: {regions}, {len(quads)} faces between them are kept", *notes)
+        if len(quads):
+            notes = (f"interfaces: {regions}, {len(quads)} faces between them are kept", *notes)
     faces = _refined(quads, owners, place[carried.quads], carried.kinds)
     return KeptGeometry(held, told, tags, *faces, place[carried.edges], carried.edge_kinds, notes)
 
