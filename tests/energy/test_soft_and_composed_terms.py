@@ -80,3 +80,14 @@ def test_the_second_derivative_of_a_composed_term_is_that_of_differences():
 def test_without_a_convex_part_they_say_what_to_do(term):
     with pytest.raises(NotImplementedError, match=f"{type(term).__name__} has no convex part: minimize it by L-BFGS"):
         Objective((term,)).terms[0].add_convex(POINTS, np.zeros_like(POINTS), None)
+
+
+@pytest.mark.filterwarnings("error")
+def test_of_no_cells_that_are_raised_there_is_only_what_others_lose():
+    none = np.zeros(len(CELLS), dtype=bool)
+    kept = corner_jacobians(POINTS, CELLS)[0] + 0.05
+    term = SoftMinimumTerm(CELLS, none, 16.0, kept, np.full(len(kept), -1.0), 10.0, 0.5)
+    value, gradient = term.value_gradient(POINTS)
+    assert value == pytest.approx(0.5 * 8 * len(CELLS) * 0.05**2)
+    order = observed_order(lambda t: term.value(POINTS + t * WAY), (gradient * WAY).sum(), (2e-4, 1e-4))
+    assert order == pytest.approx(2.0, abs=0.1)

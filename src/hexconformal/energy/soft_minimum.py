@@ -76,7 +76,9 @@ class SoftMinimumTerm(Term):
         np.add.at(forces, self.cells[:, CORNER_NEIGHBOURS], pulls)
         np.add.at(forces, self.cells, -pulls.sum(axis=2))
         losses = self.floor_weight * (missing**2).sum() + self.loss_weight * (lost**2).sum()
-        return float(np.log(shares.sum()) / self.sharpness - lowest + losses), forces
+        # A patch may have none of the cells that are raised.
+        least = np.log(shares.sum()) / self.sharpness - lowest if shares.size else 0.0
+        return float(least + losses), forces
 
     def restricted(self, patch: Patch) -> SoftMinimumTerm:
         """The same of the cells of a patch."""
