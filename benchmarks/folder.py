@@ -14,6 +14,8 @@ inverted   cells with a non-positive scaled Jacobian at a corner
 invalid    cells not proved to have det J > 0 everywhere (Bernstein coefficients, bisected)
 min, mean  over the cells, of the smallest corner scaled Jacobian
 H          symmetric Hausdorff distance of the boundary to the input's / diagonal of the bounding box
+d          mean distance of the two, both ways, in 1e-4 diagonals
+shape, ER  smallest corner mean ratio and largest edge ratio of a cell
 volume     relative change
 cells      smallest and largest volume of a cell over that in the input, of cells that are valid there
 CPU        seconds of all threads: of the whole process, and (ours) of the work alone, without starting Python and
@@ -40,7 +42,7 @@ from numpy.typing import NDArray
 from peers import PEERS, available
 
 import hexconformal as hc
-from hexconformal.geometry import hausdorff
+from hexconformal.geometry import SurfaceLocator, hausdorff, mean_distance
 from hexconformal.io import READ_EXTENSIONS
 from hexconformal.mesh.topology import boundary_quads
 
@@ -59,6 +61,9 @@ class Row:
     min: float | None = None
     mean: float | None = None
     hausdorff: float | None = None
+    distance: float | None = None
+    shape: float | None = None
+    edge_ratio: float | None = None
     volume: float | None = None
     smallest: float | None = None
     largest: float | None = None
@@ -80,6 +85,10 @@ class Scorer:
     def moved_by(self, points: NDArray[np.float64]) -> float:
         return hausdorff(points, self.mesh.points, self.quads) / self._diagonal
 
+    def drifted_by(self, points: NDArray[np.float64]) -> float:
+        one, other = (SurfaceLocator(x, self.quads) for x in (points, self.mesh.points))
+        return mean_distance(one, other, near=True) / self._diagonal
+
     def row(self, method: str, points: NDArray[np.float64], **more: Any) -> Row:
         quality = hc.quality((points, self.mesh.cells))
         summary = quality.summary()
@@ -93,6 +102,9 @@ class Scorer:
             summary.scaled_jacobian.min,
             summary.scaled_jacobian.mean,
             self.moved_by(points),
+            self.drifted_by(points),
+            summary.shape.min,
+            summary.edge_ratio.max,
             summary.total_volume / self._volumes.sum() - 1.0,
             ratios.min(initial=np.inf),
             ratios.max(initial=0.0),
@@ -166,16 +178,18 @@ def rows_of(name: str, source: Path, asked: argparse.Namespace, peers: dict[str,
 
 def table(rows: list[Row]) -> list[str]:
     """The rows in markdown."""
-    lines = ["| mesh | method | inverted / invalid | min / mean SJ | H | volume | cells | CPU s, whole / work | note |"]
-    lines.append("|---|---|--:|--:|--:|--:|--:|--:|---|")
+    titles = ("mesh", "method", "inverted / invalid", "min / mean SJ", "H", "d", "shape", "ER", "volume", "cells")
+    lines = [f"| {' | '.join(titles)} | CPU s, whole / work | note |"]
+    lines.append("|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|")
     before = ""
     for row in rows:
         name = "" if row.mesh == before else f"{row.mesh} ({row.cells})"
         before = row.mesh
-        figures = ["", "", "", "", ""]
+        figures = [""] * 8
         if row.min is not None:
             figures = [f"{row.inverted} / {row.invalid}", f"{row.min:.3f} / {row.mean:.3f}"]
-            figures += [f"{row.hausdorff:.4f}", f"{row.volume:+.4f}", f"{row.smallest:.2g} .. {row.largest:.2g}"]
+            figures += [f"{row.hausdorff:.4f}", f"{1e4 * (row.distance or 0.0):.1f}", f"{row.shape:.3f}"]
+            figures += [f"{row.edge_ratio:.3g}", f"{row.volume:+.4f}", f"{row.smallest:.2g} .. {row.largest:.2g}"]
         seconds = "" if row.cpu is None else f"{row.cpu:.1f}"
         seconds += "" if row.work is None else f" / {row.work:.1f}"
         lines.append(f"| {name} | {row.method} | {' | '.join(figures)} | {seconds} | {row.note} |")

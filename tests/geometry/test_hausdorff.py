@@ -9,6 +9,7 @@ from meshes.hexahedra import skin
 from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 from hexconformal.generate import ball, box
+from hexconformal.geometry import mean_distance
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.hausdorff import distance_between, faces_beyond, hausdorff, surface_samples
 from hexconformal.mesh.topology import boundary_quads
@@ -195,3 +196,19 @@ def test_a_warped_quad_is_no_distance_from_small_ones_on_it():
     small = SurfaceLocator(*fine_triangles(saddle, quad, 64))
     for tolerance in (1e-2, 1e-3):
         assert distance_between(SurfaceLocator(saddle, quad), small, tolerance=tolerance) <= 1.5 * tolerance < 1 / 16
+
+
+def test_the_mean_distance_is_the_integral_over_both_surfaces():
+    points, cells = box((4, 4, 4))
+    quads = boundary_quads(cells)[0]
+    # A plate pushed along by its own thickness times a slope: everywhere as far as that is in its own direction.
+    far = points + [0.0, 0.0, 0.02]
+    one, other = SurfaceLocator(far, quads), SurfaceLocator(points, quads)
+    # Top and bottom are .02 away, of the sides only what sticks out.
+    sides = 4 * 0.02 * 0.01 / 6
+    assert mean_distance(one, other, near=True) == pytest.approx(2 * 0.02 / 6, rel=0.05, abs=sides)
+    assert mean_distance(one, other) == mean_distance(other, one)
+    assert mean_distance(other, other, near=True) < 1e-16
+    fine = fine_triangles(far, quads, 12), fine_triangles(points, quads, 12)
+    ways = [SurfaceLocator(*b).closest(a[0][a[1]].mean(axis=1)).distances for a, b in (fine, fine[::-1])]
+    assert mean_distance(one, other) == pytest.approx(np.mean(np.concatenate(ways)), rel=0.1)

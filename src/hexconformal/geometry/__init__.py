@@ -31,6 +31,7 @@ from .features import (
 )
 from .hausdorff import distance_between, faces_beyond, hausdorff
 from .matching import Matching, MatchingSchedule, Skin, match_features
+from .mean_distance import mean_distance
 
 __all__ = [
     "CORNER",
@@ -67,6 +68,7 @@ __all__ = [
     "joined_features",
     "kept_edges",
     "match_features",
+    "mean_distance",
     "mean_edge_length",
     "nodal_area_vectors",
     "nodal_areas",

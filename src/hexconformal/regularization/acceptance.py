@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..common import first_names
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import Formulation
-from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdorff
+from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdorff, mean_distance
 from ..mesh import NormalizedMesh, Regions, region_surfaces
 from .boundary import Boundary
 from .options import Record
@@ -19,6 +19,7 @@ from .volume_restoration import enclosed_volumes, restore_volumes
 __all__ = [
     "auto_target_notes",
     "boundary_distance",
+    "mean_boundary_distance",
     "no_worse_than",
     "sheets_distance",
     "size_ratios",
@@ -61,6 +62,16 @@ def boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Bound
     # Nodes that slide in the planes of flat patches leave the surface where it is, unless these have no outline, as
     # cells without volume do.
     return apart if quads is not moved or apart > _APART else 0.0
+
+
+def mean_boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary) -> float:
+    """Mean distance of the boundary from where it was, or from the surface to slide on, in diagonals."""
+    moved = SurfaceLocator(points, normalized.quads)
+    if boundary.reference is not None:
+        return mean_distance(moved, boundary.reference) / normalized.diagonal
+    if (points == normalized.points)[np.unique(normalized.quads)].all():
+        return 0.0
+    return mean_distance(moved, SurfaceLocator(normalized.points, normalized.quads), near=True) / normalized.diagonal
 
 
 def sheets_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, bound: float) -> float:

@@ -42,6 +42,8 @@ class Report(Serializable):
     hausdorff
         Hausdorff distance between the boundaries before and after, relative to `diagonal`; from the surface that
         was given to slide on, if one was. None where it was not measured.
+    mean_distance
+        Mean of the distances between the same two surfaces, over both, relative to `diagonal`.
     size_ratios
         Smallest and largest ratio of a cell's volume after to the one it should have, None where none should.
     regions, interfaces
@@ -73,6 +75,7 @@ class Report(Serializable):
     options: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     hausdorff: float | None = None
+    mean_distance: float | None = None
     size_ratios: tuple[float, float] | None = None
     regions: tuple[RegionRow, ...] = ()
     interfaces: tuple[InterfaceRow, ...] = ()
@@ -132,7 +135,8 @@ class Report(Serializable):
         lines = [f"{self.boundary_moved} boundary nodes moved, volume changed by {self.volume_change:+.1e}"]
         if self.hausdorff is not None:
             bound = "" if self.hausdorff_bound is None else f", allowed {self.hausdorff_bound:g}"
-            lines.append(f"Hausdorff distance of the surface {self.hausdorff:.3g} diagonals{bound}")
+            mean = "" if self.mean_distance is None else f"; in the mean {self.mean_distance:.2g}"
+            lines.append(f"Hausdorff distance of the surface {self.hausdorff:.3g} diagonals{bound}{mean}")
         if self.size_ratios is not None:
             low, high = self.size_ratios
             lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")

@@ -19,6 +19,7 @@ from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import (
     auto_target_notes,
     boundary_distance,
+    mean_boundary_distance,
     no_worse_than,
     sheets_distance,
     size_ratios,
@@ -74,7 +75,8 @@ class _Outcome:
 
     points: Field
     reason: str
-    distance: float
+    distance: float = 0.0
+    mean_distance: float = 0.0
     notes: tuple[str, ...] = ()
 
 
@@ -177,6 +179,7 @@ class Regularization:
             options=self.options.described(),
             notes=(*self._all_notes(), *outcome.notes, *notes),
             hausdorff=outcome.distance,
+            mean_distance=outcome.mean_distance,
             size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._setting.target_volumes),
             regions=() if regions is None else region_rows(regions, before, after),
             interfaces=interfaces,
@@ -218,16 +221,17 @@ class Regularization:
         between = sheets_distance(points, normalized, boundary, bound)
         if between > bound:
             reason = f"an interface would move by {between:.4g}: the input is returned"
-            return _Outcome(np.array(self.mesh.points), reason, 0.0)
+            return _Outcome(np.array(self.mesh.points), reason)
         if self.options.boundary == "slide" and moved > bound:
             if boundary.reference is None:
                 reason = f"the surface would move by {moved:.4g}: the input is returned"
-                return _Outcome(np.array(self.mesh.points), reason, 0.0)
+                return _Outcome(np.array(self.mesh.points), reason)
             notes.append(
                 f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
                 f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
             )
-        return _Outcome(normalized.to_user(points), reason, moved, tuple(notes))
+        mean = mean_boundary_distance(points, normalized, boundary) if moved > 0.0 else 0.0
+        return _Outcome(normalized.to_user(points), reason, moved, mean, tuple(notes))
 
     def _brought_back(self, points: Field) -> Field:
         """The points, with the boundary within its bound where the run was left before it was, and that can be."""
