@@ -23,7 +23,8 @@ class BarrierSchedule(Schedule):
     Attributes
     ----------
     attraction
-        Factor of t^2, at nodes: without it thin bodies inflate.
+        Factor of t^2, at all samples of the moved surface: without it thin bodies inflate; at nodes alone the surface
+        drifts between them, and edges that no one has detected go.
     steepness
         k / (t1 - t0).
     onset, wall

@@ -19,7 +19,7 @@ _MOST_STEPS = 1000
 # Squared sine below which rounding spoils what is computed from the area of a triangle.
 _SLIVER = 1e-10
 # A walk goes on to a face at less than this share of the squared distance, less this share of the squared size of the
-# face it is on: where two faces meet in the closest point, rounding must not choose.
+# face it is on: where two faces meet in the closest point, rounding must not choose. Nor between triangles of a face.
 _IMPROVEMENT, _TOUCHING = 1.0 - 1e-9, 1e-20
 
 
@@ -74,6 +74,7 @@ def closest_on_triangle(p: Any, a: Any, b: Any, c: Any) -> Any:
 @loop
 def _closer_face(p, triangles, face, best, found):  # type: ignore[no-untyped-def]
     """Squared distance of a face if it is below `best`; then triangle and weights go to `found`."""
+    enough = best
     for t in range(triangles.shape[1]):
         x = triangles[face, t]
         a, b, c = (x[0, 0], x[0, 1], x[0, 2]), (x[1, 0], x[1, 1], x[1, 2]), (x[2, 0], x[2, 1], x[2, 2])
@@ -81,8 +82,8 @@ def _closer_face(p, triangles, face, best, found):  # type: ignore[no-untyped-de
         # From the differences, so that nothing is lost far away from the origin.
         r = combine(1.0, combine(u, subtract(a, p), v, subtract(b, p)), w, subtract(c, p))
         d = dot(r, r)
-        if d < best:
-            best = d
+        if d < enough:
+            best, enough = d, _IMPROVEMENT * d
             found[0], found[1], found[2], found[3] = t, u, v, w
     return best
 

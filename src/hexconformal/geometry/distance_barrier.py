@@ -113,10 +113,9 @@ class DistanceBarrier(Term):
         """
         points, quads = original.points, original.faces
         faces, weights = surface_samples(original.nodes_of_sheets)
-        at_node = weights.max(axis=1) == 1.0
         places, zeros = np.einsum("sj,sji->si", weights, points[quads[faces]]), np.zeros(len(faces))
         if reference is None:
-            forward = Samples.forward(faces, weights, faces, zeros, at_node)
+            forward = Samples.forward(faces, weights, faces, zeros, attracted=True)
             backward = Samples.backward(places, faces, zeros)
             curves = Curves.of(points, features)
         else:
@@ -124,7 +123,7 @@ class DistanceBarrier(Term):
             nodes, of = reference.points[reference.faces.ravel()[first]], first // reference.faces.shape[1]
             ahead = reference.closest(places, reference.any_of_sheet(original, faces))
             here = original.closest(nodes, original.any_of_sheet(reference, of))
-            forward = Samples.forward(faces, weights, ahead.faces, ahead.distances, at_node)
+            forward = Samples.forward(faces, weights, ahead.faces, ahead.distances, attracted=True)
             backward = Samples.backward(nodes, here.faces, here.distances)
             curves = Curves.of(points, None if there is None else features, there)
         schedule = BarrierSchedule() if schedule is None else schedule
@@ -255,7 +254,7 @@ class DistanceBarrier(Term):
         return steep, replace(self, measured_at=x, wall=wall, forward=forward, backward=backward, curves=curves)
 
     def _looked(self, x: Field, everywhere: bool) -> tuple[list[Steep], list[tuple[Ints, Distances, Field]], Curves]:
-        """Distances of samples that may be beyond the onset, and of all nodes; what that tells of them."""
+        """Distances of samples that may be beyond the onset, or are drawn back; what that tells of them."""
         moved = moved_by(x - self.measured_at, self.original.faces)
         surfaces, onset = self._surfaces(x), self.schedule.onset * self.bound
         far = self.schedule.wall * self.bound if everywhere else None
@@ -263,9 +262,9 @@ class DistanceBarrier(Term):
         for samples in (self.forward, self.backward):
             # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
             most = samples.most(moved)
-            which = np.flatnonzero(samples.active & (samples.at_node | (most >= onset)))
+            which = np.flatnonzero(samples.active & (samples.attracted | (most >= onset)))
             found = samples.measured(which, *surfaces, far)
-            steep.append(self._steep(found, np.where(samples.at_node[which], self.schedule.attraction, 0.0)))
+            steep.append(self._steep(found, np.where(samples.attracted[which], self.schedule.attraction, 0.0)))
             looks.append((which, found, most))
         curves = self.curves
         if curves.locator is not None and len(curves.near):

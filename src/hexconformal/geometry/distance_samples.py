@@ -64,8 +64,8 @@ class Samples:
         (k,) distance then.
     active
         (k,) samples that can move, or that something near them can.
-    at_node
-        (k,) samples that are nodes.
+    attracted
+        (k,) samples that are drawn back from wherever they are, not only from near the bound.
     """
 
     faces: Ints
@@ -74,13 +74,13 @@ class Samples:
     near: Ints
     distances: Field
     active: Mask
-    at_node: Mask
+    attracted: Mask
 
     @classmethod
-    def forward(cls, faces: Ints, weights: Field, near: Ints, distances: Field, at_node: Mask | None = None) -> Samples:
+    def forward(cls, faces: Ints, weights: Field, near: Ints, distances: Field, attracted: bool = False) -> Samples:
         """Samples of the moved surface."""
-        at_node = np.zeros(len(faces), dtype=bool) if at_node is None else at_node
-        return cls(faces, weights, np.empty((0, 3)), near, distances, np.ones(len(faces), dtype=bool), at_node)
+        every = np.ones(len(faces), dtype=bool)
+        return cls(faces, weights, np.empty((0, 3)), near, distances, every, every if attracted else ~every)
 
     @classmethod
     def backward(cls, places: Field, near: Ints, distances: Field) -> Samples:
@@ -106,7 +106,7 @@ class Samples:
 
     def joined(self, other: Samples) -> Samples:
         """These samples and others."""
-        names = ("faces", "weights", "places", "near", "distances", "active", "at_node")
+        names = ("faces", "weights", "places", "near", "distances", "active", "attracted")
         return Samples(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
 
     def measured(self, which: Ints, moved: Surface, other: Surface, far: float | None = None) -> Distances:

@@ -192,8 +192,12 @@ class Stages:
 
     def brought_back(self, points: Field) -> Field:
         """The points with the boundary within its bound, as nearly as can be, where the run was left before it was."""
-        formulation = self.state.formulation
-        if formulation is None or formulation.barrier is None or self.state.converged:
+        formulation, barrier = self.state.formulation, self.state.boundary.barrier
+        if formulation is None:
+            if barrier is not None and barrier.reference is None and barrier.exceeded(points):
+                return self._towards_earlier(barrier, points, [self._setting.normalized.points])
+            return points
+        if formulation.barrier is None or self.state.converged:
             return points
         if formulation.barrier.reference is None:
             points = [points, *(x for x, _ in return_to_surface(formulation, points, self._raises_worst))][-1]
