@@ -29,6 +29,7 @@ from .convex_frames import (
     store_distortion,
 )
 from .corner_blocks import COLUMN, INVERSE, SIGN, add_blocks, add_forces, pull_back, to_nodes
+from .proportions import add_proportions
 
 __all__ = ["corner_densities", "corner_sums"]
 
@@ -72,9 +73,12 @@ def _store_densities(s: Field, eps: float, distortion: float, angle: float, stif
 
 @loop
 def corner_sums(  # type: ignore[no-untyped-def]
-    points, cells, corners, inverses, scales, eps, distortion, angle, stiffness, order, forces, data, places
-):
+    points, cells, corners, inverses, scales, eps, distortion, angle, stiffness, proportion, slender, order,
+    forces, data, places,
+):  # fmt: skip
     """Sum of distortion * e(f) + angle * phi(e(u)) over all corners, u the unit columns of f, times scales of cells.
+
+    And proportion times the densities of edges that differ more than `slender`, equation (12a).
 
     phi(e) = e / (1 - stiffness e) rises without bound as the worst corner nears 1 / stiffness. Infinite where a
     corner is folded (eps = 0) or beyond that bound. With order 1 adds the first derivative to forces (n, 3), with
@@ -92,6 +96,8 @@ def corner_sums(  # type: ignore[no-untyped-def]
                 add_angles(s, weight * angle, stiffness)
         else:
             _store_densities(s, eps, weight * distortion, weight * angle, stiffness)
+        if proportion > 0.0:
+            add_proportions(s, weight * proportion, slender, order)
         for q in range(8):
             if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
                 return np.inf
@@ -108,8 +114,8 @@ def corner_sums(  # type: ignore[no-untyped-def]
 
 
 @loop
-def corner_densities(first, last, points, cells, corners, inverses, smallest, distortion, angle):  # type: ignore[no-untyped-def]
-    """Per cell: smallest corner determinant of J W^-1, largest density e(f), largest e(u); inf where folded."""
+def corner_densities(first, last, points, cells, corners, inverses, smallest, jacobian, distortion, angle):  # type: ignore[no-untyped-def]
+    """Per cell, of f = J W^-1 at the corners: smallest det f, smallest det u, largest e(f), e(u); inf where folded."""
     s = np.empty((ROWS, 8))
     for c in range(first, last):
         _store_frames(points, cells, c, corners, inverses, s)
@@ -117,13 +123,15 @@ def corner_densities(first, last, points, cells, corners, inverses, smallest, di
             f = frame_at(s, FRAME, q)
             u, _ = directions(f)
             s[MARGIN, q] = determinant(f)
+            s[FRAME, q] = determinant(u)
             s[DENSITY, q] = frame_density(f) * barrier_factor(determinant(f), 0.0)[0]
             s[COLUMN, q] = (frame_density(u) + JACOBIAN_WEIGHT) * barrier_factor(determinant(u), 0.0)[
                 0
             ] - JACOBIAN_WEIGHT
-        smallest[c], distortion[c], angle[c] = np.inf, 0.0, 0.0
+        smallest[c], jacobian[c], distortion[c], angle[c] = np.inf, np.inf, 0.0, 0.0
         for q in range(8):
             smallest[c] = min(smallest[c], s[MARGIN, q])
+            jacobian[c] = min(jacobian[c], s[FRAME, q])
             distortion[c] = max(distortion[c], s[DENSITY, q])
             angle[c] = max(angle[c], s[COLUMN, q])
         if not smallest[c] > 0.0:

@@ -34,7 +34,7 @@ _TABLE = _corner_table()
 
 @dataclass(frozen=True)
 class CornerWeights:
-    """Weights of what is summed over the corners: distortion * e(f) + angle * phi(e(u)), equations (8) and (12).
+    """Weights of what is summed over the corners, equations (8), (12) and (12a).
 
     Attributes
     ----------
@@ -46,19 +46,26 @@ class CornerWeights:
         phi(e) = e / (1 - stiffness e): no corner gets worse than 1 / stiffness.
     eps
         Of the barrier chi_eps; 0 once nothing is folded.
+    proportion
+        Weight of the proportions of edges that meet.
+    slender
+        Ratio of their lengths up to which these cost nothing.
     """
 
     distortion: float = 1.0
     angle: float = 0.0
     stiffness: float = 0.0
     eps: float = 0.0
+    proportion: float = 0.0
+    slender: float = 8.0
 
 
 @dataclass(frozen=True)
 class CornerMeasures:
-    """Per cell: smallest corner determinant, largest densities e(f) and e(u); infinite where folded."""
+    """Per cell: smallest corner determinants of f and u, largest densities e(f) and e(u); infinite where folded."""
 
     determinant: Field
+    scaled_jacobian: Field
     distortion: Field
     angle: Field
 
@@ -93,7 +100,7 @@ class CornerTerm(SummedTerm):
 
     def _sums(self, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
         w = self.weights
-        settings = self.scales, w.eps, w.distortion, w.angle, w.stiffness, order
+        settings = self.scales, w.eps, w.distortion, w.angle, w.stiffness, w.proportion, w.slender, order
         where = gradient, data, places
         return float(corner_sums(points, self.cells, _TABLE, self.inverses, *settings, *where))
 
@@ -105,6 +112,6 @@ class CornerTerm(SummedTerm):
 
     def measures(self, points: Field) -> CornerMeasures:
         """Figures of every cell, weights aside."""
-        columns = np.empty((3, len(self.cells)))
+        columns = np.empty((4, len(self.cells)))
         parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
         return CornerMeasures(*columns)

@@ -78,7 +78,10 @@ class Formulation:
 
     # --------------------------------------------------------------------------------------- objectives
     def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
-        """The corner energy (11, 12), volumes (10) with a weight, and the barrier (14)."""
+        """The corner energy (11, 12, 12a), volumes (10) with a weight, and the barrier (14)."""
+        schedule = self.schedules.minimization
+        if weights.eps == 0.0:
+            weights = replace(weights, proportion=schedule.proportion_weight, slender=schedule.slender)
         return self.with_distortion(CornerTerm(self.cells, self.inverses, weights, self.scales), volume)
 
     def with_distortion(self, distortion: Term, volume: float) -> Objective:

@@ -23,6 +23,9 @@ class UntanglingSchedule(Schedule):
 
     Attributes
     ----------
+    flat
+        Scaled Jacobian up to which a corner is as good as flat and opened like one that is folded: the barrier holds it
+        where it is, and what is around it.
     many_folded
         Share of folded cells from which on the whole mesh is unfolded first: patches are faster where there are few.
     whole_steps, patch_steps
@@ -44,6 +47,7 @@ class UntanglingSchedule(Schedule):
         Of the way to the input, where the worst cell has become worse.
     """
 
+    flat: float = tuned(1e-3, 0.0, 1.0)
     many_folded: float = tuned(0.05, 0.0, 1.0)
     whole_steps: int = tuned(15)
     patch_steps: int = tuned(120)
@@ -166,6 +170,9 @@ class MinimizationSchedule(Schedule):
         Steps of that before the angles take over: more win nothing that these do not.
     least_volume
         Smallest volume, relative to the cube of the edges, that the stiffness of a cell takes as it is.
+    proportion_weight, slender
+        Weight of the proportions of edges at corners, beside the distortion or the angles, and the ratio up to which
+        they cost nothing.
     volume_weight
         Weight of the volumes of cells beside the angles or the distortion, where the worst cells are raised.
     sizes_weight
@@ -181,6 +188,8 @@ class MinimizationSchedule(Schedule):
     decrease: float = tuned(1e-6, 0.0, 1.0)
     few_steps: int = tuned(2)
     least_volume: float = tuned(0.05, 0.0, 1.0)
+    proportion_weight: float = tuned(20.0)
+    slender: float = tuned(7.0, 1.0)
     volume_weight: float = tuned(6.0)
     sizes_weight: float = tuned(4.0)
     target_sizes_factor: float = tuned(25.0)

@@ -21,7 +21,7 @@ from .distortion import (
 )
 from .jit import algebra, loop, strict_loop
 from .quaternion import Vector, add, combine, cross, dot, polar, scale, subtract
-from .simd_frames import frame_at, store, store_inverses
+from .simd_frames import frame_at, store, store_inverses, vector_at
 from .small_matrices import cross_matrix, matrix_product, orthogonal_projection, outer_sum, plus, times, transpose
 from .threads import parallel_ranges
 
@@ -61,4 +61,5 @@ __all__ = [
     "subtract",
     "times",
     "transpose",
+    "vector_at",
 ]

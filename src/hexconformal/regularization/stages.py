@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..elements import corner_scaled_jacobian, is_valid
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
-from ..untangling import improve_folded, untangle_interior
+from ..untangling import improve_folded, tangled_cells, untangle_interior
 from .acceptance import sheets_distance
 from .boundary import Boundary, boundary_of
 from .compatible_steps import CompatibleSteps
@@ -114,7 +114,7 @@ class Stages:
         if boundary.start is not None:
             whole = found = yield from fit(setting, boundary)
         # The quaternionic energy does not see what is folded.
-        elif options.energy == "barrier" and not normalized.valid.all():
+        elif options.energy == "barrier" and self._is_tangled(formulation):
             whole = found = yield from unfold(setting, boundary)
         if found.bad.any():
             found = hold_folded(setting, found)
@@ -156,6 +156,10 @@ class Stages:
             points = improve_folded(whole.formulation, points, found.bad)
             yield Iteration("improve what stays inverted", points)
         return points
+
+    def _is_tangled(self, formulation: Formulation) -> bool:
+        normalized = self._setting.normalized
+        return not normalized.valid.all() or bool(tangled_cells(formulation, normalized.points).any())
 
     def _minimize(self, formulation: Formulation, points: Field, bad: Mask, alone: bool) -> Iterator[Iteration]:
         distortion = self._setting.distortion

@@ -18,16 +18,18 @@ from scipy.sparse import csgraph
 from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian, is_valid
-from ..energy import CornerWeights
+from ..energy import CornerMeasures, CornerWeights
 from ..formulation import Formulation, Iteration, UntanglingSchedule
 from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import UNCOUPLED, CoupledNodes, Equation, newton_step
 
-__all__ = ["folded_cells", "harmonic", "pull_back", "untangle"]
+__all__ = ["folded_cells", "harmonic", "pull_back", "tangled_cells", "untangle"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+_OPEN = (0, 0, 0.0)  # tangledness of a mesh with no cell that is folded or flat
 
 
 def folded_cells(formulation: Formulation, points: Field) -> Mask:
@@ -35,14 +37,24 @@ def folded_cells(formulation: Formulation, points: Field) -> Mask:
     return np.asarray(formulation.measures(points).determinant <= 0.0)
 
 
-def untangle(formulation: Formulation, points: Field, patience: int | None = None) -> Iterator[Iteration]:
-    """Unfold the corners of all cells as far as possible.
+def tangled_cells(formulation: Formulation, points: Field) -> Mask:
+    """(m,) cells with a corner that is folded, or as good as flat: to open it takes the same."""
+    return _tangled(formulation, formulation.measures(points))
 
-    Ends when none is folded, or when so many rounds of patches in a row have left as many folded as before
-    (default: as many as the schedule has).
+
+def _tangled(formulation: Formulation, measures: CornerMeasures) -> Mask:
+    flat = measures.scaled_jacobian <= formulation.schedules.untangling.flat
+    return np.asarray((measures.determinant <= 0.0) | flat)
+
+
+def untangle(formulation: Formulation, points: Field, patience: int | None = None) -> Iterator[Iteration]:
+    """Unfold the corners of all cells as far as possible, and open those that are flat.
+
+    Ends when there is none, or when so many rounds of patches in a row have left as many as before (default: as many
+    as the schedule has).
     """
     schedule = formulation.schedules.untangling
-    bad, first, stalled = folded_cells(formulation, points), points, 0
+    bad, first, stalled = tangled_cells(formulation, points), points, 0
     if bad.mean() > schedule.many_folded:
         points = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
         yield Iteration("harmonic start", points)
@@ -51,15 +63,15 @@ def untangle(formulation: Formulation, points: Field, patience: int | None = Non
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(schedule.rounds):
         before = _tangledness(formulation, points)
-        if before[0] == 0 or stalled == patience:
+        if before == _OPEN or stalled == patience:
             return
         regions = connected_regions(
             formulation.cells,
-            node_rings(formulation.cells, len(points), folded_cells(formulation, points), width),
+            node_rings(formulation.cells, len(points), tangled_cells(formulation, points), width),
         )
         points = _unfold_patches(formulation, points, first, regions)
         yield Iteration("untangle patches", points)
-        stalled = 0 if _tangledness(formulation, points)[0] < before[0] else stalled + 1
+        stalled = 0 if _tangledness(formulation, points)[:2] < before[:2] else stalled + 1
 
 
 def pull_back(
@@ -122,12 +134,13 @@ def harmonic(formulation: Formulation, points: Field, region: Mask) -> Field:
 
 
 def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: int) -> Iterator[Field]:
-    """Newton steps at a falling eps until no corner is folded, the fold is stuck, or the steps are used up."""
+    """Newton steps at a falling eps until no corner is folded or flat, it is stuck, or the steps are used up."""
     schedule, eps, last = formulation.schedules.untangling, 0.0, (1.0, 1.0)
     equation: Equation = formulation.equation
     for count in range(steps):
-        smallest = float(formulation.measures(points).determinant.min())
-        if smallest > 0.0:
+        measures = formulation.measures(points)
+        smallest = float(measures.determinant.min())
+        if not _tangled(formulation, measures).any():
             return
         if count:
             eps = _next_eps(eps, smallest, last, schedule.least_sigma)
@@ -193,18 +206,20 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
         for first_eps in patch.schedules.untangling.first_eps:
             steps = list(_unfold(patch, local, first_eps, patch.schedules.untangling.patch_steps))
             attempt = steps[-1] if steps else local
-            if _tangledness(patch, attempt) < amount and not folded_cells(patch, attempt)[protected].any():
-                best, amount = attempt, _tangledness(patch, attempt)
-            if amount[0] == 0:
+            if (tangled := _tangledness(patch, attempt)) < amount and not folded_cells(patch, attempt)[protected].any():
+                best, amount = attempt, tangled
+            if amount == _OPEN:
                 break
-        if amount[0] == 0:
+        if amount == _OPEN:
             break
     points = points.copy()
     points[nodes] = best
     return points
 
 
-def _tangledness(formulation: Formulation, points: Field) -> tuple[int, float]:
-    """Number of folded cells, then how far their determinants are below zero."""
-    smallest = formulation.measures(points).determinant
-    return int((smallest <= 0.0).sum()), float(-np.minimum(smallest, 0.0).sum())
+def _tangledness(formulation: Formulation, points: Field) -> tuple[int, int, float]:
+    """Number of folded cells, of those that are flat or folded, and how far their scaled Jacobians are below flat."""
+    measures, flat = formulation.measures(points), formulation.schedules.untangling.flat
+    tangled = _tangled(formulation, measures)
+    below = np.maximum(flat - np.minimum(measures.scaled_jacobian[tangled], flat), 0.0)
+    return int((measures.determinant <= 0.0).sum()), int(tangled.sum()), float(below.sum())
