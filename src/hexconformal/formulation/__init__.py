@@ -8,6 +8,7 @@ from .compatible_constraint import CompatibleConstraint
 from .formulation import Formulation, ValidCells, convex_newton
 from .iteration import Iteration
 from .schedules import MinimizationSchedule, Schedules, UntanglingSchedule
+from .work import Work
 
 __all__ = [
     "CompatibleConstraint",
@@ -17,5 +18,6 @@ __all__ = [
     "Schedules",
     "UntanglingSchedule",
     "ValidCells",
+    "Work",
     "convex_newton",
 ]

@@ -25,6 +25,7 @@ from ..mesh import boundary_quads
 from ..solver import AdmissibleDirections, ConvexEquation, Iterate, Problem, newton
 from .compatible_constraint import CompatibleConstraint
 from .schedules import Schedules
+from .work import Work
 
 __all__ = ["Formulation", "ValidCells", "convex_newton"]
 
@@ -62,6 +63,8 @@ class Formulation:
         The compatible constraint, where it is asked for.
     schedules
         The tuned numbers of all stages.
+    work
+        What the phase may take; None for no end.
     """
 
     cells: Ints
@@ -75,6 +78,7 @@ class Formulation:
     scales: Field = field(default_factory=lambda: np.empty(0))
     constraint: CompatibleConstraint | None = None
     schedules: Schedules = field(default_factory=Schedules)
+    work: Work | None = None
 
     # --------------------------------------------------------------------------------------- objectives
     def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
@@ -92,9 +96,21 @@ class Formulation:
         terms += [term for term in (self.barrier, self.constraint) if term is not None]
         return Objective(tuple(terms))
 
-    def problem(self, objective: Objective, acceptable: Callable[[Field], bool] = lambda points: True) -> Problem:
-        """The minimization of an objective in the admissible directions."""
-        return Problem(objective, self.admissible.project, acceptable, search=self.schedules.search)
+    def problem(
+        self,
+        objective: Objective,
+        acceptable: Callable[[Field], bool] = lambda points: True,
+        spoiled: Callable[[Field], Mask] | None = None,
+    ) -> Problem:
+        """The minimization of an objective in the admissible directions; where a mesh is not acceptable, by (m,) cells."""
+
+        def nodes(points: Field) -> Mask:
+            touched = np.zeros(len(points), dtype=bool)
+            touched[self.cells[spoiled(points)]] = True  # type: ignore[misc]
+            return self.admissible.coupled.closed(touched)
+
+        of_nodes = None if spoiled is None else nodes
+        return Problem(objective, self.admissible.project, acceptable, search=self.schedules.search, spoiled=of_nodes)
 
     @property
     def equation(self) -> ConvexEquation:
@@ -118,6 +134,16 @@ class Formulation:
     def measures(self, points: Field) -> CornerMeasures:
         """Determinants and densities of every cell at its corners."""
         return CornerTerm(self.cells, self.inverses).measures(points)
+
+    def spoiled(self, valid: ValidCells, stiffness: float = 0.0) -> Callable[[Field], Mask]:
+        """What tells of points the (m,) cells that are folded, not valid though they must be, or stiffer than allowed."""
+        most = 1.0 / stiffness if stiffness > 0.0 else np.inf
+
+        def spoiled(points: Field) -> Mask:
+            measures = self.measures(points)
+            return (measures.determinant <= 0.0) | (measures.angle >= most) | valid.spoiled(points)
+
+        return spoiled
 
     def relative_distance(self, points: Field) -> float:
         """Largest distance of the boundary from the surface, in units of its bound."""
@@ -170,8 +196,18 @@ class Formulation:
 
     def with_barrier(self, barrier: DistanceBarrier | None) -> Formulation:
         """The formulation with another barrier."""
-        other = replace(self, barrier=barrier)
-        # The rest does not depend on it.
+        return self._alike(replace(self, barrier=barrier))
+
+    def with_work(self, work: Work | None) -> Formulation:
+        """The formulation with so much work to take."""
+        return self._alike(replace(self, work=work))
+
+    def worth(self, steps: float) -> Work:
+        """The work of so many Newton steps on the whole mesh, or on a small one."""
+        return Work(steps * max(len(self.cells), self.schedules.work.least_cells))
+
+    def _alike(self, other: Formulation) -> Formulation:
+        # What is known of the cells depends on neither.
         for name in ("_assembly", "projectors", "free", "inner"):
             if name in self.__dict__:
                 other.__dict__[name] = self.__dict__[name]
@@ -203,6 +239,10 @@ class ValidCells:
         """True where all of them are valid at points (n, 3)."""
         return all_valid(points, self._cells, None if self._valid.all() else np.flatnonzero(self._valid))
 
+    def spoiled(self, points: Field) -> Mask:
+        """(m,) those of them that are not."""
+        return self._valid & ~is_valid(points, self._cells)
+
     def grow(self, points: Field) -> None:
         """Take in the cells that are valid at points (n, 3)."""
         if not self._valid.all():
@@ -215,13 +255,16 @@ def convex_newton(
     """Newton's method with the convex equation; yields the iterate after every step.
 
     Volumes count with a weight, default that of the schedule. Ends where two steps in a row lower the objective by less
-    than the given fraction, or no step lowers it. A cell that is valid everywhere (Bernstein) stays so, and so does one
+    than the given fraction, no step lowers it, or the formulation's work is done. A cell that is valid everywhere (Bernstein) stays so, and so does one
     that becomes so.
     """
     volume = formulation.schedules.minimization.volume_weight if volume is None else volume
     valid, slow = ValidCells(points, formulation.cells), 0
-    problem = formulation.problem(formulation.objective(weights, volume), valid)
-    for iterate in newton(problem.start(points), formulation.equation):
+    objective, spoiled = formulation.objective(weights, volume), formulation.spoiled(valid, weights.stiffness)
+    problem = formulation.problem(objective, valid, spoiled)
+    steps = newton(problem.start(points), formulation.equation)
+    while formulation.work is None or formulation.work.take(len(formulation.cells)):
+        iterate = next(steps)
         if iterate.step == 0.0:
             return
         valid.grow(iterate.points)

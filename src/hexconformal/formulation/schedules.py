@@ -13,7 +13,7 @@ from ..geometry import BarrierSchedule, FeatureSchedule, MatchingSchedule
 from ..solver import MultigridSchedule, NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
-__all__ += ["Schedules", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule"]
+__all__ += ["Schedules", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule", "WorkSchedule"]
 __all__ += ["WorstCellsSchedule"]
 
 
@@ -217,6 +217,10 @@ class WorstCellsSchedule(Schedule):
         Of cells around them that move.
     least_gain
         Of the worst scaled Jacobian, or a tenth of it: a round with less is a stall.
+    alike
+        Cells this close to a worst one that stalls are set aside with it.
+    poor
+        Scaled Jacobian below which the worst of the others are raised then.
     good
         Worst scaled Jacobian at which nothing is left to do.
     many_cells
@@ -234,6 +238,8 @@ class WorstCellsSchedule(Schedule):
     margin: float = tuned(0.1, 0.0, 1.0)
     rings: int = tuned(3)
     least_gain: float = tuned(1e-3, 0.0, 1.0)
+    alike: float = tuned(0.02, 0.0, 1.0)
+    poor: float = tuned(0.5, 0.0, 1.0)
     good: float = tuned(0.98, 0.0, 1.0)
     many_cells: int = tuned(200_000)
 
@@ -264,6 +270,32 @@ class ReturnSchedule(Schedule):
     keeping: int = tuned(4)
     steeper: float = tuned(4.0, 1.0)
     shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9), 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class WorkSchedule(Schedule):
+    """Bounds of the work of each phase, in Newton steps on the whole mesh: what resists longer does so for good.
+
+    Attributes
+    ----------
+    unfolding, again
+        Of unfolding, and of unfolding with more room or other features.
+    patches
+        Of raising the worst cells patch by patch.
+    returning
+        Of bringing the boundary back.
+    folded
+        Of raising what stays folded.
+    least_cells
+        Cells that a small mesh counts as.
+    """
+
+    unfolding: float = tuned(120.0)
+    again: float = tuned(20.0)
+    patches: float = tuned(80.0)
+    returning: float = tuned(30.0)
+    folded: float = tuned(30.0)
+    least_cells: int = tuned(4000)
 
 
 @dataclass(frozen=True)
@@ -346,3 +378,4 @@ class Schedules:
     returning: ReturnSchedule = field(default_factory=ReturnSchedule)
     volume: VolumeSchedule = field(default_factory=VolumeSchedule)
     compatible: CompatibleSchedule = field(default_factory=CompatibleSchedule)
+    work: WorkSchedule = field(default_factory=WorkSchedule)

@@ -5,7 +5,7 @@ Belongs here: measures with their statistics, checks, node order, what no valid 
 """
 
 from .assessment import Quality, Summary, quality
-from .attainable_bound import attainable_scaled_jacobian
+from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians
 from .checks import check, require_sound
 from .node_order import orient
 from .region_measures import RegionMeasures, measure_regions
@@ -19,6 +19,7 @@ __all__ = [
     "Summary",
     "as_table",
     "attainable_scaled_jacobian",
+    "attainable_scaled_jacobians",
     "check",
     "inside_out",
     "measure_regions",

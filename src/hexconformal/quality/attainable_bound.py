@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..elements import CORNER_NEIGHBOURS
 
-__all__ = ["attainable_scaled_jacobian"]
+__all__ = ["attainable_scaled_jacobian", "attainable_scaled_jacobians"]
 
 
 def attainable_scaled_jacobian(
@@ -38,17 +38,22 @@ def attainable_scaled_jacobian(
     >>> round(bound, 6), int(cell)
     (0.707107, 0)
     """
-    neighbours = cells[:, CORNER_NEIGHBOURS]
-    best, where = 1.0, None
+    limits = attainable_scaled_jacobians(points, cells, held)
+    cell = int(limits.argmin()) if len(limits) and limits.min() < 1.0 else None
+    return (1.0, None) if cell is None else (float(limits[cell]), cell)
+
+
+def attainable_scaled_jacobians(
+    points: NDArray[np.float64], cells: NDArray[np.int64], held: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """The same bound for every cell (m,)."""
+    neighbours, limits = cells[:, CORNER_NEIGHBOURS], np.ones(len(cells))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         cell, corner = np.nonzero(held[cells] & held[neighbours[:, :, i]] & held[neighbours[:, :, j]])
-        if len(cell) == 0:
-            continue
         edges = points[neighbours[cell, corner]] - points[cells[cell, corner]][:, None]
         edges /= np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-300)
         area = np.cross(edges[:, i], edges[:, j])
         whole = held[neighbours[cell, corner, k]]
         values = np.where(whole, np.einsum("ki,ki->k", area, edges[:, k]), np.linalg.norm(area, axis=1))
-        if values.min() < best:
-            best, where = float(values.min()), int(cell[values.argmin()])
-    return best, where
+        np.minimum.at(limits, cell, values)
+    return limits

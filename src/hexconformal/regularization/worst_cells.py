@@ -18,11 +18,12 @@ from ..elements import corner_scaled_jacobian
 from ..energy import CornerWeights
 from ..formulation import Formulation, Iteration, convex_newton
 from ..mesh import node_rings
-from ..quality import attainable_scaled_jacobian
+from ..quality import attainable_scaled_jacobians
 
 __all__ = ["raise_worst", "raise_worst_patches", "stiffened"]
 
 Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 def stiffened(formulation: Formulation, points: Field) -> CornerWeights:
@@ -48,31 +49,47 @@ def raise_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
 
 
 def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Iteration]:
-    """Raise the patches around the worst cells only, until the worst cell of the mesh stalls or is good enough."""
-    schedule = formulation.schedules.worst_cells
-    bound = attainable_scaled_jacobian(points, formulation.cells, ~formulation.free)[0]
-    attainable = min(schedule.good, (1.0 - schedule.least_gain) * bound)
-    quality = corner_scaled_jacobian(points, formulation.cells)
+    """Raise the patches around the worst cells only, until all are good enough or stall, or the work is done.
+
+    A worst cell that stalls is set aside, and those that come after it are raised, as long as they are poor.
+    """
+    schedule, cells = formulation.schedules.worst_cells, formulation.cells
+    if formulation.work is None:
+        formulation = formulation.with_work(formulation.worth(formulation.schedules.work.patches))
+    limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
+    quality = corner_scaled_jacobian(points, cells)
+    aside, stalled = quality >= limits, False
     for _ in range(schedule.patch_rounds):
-        worst = float(quality.min())
-        if worst >= attainable:
+        worst = float(quality[~aside].min(initial=1.0))
+        if worst >= (schedule.poor if stalled else schedule.good):
             return
-        region = node_rings(formulation.cells, len(points), quality < worst + schedule.margin, schedule.rings)
-        patch, nodes = formulation.restricted(region, points)
-        if not patch.free.any():
-            return
-        local = points[nodes]
-        for _ in range(schedule.patch_passes):
-            steps = convex_newton(patch, local, stiffened(patch, local))
-            for iterate in islice(steps, schedule.patch_steps):
-                local = iterate.points
-        trial = points.copy()
-        trial[nodes] = local
-        quality = corner_scaled_jacobian(trial, formulation.cells)
+        region = node_rings(cells, len(points), ~aside & (quality < worst + schedule.margin), schedule.rings)
+        trial = _raised(formulation, points, region)
+        after = corner_scaled_jacobian(trial, cells)
         # A patch watches the surface around itself only.
-        if quality.min() < worst or not np.isfinite(formulation.objective(CornerWeights()).value(trial)):
+        spoiled = after.min() < quality.min() or not np.isfinite(formulation.objective(CornerWeights()).value(trial))
+        if not spoiled and trial is not points:
+            points, quality = trial, after
+            yield Iteration("worst cells", points)
+        if formulation.work is None or formulation.work.is_done:
             return
-        points = trial
-        yield Iteration("worst cells", points)
-        if quality.min() < worst + min(schedule.least_gain, 0.1 * worst):
-            return
+        if spoiled or float(quality[~aside].min()) < worst + min(schedule.least_gain, 0.1 * worst):
+            stalled = True
+            aside |= quality < worst + schedule.alike
+        aside |= quality >= limits
+
+
+def _raised(formulation: Formulation, points: Field, region: Mask) -> Field:
+    """The points with the nodes of a region moved so that its worst corners get better."""
+    schedule = formulation.schedules.worst_cells
+    patch, nodes = formulation.restricted(region, points)
+    if not patch.free.any():
+        return points
+    local = points[nodes]
+    for _ in range(schedule.patch_passes):
+        steps = convex_newton(patch, local, stiffened(patch, local))
+        for iterate in islice(steps, schedule.patch_steps):
+            local = iterate.points
+    moved = points.copy()
+    moved[nodes] = local
+    return moved

@@ -21,6 +21,7 @@ Field = NDArray[np.float64]
 _ROUNDING = 1e-13
 
 
+Mask = NDArray[np.bool_]
 Preconditioner = Callable[[Field], Field]  # maps an admissible gradient to an admissible displacement
 
 
@@ -38,12 +39,16 @@ class SearchSchedule(Schedule):
         Share of the slope below which it must have come where values are alike but for rounding.
     memory
         Pairs that L-BFGS keeps: more cost memory and win little.
+    held_back
+        Shares of a direction left, one after the other, at nodes of cells that it spoils: few of these must not stop
+        all others.
     """
 
     enough: float = tuned(1e-4, 0.0, 1.0)
     halvings: int = tuned(40)
     flatter: float = tuned(0.9, 0.0, 1.0)
     memory: int = tuned(10)
+    held_back: tuple[float, ...] = tuned((0.25, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +67,8 @@ class Problem:
         Where the fields live.
     search
         Numbers of the line search.
+    spoiled
+        (n,) nodes of cells that are not acceptable at some points; None where that is not known.
     """
 
     objective: Objective
@@ -69,6 +76,7 @@ class Problem:
     acceptable: Callable[[Field], bool] = lambda points: True
     space: Space = SERIAL
     search: SearchSchedule = field(default_factory=SearchSchedule)
+    spoiled: Callable[[Field], Mask] | None = None
 
     def start(self, points: Field) -> Iterate:
         """The iterate at points (n, 3), of which nothing is known yet."""
@@ -147,7 +155,7 @@ def line_search(current: Iterate, direction: Field, with_gradient: bool = True) 
     """
     problem, search = current.problem, current.problem.search
     slope = problem.space.inner(current.gradient, direction)
-    step = 1.0
+    step, whole = 1.0, True
     for _ in range(search.halvings):
         trial = problem.at(problem.space.update(current.points + step * direction), step, with_gradient)
         if np.isfinite(trial.energy) and not (with_gradient and not np.isfinite(trial.gradient).all()):
@@ -160,5 +168,24 @@ def line_search(current: Iterate, direction: Field, with_gradient: bool = True) 
             )
             if (enough or flat) and problem.space.everywhere(problem.acceptable(trial.points)):
                 return replace(trial, decrease=current.energy - trial.energy)
-        step *= 0.5
+        if whole and (shorter := _held_back(current, direction)) is not None:
+            direction, slope = shorter, problem.space.inner(current.gradient, shorter)
+        else:
+            step *= 0.5
+        whole = False
     return replace(current, step=0.0, decrease=0.0)
+
+
+def _held_back(current: Iterate, direction: Field) -> Field | None:
+    """The direction, shorter at nodes of cells that it would spoil; None if there are none, or it would not descend."""
+    problem = current.problem
+    if problem.spoiled is None:
+        return None
+    shorter = direction
+    for share in problem.search.held_back:
+        nodes = problem.spoiled(problem.space.update(current.points + shorter))
+        if not nodes.any():
+            break
+        shorter = np.where(nodes[:, None], share * shorter, shorter)
+    descends = shorter is not direction and problem.space.inner(current.gradient, shorter) < 0.0
+    return shorter if descends else None

@@ -50,10 +50,12 @@ def _tangled(formulation: Formulation, measures: CornerMeasures) -> Mask:
 def untangle(formulation: Formulation, points: Field, patience: int | None = None) -> Iterator[Iteration]:
     """Unfold the corners of all cells as far as possible, and open those that are flat.
 
-    Ends when there is none, or when so many rounds of patches in a row have left as many as before (default: as many
-    as the schedule has).
+    Ends when there is none, when so many rounds of patches in a row have left as many as before (default: as many
+    as the schedule has), or when the formulation's work is done.
     """
     schedule = formulation.schedules.untangling
+    if formulation.work is None:
+        formulation = formulation.with_work(formulation.worth(formulation.schedules.work.unfolding))
     bad, first, stalled = tangled_cells(formulation, points), points, 0
     if bad.mean() > schedule.many_folded:
         points = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
@@ -63,7 +65,7 @@ def untangle(formulation: Formulation, points: Field, patience: int | None = Non
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(schedule.rounds):
         before = _tangledness(formulation, points)
-        if before == _OPEN or stalled == patience:
+        if before == _OPEN or stalled == patience or (formulation.work is not None and formulation.work.is_done):
             return
         regions = connected_regions(
             formulation.cells,
@@ -86,7 +88,7 @@ def pull_back(
 
     Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
     around these are taken back by a share of their way, such that the fewest cells are inverted, never more than at the
-    start; all of them go back where that is not to be had. Nodes that are coupled go back together.
+    start; or all that moved in one piece with them, or all. Nodes that are coupled go back together.
     """
     schedule = UntanglingSchedule() if schedule is None else schedule
     first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
@@ -101,9 +103,15 @@ def pull_back(
     elif not worse.any():
         return points
     best, fewest = start, int((first <= 0.0).sum())
-    for width in range(schedule.rounds):
-        nodes = coupled.closed(node_rings(cells, len(points), worse, width))
-        for share in schedule.shares_back:
+    # What moved apart from everything that is worse now stays as it is.
+    apart = np.zeros(len(points), dtype=bool)
+    for part in connected_regions(cells, (points != start).any(axis=1)):
+        if worse[part[cells].any(axis=1)].any():
+            apart |= part
+    around = [node_rings(cells, len(points), worse, width) for width in range(schedule.rounds)]
+    for region, shares in ((apart, (1.0,)), *((nodes, schedule.shares_back) for nodes in around)):
+        nodes = coupled.closed(region)
+        for share in shares:
             trial = np.where(nodes[:, None], points + share * (start - points), points)
             quality = corner_scaled_jacobian(trial, cells)
             inverted = int((quality <= 0.0).sum())
@@ -142,6 +150,8 @@ def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: in
         smallest = float(measures.determinant.min())
         if not _tangled(formulation, measures).any():
             return
+        if formulation.work is not None and not formulation.work.take(len(formulation.cells)):
+            return
         if count:
             eps = _next_eps(eps, smallest, last, schedule.least_sigma)
         else:
@@ -170,9 +180,13 @@ def _next_eps(eps: float, smallest: float, last: tuple[float, float], least_sigm
 
 def _unfold_patches(formulation: Formulation, points: Field, first: Field, regions: list[Mask]) -> Field:
     """The points with one patch after the other unfolded, without those that leave the surface."""
-    trial = points
-    for region in regions:
+    trial, work = points, formulation.work
+    for number, region in enumerate(regions):
+        # What resists leaves enough for the others.
+        if work is not None:
+            formulation = formulation.with_work(work.share(min(1.0, 2.0 / (len(regions) - number))))
         trial = _unfold_patch(formulation, trial, first, region)
+    formulation = formulation.with_work(work)
     limit = max(1.0, formulation.relative_distance(points))
     if formulation.relative_distance(trial) <= limit:
         return trial
@@ -206,7 +220,8 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
         for first_eps in patch.schedules.untangling.first_eps:
             steps = list(_unfold(patch, local, first_eps, patch.schedules.untangling.patch_steps))
             attempt = steps[-1] if steps else local
-            if (tangled := _tangledness(patch, attempt)) < amount and not folded_cells(patch, attempt)[protected].any():
+            tangled = _tangledness(patch, attempt)
+            if tangled < amount and not folded_cells(patch, attempt)[protected].any():
                 best, amount = attempt, tangled
             if amount == _OPEN:
                 break
