@@ -4,7 +4,7 @@ Belongs here: tables of a type of cell, loops over cells that look at one cell a
 coefficients, equation (13). Imports `kernel`.
 """
 
-from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian
+from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian, corner_shape
 from .hexahedron import (
     CORNER_NEIGHBOURS,
     CORNERS,
@@ -30,6 +30,7 @@ __all__ = [
     "cell_volumes",
     "contiguous",
     "corner_scaled_jacobian",
+    "corner_shape",
     "edge_lengths",
     "edge_weights",
     "gauss_rule",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..kernel import parallel_ranges, strict_loop
 from .validity import DEPTH, bracket_minimum, contiguous, edge_vectors, fill_coefficients
 
-__all__ = ["MEASURES", "cell_measures", "corner_scaled_jacobian"]
+__all__ = ["MEASURES", "cell_measures", "corner_scaled_jacobian", "corner_shape"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -58,7 +58,32 @@ def corner_scaled_jacobian(points: Floats, cells: Ints) -> Floats:
     array([1., 1.])
     """
     smallest = np.empty(len(cells))
-    parallel_ranges(_corner_range, len(cells), *contiguous(points, cells), smallest)
+    parallel_ranges(_corner_range, len(cells), *contiguous(points, cells), False, smallest)
+    return smallest
+
+
+def corner_shape(points: Floats, cells: Ints) -> Floats:
+    """Smallest mean ratio of the eight corners, 3 det^(2/3) / (sum of squared edges), nothing else.
+
+    Parameters
+    ----------
+    points
+        (n, 3) coordinates.
+    cells
+        (m, 8) nodes in VTK order.
+
+    Returns
+    -------
+    (m,) values in [0, 1]; 0 where a corner is folded or flat.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> corner_shape(*box((1, 1, 1), (1.0, 1.0, 8.0))).round(4)
+    array([0.1818])
+    """
+    smallest = np.empty(len(cells))
+    parallel_ranges(_corner_range, len(cells), *contiguous(points, cells), True, smallest)
     return smallest
 
 
@@ -74,7 +99,12 @@ def _scaled_jacobian(det, product):  # type: ignore[no-untyped-def]
 
 
 @strict_loop
-def _corner_range(first, last, points, cells, smallest):  # type: ignore[no-untyped-def]
+def _mean_ratio(det, norm):  # type: ignore[no-untyped-def]
+    return 3.0 * max(det, 0.0) ** (2 / 3) / norm if norm > 0.0 else 0.0
+
+
+@strict_loop
+def _corner_range(first, last, points, cells, shape, smallest):  # type: ignore[no-untyped-def]
     edges, lengths = np.empty((12, 3)), np.empty(12)
     for cell in range(first, last):
         edge_vectors(points, cells, cell, edges)
@@ -89,7 +119,11 @@ def _corner_range(first, last, points, cells, smallest):  # type: ignore[no-unty
                         + (edges[i, 2] * edges[j, 0] - edges[i, 0] * edges[j, 2]) * edges[k, 1]
                         + (edges[i, 0] * edges[j, 1] - edges[i, 1] * edges[j, 0]) * edges[k, 2]
                     )
-                    worst = min(worst, _scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
+                    if shape:
+                        norm = lengths[i] ** 2 + lengths[j] ** 2 + lengths[k] ** 2
+                        worst = min(worst, _mean_ratio(det, norm))
+                    else:
+                        worst = min(worst, _scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
         smallest[cell] = worst
 
 
@@ -121,8 +155,7 @@ def _measure_range(first, last, points, cells, columns):  # type: ignore[no-unty
                     scaled = min(scaled, _scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
                     norm = lengths[i] ** 2 + lengths[j] ** 2 + lengths[k] ** 2
                     area = _face_area(edges, i, j) + _face_area(edges, j, k) + _face_area(edges, k, i)
-                    ratio = 3.0 * max(det, 0.0) ** (2 / 3) / norm if norm > 0.0 else 0.0
-                    shape = min(shape, ratio)
+                    shape = min(shape, _mean_ratio(det, norm))
                     distortion = max(distortion, 1.0 - area / norm if norm > 0.0 else 1.0)
 
         longest = shortest = lengths[0]

@@ -9,6 +9,7 @@ from ..kernel import (
     algebra,
     barrier_factor,
     determinant,
+    dot,
     frame_at,
     frame_density,
     loop,
@@ -114,8 +115,8 @@ def corner_sums(  # type: ignore[no-untyped-def]
 
 
 @loop
-def corner_densities(first, last, points, cells, corners, inverses, smallest, jacobian, distortion, angle):  # type: ignore[no-untyped-def]
-    """Per cell, of f = J W^-1 at the corners: smallest det f, smallest det u, largest e(f), e(u); inf where folded."""
+def corner_densities(first, last, points, cells, corners, inverses, smallest, fullness, distortion, angle):  # type: ignore[no-untyped-def]
+    """Per cell, of f = J W^-1 at the corners: smallest det f, smallest fullness, largest e(f), e(u); inf where folded."""
     s = np.empty((ROWS, 8))
     for c in range(first, last):
         _store_frames(points, cells, c, corners, inverses, s)
@@ -123,15 +124,16 @@ def corner_densities(first, last, points, cells, corners, inverses, smallest, ja
             f = frame_at(s, FRAME, q)
             u, _ = directions(f)
             s[MARGIN, q] = determinant(f)
-            s[FRAME, q] = determinant(u)
+            square = (dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2])) / 3.0
+            s[FRAME, q] = s[MARGIN, q] / (square * np.sqrt(square) + 1e-300)
             s[DENSITY, q] = frame_density(f) * barrier_factor(determinant(f), 0.0)[0]
             s[COLUMN, q] = (frame_density(u) + JACOBIAN_WEIGHT) * barrier_factor(determinant(u), 0.0)[
                 0
             ] - JACOBIAN_WEIGHT
-        smallest[c], jacobian[c], distortion[c], angle[c] = np.inf, np.inf, 0.0, 0.0
+        smallest[c], fullness[c], distortion[c], angle[c] = np.inf, np.inf, 0.0, 0.0
         for q in range(8):
             smallest[c] = min(smallest[c], s[MARGIN, q])
-            jacobian[c] = min(jacobian[c], s[FRAME, q])
+            fullness[c] = min(fullness[c], s[FRAME, q])
             distortion[c] = max(distortion[c], s[DENSITY, q])
             angle[c] = max(angle[c], s[COLUMN, q])
         if not smallest[c] > 0.0:

@@ -62,10 +62,20 @@ class CornerWeights:
 
 @dataclass(frozen=True)
 class CornerMeasures:
-    """Per cell: smallest corner determinants of f and u, largest densities e(f) and e(u); infinite where folded."""
+    """Per cell: what its corners have.
+
+    Attributes
+    ----------
+    determinant
+        (m,) smallest det f.
+    fullness
+        (m,) smallest det f / (|f|^2 / 3)^(3/2), 1 for a cube, next to nothing for what has next to no volume.
+    distortion, angle
+        (m,) largest densities e(f) and e(u); infinite where folded.
+    """
 
     determinant: Field
-    scaled_jacobian: Field
+    fullness: Field
     distortion: Field
     angle: Field
 

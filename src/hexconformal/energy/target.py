@@ -17,6 +17,7 @@ __all__ += ["stretched_boxes", "target_volumes"]
 Field = NDArray[np.float64]
 
 _BRICK = 0.8  # scaled Jacobian from which a stretched cell is a brick
+_FLAT = 1e6  # aspect ratio from which it has no shape to keep
 STRETCHED_ASPECTS = (2.0, 5.0)  # aspect ratios between which a cell passes from a cube to its own box
 
 
@@ -130,7 +131,7 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
 
     Stretched cells that are bricks, as in boundary layers, are meant to be so; where most of them are skewed, the
     mesh is distorted instead, and no cell counts. A cell of aspect 5 or more keeps its proportions, one of aspect up
-    to 2, or inverted, becomes a cube; between, it keeps a part.
+    to 2, inverted or as good as flat, becomes a cube; between, it keeps a part.
 
     Returns
     -------
@@ -143,7 +144,7 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
     if not degree.any():
         return None
     quality = corner_scaled_jacobian(points, cells)
-    degree[quality <= 0.0] = 0.0
+    degree[(quality <= 0.0) | (aspect >= _FLAT)] = 0.0
     if not degree.any() or np.median(quality[degree > 0.0]) < _BRICK:
         return None
     mean = np.exp(np.log(lengths).mean(axis=1, keepdims=True))

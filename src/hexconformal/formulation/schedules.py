@@ -13,7 +13,7 @@ from ..geometry import BarrierSchedule, FeatureSchedule, MatchingSchedule
 from ..solver import MultigridSchedule, NewtonSchedule, SearchSchedule
 
 __all__ = ["CompatibleSchedule", "FoldedSchedule", "InteriorSchedule", "MinimizationSchedule", "ReturnSchedule"]
-__all__ += ["Schedules", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule", "WorkSchedule"]
+__all__ += ["Schedules", "ThinSchedule", "UnfoldingSchedule", "UntanglingSchedule", "VolumeSchedule", "WorkSchedule"]
 __all__ += ["WorstCellsSchedule"]
 
 
@@ -24,10 +24,12 @@ class UntanglingSchedule(Schedule):
     Attributes
     ----------
     flat
-        Scaled Jacobian up to which a corner is as good as flat and opened like one that is folded: the barrier holds it
+        Fullness of a corner up to which it is as good as flat and opened like one that is folded: the barrier holds it
         where it is, and what is around it.
     many_folded
         Share of folded cells from which on the whole mesh is unfolded first: patches are faster where there are few.
+    hardly_folded
+        How far below zero the fullness may be where the whole mesh is unfolded from where it is.
     whole_steps, patch_steps
         Newton steps on the whole mesh, and on a patch: what the former leave is for the latter.
     rounds
@@ -47,8 +49,9 @@ class UntanglingSchedule(Schedule):
         Of the way to the input, where the worst cell has become worse.
     """
 
-    flat: float = tuned(1e-3, 0.0, 1.0)
+    flat: float = tuned(1e-4, 0.0, 1.0)
     many_folded: float = tuned(0.05, 0.0, 1.0)
+    hardly_folded: float = tuned(0.05, 0.0, 1.0)
     whole_steps: int = tuned(15)
     patch_steps: int = tuned(120)
     rounds: int = tuned(6)
@@ -57,6 +60,28 @@ class UntanglingSchedule(Schedule):
     stuck: float = tuned(0.02, 0.0, 1.0)
     least_sigma: float = tuned(0.1, 0.0, 1.0)
     shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0), 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class ThinSchedule(Schedule):
+    """Thickening cells that have next to no volume.
+
+    Attributes
+    ----------
+    thin
+        Fullness below which a corner is thin.
+    eps
+        Of the barrier chi_eps meanwhile, in cubes of the mean edge.
+    steps
+        Newton steps at most.
+    decrease
+        Relative decrease of the objective two of which in a row end it.
+    """
+
+    thin: float = tuned(2e-2, 0.0, 1.0)
+    eps: float = tuned(1e-2)
+    steps: int = tuned(40)
+    decrease: float = tuned(0.01, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -166,8 +191,9 @@ class MinimizationSchedule(Schedule):
         Relative decrease of the energy two of which in a row are a stall, where the worst cells are raised afterwards.
     decrease
         The same beside a barrier or volumes, where the gradient may never vanish.
-    few_steps
-        Steps of that before the angles take over: more win nothing that these do not.
+    few_steps, rapid
+        Steps of that before the angles take over: more win nothing that these do not, but where a step lowers the
+        energy by more than this share.
     least_volume
         Smallest volume, relative to the cube of the edges, that the stiffness of a cell takes as it is.
     proportion_weight, slender
@@ -187,6 +213,7 @@ class MinimizationSchedule(Schedule):
     stall: float = tuned(3e-3, 0.0, 1.0)
     decrease: float = tuned(1e-6, 0.0, 1.0)
     few_steps: int = tuned(2)
+    rapid: float = tuned(0.1, 0.0, 1.0)
     least_volume: float = tuned(0.05, 0.0, 1.0)
     proportion_weight: float = tuned(20.0)
     slender: float = tuned(7.0, 1.0)
@@ -284,8 +311,8 @@ class WorkSchedule(Schedule):
         Of raising the worst cells patch by patch.
     returning
         Of bringing the boundary back.
-    folded
-        Of raising what stays folded.
+    folded, interior
+        Of raising what stays folded, and of unfolding insides.
     least_cells
         Cells that a small mesh counts as.
     """
@@ -294,7 +321,8 @@ class WorkSchedule(Schedule):
     again: float = tuned(20.0)
     patches: float = tuned(80.0)
     returning: float = tuned(30.0)
-    folded: float = tuned(30.0)
+    folded: float = tuned(20.0)
+    interior: float = tuned(20.0)
     least_cells: int = tuned(4000)
 
 
@@ -369,6 +397,7 @@ class Schedules:
     search: SearchSchedule = field(default_factory=SearchSchedule)
     multigrid: MultigridSchedule = field(default_factory=MultigridSchedule)
     untangling: UntanglingSchedule = field(default_factory=UntanglingSchedule)
+    thin: ThinSchedule = field(default_factory=ThinSchedule)
     interior: InteriorSchedule = field(default_factory=InteriorSchedule)
     folded: FoldedSchedule = field(default_factory=FoldedSchedule)
     unfolding: UnfoldingSchedule = field(default_factory=UnfoldingSchedule)

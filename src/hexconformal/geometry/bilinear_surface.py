@@ -56,6 +56,11 @@ class BilinearSurface:
         other.__dict__["_neighbours"] = self._neighbours
         return other
 
+    def part(self, faces: Ints, local: Ints, points: Floats) -> BilinearSurface:
+        """Some of the faces; see :meth:`SurfaceLocator.part`."""
+        sheets = None if self.sheets is None else self.sheets[faces]
+        return BilinearSurface(points, local[self.faces[faces]], self.parts[faces], sheets)
+
     @property
     def nodes_of_sheets(self) -> Ints:
         """(q, 4) as of a :class:`SurfaceLocator`."""

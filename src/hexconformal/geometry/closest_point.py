@@ -100,6 +100,10 @@ class SurfaceLocator:
             other.__dict__[name] = getattr(self, name)
         return other
 
+    def part(self, faces: Ints, local: Ints, points: Floats) -> SurfaceLocator:
+        """Some of the faces, of a patch: its points, and the number there of every node."""
+        return SurfaceLocator(points, local[self.faces[faces]], None if self.sheets is None else self.sheets[faces])
+
     @cached_property
     def _labels(self) -> Ints:
         return np.zeros(len(self.faces), dtype=np.int64) if self.sheets is None else np.ascontiguousarray(self.sheets)

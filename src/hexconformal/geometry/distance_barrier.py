@@ -45,6 +45,9 @@ class DistanceBarrier(Term):
     ----------
     original
         Where the boundary was: its points, and the faces.
+    skin
+        The surface that is kept near it, by the nodes of the points that the barrier is a function of: of the mesh, or
+        of a patch, around what moves there; None where nothing does.
     bound
         Distance that must not be exceeded.
     steepness
@@ -61,11 +64,10 @@ class DistanceBarrier(Term):
         Bounds between places that are compared on a quad.
     schedule
         The numbers of equation (14).
-    patch
-        Nodes of a patch, the only ones that move; None for the whole mesh.
     """
 
     original: SurfaceLocator | BilinearSurface
+    skin: SurfaceLocator | BilinearSurface | None
     bound: float
     steepness: float
     reference: SurfaceLocator | None
@@ -76,7 +78,6 @@ class DistanceBarrier(Term):
     wall: float
     spacing: float
     schedule: BarrierSchedule
-    patch: Patch | None = None
 
     @classmethod
     def around(
@@ -128,28 +129,24 @@ class DistanceBarrier(Term):
             curves = Curves.of(points, None if there is None else features, there)
         schedule = BarrierSchedule() if schedule is None else schedule
         return cls(
-            original, bound, schedule.steepness, reference, forward, backward, curves, points, schedule.wall,
+            original, original, bound, schedule.steepness, reference, forward, backward, curves, points, schedule.wall,
             schedule.spacing, schedule,
         )  # fmt: skip
 
     @property
     def nodes(self) -> Ints:
-        """Nodes that are kept near where they were: of the mesh, or of a patch of it."""
-        nodes = np.unique(self.original.faces)
-        if self.patch is None:
-            return nodes
-        local = self.patch.local[nodes]
-        return np.asarray(local[local >= 0])
+        """Nodes that are kept near where they were."""
+        return np.empty(0, np.int64) if self.skin is None else np.unique(self.skin.faces)
 
     # ------------------------------------------------------------------------------------------ the term
     def value(self, points: Field) -> float:
         """The barrier at some points (n, 3); infinite beyond the wall."""
-        steep, *_ = self._looked(self._all_points(points), everywhere=False)
+        steep, *_ = self._looked(points, everywhere=False)
         return float(sum(kind.penalty(self.steepness, self.wall)[0] for kind in steep))
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """The barrier, and its gradient (n, 3)."""
-        steep, *_ = self._looked(self._all_points(points), everywhere=False)
+        steep, *_ = self._looked(points, everywhere=False)
         gradient = np.zeros_like(points)
         return self._add(steep, gradient, None), gradient
 
@@ -163,20 +160,33 @@ class DistanceBarrier(Term):
         return self._seen(points)[1]
 
     def restricted(self, patch: Patch) -> DistanceBarrier:
-        """The barrier of a patch."""
-        movable = np.asarray(patch.moving[self.original.faces].any(axis=1))
+        """The barrier of a patch: of what moves there, with what is beside that."""
+        none = replace(self, skin=None, measured_at=self.measured_at[patch.nodes])
+        if self.skin is None:
+            return none
+        faces = self.skin.faces
+        movable = np.asarray(patch.moving[faces].any(axis=1))
+        if not movable.any():
+            return none
+        touched = np.zeros(len(patch.moving), dtype=bool)
+        touched[faces[movable]] = True
+        beside = touched[faces].any(axis=1) & (patch.local[faces] >= 0).all(axis=1)
+        kept, numbers = np.flatnonzero(movable | beside), np.full(len(faces), -1)
+        numbers[kept] = np.arange(len(kept))
         return replace(
-            self,
-            forward=self.forward.among(movable),
-            backward=self.backward.among(movable),
+            none,
+            skin=self.skin.part(kept, patch.local, patch.points[patch.nodes]),
+            forward=self.forward.among(movable, numbers),
+            backward=self.backward.among(movable, numbers),
             curves=self.curves.restricted(patch),
-            patch=patch,
         )
 
     # ---------------------------------------------------------------------------------------- the distance
     def relative_distance(self, points: Field) -> float:
         """Largest distance of any sample, in both directions, in units of the bound."""
-        moved, other = self._surfaces(points)
+        if self.skin is None:
+            return 0.0
+        moved, other = self._surfaces(self.skin, points)
         worst = 0.0
         for samples in (self.forward, self.backward):
             found = samples.measured(np.arange(len(samples)), moved, other, self.schedule.wall * self.bound)
@@ -225,6 +235,7 @@ class DistanceBarrier(Term):
         return replace(
             self,
             original=original,
+            skin=original,
             forward=forward.joined(Samples.forward(ahead, ahead_weights, ahead, np.full(len(ahead), np.inf))),
             backward=backward.joined(Samples.backward(places, behind, np.full(len(behind), np.inf))),
             # Where that is not enough places closer together are compared next time.
@@ -232,20 +243,16 @@ class DistanceBarrier(Term):
         )
 
     # ------------------------------------------------------------------------------------------ measuring
-    def _all_points(self, points: Field) -> Field:
-        if self.patch is None:
-            return points
-        everywhere = self.patch.points.copy()
-        everywhere[self.patch.nodes] = points
-        return everywhere
-
-    def _surfaces(self, x: Field) -> tuple[SurfaceLocator | BilinearSurface, SurfaceLocator | BilinearSurface]:
+    def _surfaces(
+        self, skin: SurfaceLocator | BilinearSurface, x: Field
+    ) -> tuple[SurfaceLocator | BilinearSurface, SurfaceLocator | BilinearSurface]:
         """The moved surface, and the one it should be near to."""
-        return self.original.with_points(x), self.original if self.reference is None else self.reference
+        return skin.with_points(x), self.original if self.reference is None else self.reference
 
-    def _seen(self, points: Field) -> tuple[list[Steep], DistanceBarrier]:
+    def _seen(self, x: Field) -> tuple[list[Steep], DistanceBarrier]:
         """The distances from points (n, 3), and the barrier as it is seen from there."""
-        x = self._all_points(points)
+        if self.skin is None:
+            return [], self
         steep, looks, curves = self._looked(x, everywhere=True)
         forward, backward = (
             samples.seen(*look) for samples, look in zip((self.forward, self.backward), looks, strict=True)
@@ -255,14 +262,16 @@ class DistanceBarrier(Term):
 
     def _looked(self, x: Field, everywhere: bool) -> tuple[list[Steep], list[tuple[Ints, Distances, Field]], Curves]:
         """Distances of samples that may be beyond the onset, or are drawn back; what that tells of them."""
-        moved = moved_by(x - self.measured_at, self.original.faces)
-        surfaces, onset = self._surfaces(x), self.schedule.onset * self.bound
+        if self.skin is None:
+            return [], [], self.curves
+        moved = moved_by(x - self.measured_at, self.skin.faces)
+        surfaces, onset = self._surfaces(self.skin, x), self.schedule.onset * self.bound
         far = self.schedule.wall * self.bound if everywhere else None
         steep, looks = [], []
         for samples in (self.forward, self.backward):
             # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
             most = samples.most(moved)
-            which = np.flatnonzero(samples.active & (samples.attracted | (most >= onset)))
+            which = np.flatnonzero(samples.attracted | (most >= onset))
             found = samples.measured(which, *surfaces, far)
             steep.append(self._steep(found, np.where(samples.attracted[which], self.schedule.attraction, 0.0)))
             looks.append((which, found, most))
@@ -277,7 +286,7 @@ class DistanceBarrier(Term):
             steep.append(self._of_curves(*moved_with, residuals, there.distances, curves.slack, growing))
             curves = replace(curves, near=there.faces)
         if len(curves.corners):
-            residuals = x[curves.corners] - self.original.points[curves.corners]
+            residuals = x[curves.corners] - curves.places
             nodes = np.column_stack([curves.corners, curves.corners])
             weights, distances = np.tile([1.0, 0.0], (len(nodes), 1)), np.linalg.norm(residuals, axis=1)
             growing, slack = partial(identities, len(nodes)), curves.slack_corners
@@ -304,14 +313,12 @@ class DistanceBarrier(Term):
             value, slopes, curvatures = kind.penalty(self.steepness, self.wall)
             total += value
             force = slopes[:, None] * kind.residuals
-            nodes = kind.nodes if self.patch is None else self.patch.local[kind.nodes]
             if assembly is None:
-                inside = nodes >= 0
-                np.add.at(gradient, nodes[inside], (kind.weights[..., None] * force[:, None])[inside])
+                np.add.at(gradient, kind.nodes, kind.weights[..., None] * force[:, None])
             else:
                 matrix = assembly.matrix
                 add_samples(
-                    nodes, kind.weights, force, curvatures[:, None, None] * kind.directions(),
+                    kind.nodes, kind.weights, force, curvatures[:, None, None] * kind.directions(),
                     matrix.indptr, matrix.indices, matrix.data, gradient,
                 )  # fmt: skip
         return float(total)

@@ -62,8 +62,6 @@ class Samples:
         (k,) face that was closest when they were last looked at.
     distances
         (k,) distance then.
-    active
-        (k,) samples that can move, or that something near them can.
     attracted
         (k,) samples that are drawn back from wherever they are, not only from near the bound.
     """
@@ -73,20 +71,18 @@ class Samples:
     places: Field
     near: Ints
     distances: Field
-    active: Mask
     attracted: Mask
 
     @classmethod
     def forward(cls, faces: Ints, weights: Field, near: Ints, distances: Field, attracted: bool = False) -> Samples:
         """Samples of the moved surface."""
-        every = np.ones(len(faces), dtype=bool)
-        return cls(faces, weights, np.empty((0, 3)), near, distances, every, every if attracted else ~every)
+        return cls(faces, weights, np.empty((0, 3)), near, distances, np.full(len(faces), attracted))
 
     @classmethod
     def backward(cls, places: Field, near: Ints, distances: Field) -> Samples:
         """Places that the moved surface should be near to."""
-        every = np.ones(len(places), dtype=bool)
-        return cls(np.empty(0, np.int64), np.empty((0, 4)), places, near, distances, every, ~every)
+        none = np.empty(0, np.int64), np.empty((0, 4))
+        return cls(*none, places, near, distances, np.zeros(len(places), dtype=bool))
 
     def __len__(self) -> int:
         return len(self.near)
@@ -100,13 +96,21 @@ class Samples:
         """(k,) largest distance they can have, where each face (q,) has moved so far since: it grows no faster."""
         return np.asarray(self.distances + moved[self.carriers])
 
-    def among(self, movable: Mask) -> Samples:
-        """The same, active only where faces (q,) can move."""
-        return replace(self, active=self.active & movable[self.carriers])
+    def among(self, movable: Mask, numbers: Ints) -> Samples:
+        """Those that move with faces (q,), or are near them, by the numbers that faces (q,) have from now on."""
+        keep, forward = movable[self.carriers], len(self.faces) > 0
+        return Samples(
+            numbers[self.faces[keep]] if forward else self.faces,
+            self.weights[keep] if forward else self.weights,
+            self.places if forward else self.places[keep],
+            self.near[keep] if forward else numbers[self.near[keep]],
+            self.distances[keep],
+            self.attracted[keep],
+        )
 
     def joined(self, other: Samples) -> Samples:
         """These samples and others."""
-        names = ("faces", "weights", "places", "near", "distances", "active", "attracted")
+        names = ("faces", "weights", "places", "near", "distances", "attracted")
         return Samples(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
 
     def measured(self, which: Ints, moved: Surface, other: Surface, far: float | None = None) -> Distances:
@@ -148,8 +152,8 @@ class Curves:
         (k,) edge that was closest when they were last looked at.
     slack
         (k,) samples that may go as far as the surface.
-    corners
-        (c,) nodes that stay near where they were.
+    corners, places
+        (c,) nodes that stay near where they were, and (c, 3) where that is.
     slack_corners
         (c,) those that may go as far as the surface.
     """
@@ -160,6 +164,7 @@ class Curves:
     near: Ints
     slack: Mask
     corners: Ints
+    places: Field
     slack_corners: Mask
 
     @classmethod
@@ -167,7 +172,7 @@ class Curves:
         """The features that are not soft; near to where they are, or to curves of the same numbers elsewhere."""
         none, never = np.empty(0, np.int64), np.empty(0, bool)
         if features is None or features.soft:
-            return cls(None, np.empty((0, 2), np.int64), np.empty((0, 2)), none, never, none, never)
+            return cls(None, np.empty((0, 2), np.int64), np.empty((0, 2)), none, never, none, np.empty((0, 3)), never)
         edges = features.edges
         # Each node once per curve; corners are held by themselves.
         keys = edges * (int(features.curves.max(initial=0)) + 1) + features.curves[:, None]
@@ -176,7 +181,7 @@ class Curves:
         ends = edges.ravel()[first]
         nodes = np.vstack([np.column_stack([ends, ends]), edges])
         weights = np.vstack([np.tile([1.0, 0.0], (len(ends), 1)), np.full((len(edges), 2), 0.5)])
-        corners = features.corners, features.slack_corners
+        corners = features.corners, points[features.corners], features.slack_corners
         if len(edges) == 0:
             return cls(None, nodes, weights, none, never, *corners)
         near = np.concatenate([first // 2, np.arange(len(edges))])
@@ -189,13 +194,14 @@ class Curves:
         return cls(locator, nodes, weights, near, slack, *corners)
 
     def restricted(self, patch: Patch) -> Curves:
-        """Those that can move."""
-        keep = patch.moving[self.nodes].any(axis=1)
-        inside = patch.moving[self.corners]
+        """Those that can move, as nodes of the patch."""
+        keep, inside = patch.moving[self.nodes].any(axis=1), patch.moving[self.corners]
         return replace(
             self,
-            **{name: getattr(self, name)[keep] for name in ("nodes", "weights", "near", "slack")},
-            **{name: getattr(self, name)[inside] for name in ("corners", "slack_corners")},
+            nodes=patch.local[self.nodes[keep]],
+            corners=patch.local[self.corners[inside]],
+            **{name: getattr(self, name)[keep] for name in ("weights", "near", "slack")},
+            **{name: getattr(self, name)[inside] for name in ("places", "slack_corners")},
         )
 
 

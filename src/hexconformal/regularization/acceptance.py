@@ -33,16 +33,22 @@ _MANY_STRETCHED = 0.05  # share of stretched cells from which on a note says tha
 _ROUNDING = 1e-12  # of a scaled Jacobian
 _APART = 1e-5  # diagonals; patches that are flat to less than this are where they were
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
+_POOR_SHAPE = 0.1  # below this, a smaller one is worse
 _LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
 
 
 def no_worse_than(record: Record, first: Record) -> bool:
-    """True where fewer cells are inverted than at first, or as many and neither minimum (to 1e-6) nor mean is lower."""
-    if record.inverted != first.inverted:
-        return record.inverted < first.inverted
+    """True where fewer cells are inverted than at first, or flat, or as many and nothing else is worse.
+
+    That is the smallest and mean scaled Jacobian, and the smallest shape where it is poor.
+    """
+    tangled, before = (record.inverted, record.flat), (first.inverted, first.flat)
+    if tangled != before:
+        return tangled < before
     return (
         record.min_scaled_jacobian >= first.min_scaled_jacobian - _LEVEL
         and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING
+        and record.min_shape >= min(first.min_shape, _POOR_SHAPE) - _LEVEL
     )
 
 

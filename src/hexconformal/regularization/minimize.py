@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from copy import deepcopy
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,10 +100,10 @@ class Minimization:
         few = method == "auto" and self._formulation.barrier is not None and options.raises_worst
         few = few and not options.changes_sizes
         for phase in phases:
-            steps = islice(self._steps(phase, at), schedule.few_steps if few else None)
-            for taken, following in enumerate(steps, 1):
+            for taken, following in enumerate(self._steps(phase, at), 1):
                 if following.step == 0.0:
                     break
+                rapid = following.energy < (1.0 - schedule.rapid) * at.energy
                 # What a step wins may be lost again where normals are renewed: it is the whole that counts.
                 slow = slow + 1 if at.energy - following.energy < self._stall * at.energy else 0
                 at = following
@@ -112,6 +111,8 @@ class Minimization:
                 yield self._told(phase, at, first)
                 if self._is_stationary(at, first):
                     return
+                if few and taken >= schedule.few_steps and not rapid:
+                    break
                 if slow == 2:
                     self.reason, self.converged = "the energy stalls", not self._alone
                     return

@@ -226,6 +226,10 @@ class Record:
         Number of cells with a scaled Jacobian that is not positive.
     seconds
         Since the run began.
+    flat
+        Number of cells that are inverted or have next to no volume.
+    min_shape
+        Smallest mean ratio of a corner.
 
     Examples
     --------
@@ -244,6 +248,8 @@ class Record:
     mean_scaled_jacobian: float
     inverted: int
     seconds: float
+    flat: int = 0
+    min_shape: float = 0.0
 
     def __str__(self) -> str:
         energy = "" if isnan(self.energy) else f"  energy {self.energy:.3e}"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import OptionError, options_from
-from ..elements import corner_scaled_jacobian
+from ..elements import corner_scaled_jacobian, corner_shape
 from ..formulation import Iteration, Schedules
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh, region_arrays
@@ -268,6 +268,8 @@ class Regularization:
             mean_scaled_jacobian=float(scaled_jacobian.mean()),
             inverted=inverted,
             seconds=time.perf_counter() - self._began,
+            flat=int(self._setting.flat(iteration.points).sum()),
+            min_shape=float(corner_shape(iteration.points, self._normalized.cells).min()),
         )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import all_valid, is_valid
-from ..energy import DistortionTerm, inverse_targets, normalized_target, target_volumes
+from ..energy import CornerTerm, DistortionTerm, inverse_targets, normalized_target, target_volumes
 from ..formulation import Formulation, Schedules
 from ..mesh import NormalizedMesh, Regions, find_regions
 from .boundary import Boundary
@@ -45,9 +45,9 @@ class Setting:
     def target_volumes(self) -> Field:
         """(m,) volumes that cells should have, in the user's unit, 0 for those without; empty for none at all."""
         normalized = self.normalized
-        valid = np.empty_like(normalized.valid)
-        valid[normalized.cell_ids] = normalized.valid
-        volumes = target_volumes(self.options.sizes, normalized.mesh, valid)
+        sized = np.empty_like(normalized.valid)
+        sized[normalized.cell_ids] = normalized.valid & ~self.flat(normalized.points)
+        volumes = target_volumes(self.options.sizes, normalized.mesh, sized)
         return volumes[normalized.cell_ids] if len(volumes) else volumes
 
     @cached_property
@@ -62,14 +62,11 @@ class Setting:
 
     def formulation(self, boundary: Boundary) -> Formulation:
         """What objectives are made of, with a boundary."""
-        normalized, options = self.normalized, self.options
-        target = normalized_target(options.target, normalized)
-        inverses = inverse_targets(target, normalized.points, normalized.cells, "corners", normalized.cell_labels)
-        scales = self.distortion.scales
+        normalized, options, scales = self.normalized, self.options, self.distortion.scales
         return Formulation(
             normalized.cells,
             len(normalized.points),
-            np.empty((0, 1, 3, 3)) if inverses is None else inverses,
+            self._corners.inverses,
             boundary.admissible,
             boundary.barrier,
             self.target_volumes / normalized.unit**3,
@@ -78,6 +75,17 @@ class Setting:
             np.empty(0) if scales is None else scales,
             schedules=self.schedules,
         )
+
+    @cached_property
+    def _corners(self) -> CornerTerm:
+        normalized = self.normalized
+        target = normalized_target(self.options.target, normalized)
+        inverses = inverse_targets(target, normalized.points, normalized.cells, "corners", normalized.cell_labels)
+        return CornerTerm(normalized.cells, np.empty((0, 1, 3, 3)) if inverses is None else inverses)
+
+    def flat(self, points: Field) -> Mask:
+        """(m,) cells with a corner that is folded, or as good as flat beside its target: they have next to no volume."""
+        return np.asarray(self._corners.measures(points).fullness <= self.schedules.untangling.flat)
 
     @cached_property
     def _valid_in_mesh(self) -> Ints:

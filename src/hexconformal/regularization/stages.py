@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..elements import corner_scaled_jacobian, is_valid
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
-from ..untangling import improve_folded, tangled_cells, untangle_interior
+from ..untangling import improve_folded, thicken, untangle_interior
 from .acceptance import sheets_distance
 from .boundary import Boundary, boundary_of
 from .compatible_steps import CompatibleSteps
@@ -114,7 +114,7 @@ class Stages:
         if boundary.start is not None:
             whole = found = yield from fit(setting, boundary)
         # The quaternionic energy does not see what is folded.
-        elif options.energy == "barrier" and self._is_tangled(formulation):
+        elif options.energy == "barrier" and self._is_tangled:
             whole = found = yield from unfold(setting, boundary)
         if found.bad.any():
             found = hold_folded(setting, found)
@@ -122,6 +122,9 @@ class Stages:
         formulation, points, earlier = found.formulation, found.points, [found.points]
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
+        for iteration in thicken(formulation, points) if options.energy == "barrier" else ():
+            points = iteration.points
+            yield iteration
         alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
         for iteration in self._minimize(formulation, points, found.bad, alone):
             points = iteration.points
@@ -157,9 +160,10 @@ class Stages:
             yield Iteration("improve what stays inverted", points)
         return points
 
-    def _is_tangled(self, formulation: Formulation) -> bool:
+    @property
+    def _is_tangled(self) -> bool:
         normalized = self._setting.normalized
-        return not normalized.valid.all() or bool(tangled_cells(formulation, normalized.points).any())
+        return not normalized.valid.all() or bool(self._setting.flat(normalized.points).any())
 
     def _minimize(self, formulation: Formulation, points: Field, bad: Mask, alone: bool) -> Iterator[Iteration]:
         distortion = self._setting.distortion

@@ -96,8 +96,8 @@ def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrie
     """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
     wide = setting.formulation(replace(found.boundary, barrier=replace(barrier, bound=bound)))
     wide = wide.with_work(wide.worth(setting.schedules.work.again))
-    afar = setting.normalized.points
-    for iteration in untangle(wide, afar, setting.schedules.unfolding.patience):
+    afar, first = found.points, setting.normalized.points
+    for iteration in untangle(wide, afar, setting.schedules.unfolding.patience, first):
         afar = iteration.points
         yield Iteration("untangle with more room", found.points)
     if folded_cells(wide, afar).any():

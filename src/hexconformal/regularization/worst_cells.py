@@ -67,7 +67,8 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         trial = _raised(formulation, points, region)
         after = corner_scaled_jacobian(trial, cells)
         # A patch watches the surface around itself only.
-        spoiled = after.min() < quality.min() or not np.isfinite(formulation.objective(CornerWeights()).value(trial))
+        away = formulation.relative_distance(trial)
+        spoiled = after.min() < quality.min() or away > max(1.0, formulation.relative_distance(points))
         if not spoiled and trial is not points:
             points, quality = trial, after
             yield Iteration("worst cells", points)

@@ -43,23 +43,28 @@ def tangled_cells(formulation: Formulation, points: Field) -> Mask:
 
 
 def _tangled(formulation: Formulation, measures: CornerMeasures) -> Mask:
-    flat = measures.scaled_jacobian <= formulation.schedules.untangling.flat
-    return np.asarray((measures.determinant <= 0.0) | flat)
+    return np.asarray(measures.fullness <= formulation.schedules.untangling.flat)
 
 
-def untangle(formulation: Formulation, points: Field, patience: int | None = None) -> Iterator[Iteration]:
+def untangle(
+    formulation: Formulation, points: Field, patience: int | None = None, first: Field | None = None
+) -> Iterator[Iteration]:
     """Unfold the corners of all cells as far as possible, and open those that are flat.
 
     Ends when there is none, when so many rounds of patches in a row have left as many as before (default: as many
-    as the schedule has), or when the formulation's work is done.
+    as the schedule has), or when the formulation's work is done. Where the mesh was at first (default: where it is) is
+    another place to start from.
     """
     schedule = formulation.schedules.untangling
     if formulation.work is None:
         formulation = formulation.with_work(formulation.worth(formulation.schedules.work.unfolding))
-    bad, first, stalled = tangled_cells(formulation, points), points, 0
+    bad, stalled = tangled_cells(formulation, points), 0
+    first = points if first is None else first
     if bad.mean() > schedule.many_folded:
-        points = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
-        yield Iteration("harmonic start", points)
+        # What is hardly folded opens where it is: harmonic positions may fold it.
+        if formulation.measures(points).fullness.min() < -schedule.hardly_folded:
+            points = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
+            yield Iteration("harmonic start", points)
         for points in _unfold(formulation, points, 1.0, schedule.whole_steps):
             yield Iteration("untangle", points)
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
@@ -233,8 +238,8 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
 
 
 def _tangledness(formulation: Formulation, points: Field) -> tuple[int, int, float]:
-    """Number of folded cells, of those that are flat or folded, and how far their scaled Jacobians are below flat."""
+    """Number of folded cells, of those that are flat or folded, and how far they are below flat."""
     measures, flat = formulation.measures(points), formulation.schedules.untangling.flat
     tangled = _tangled(formulation, measures)
-    below = np.maximum(flat - np.minimum(measures.scaled_jacobian[tangled], flat), 0.0)
+    below = np.maximum(flat - np.minimum(measures.fullness[tangled], flat), 0.0)
     return int((measures.determinant <= 0.0).sum()), int(tangled.sum()), float(below.sum())
