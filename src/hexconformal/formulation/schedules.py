@@ -70,18 +70,19 @@ class ThinSchedule(Schedule):
     ----------
     thin
         Fullness below which a corner is thin.
+    rings
+        Of cells around thin ones that move with them.
     eps
-        Of the barrier chi_eps meanwhile, in cubes of the mean edge.
-    steps
-        Newton steps at most.
-    decrease
-        Relative decrease of the objective two of which in a row end it.
+        Of the barrier chi_eps meanwhile, in determinants of thin corners, the median of them.
+    steps, patience
+        Newton steps at most, and without success.
     """
 
     thin: float = tuned(2e-2, 0.0, 1.0)
-    eps: float = tuned(1e-2)
+    rings: int = tuned(3)
+    eps: float = tuned(1.0)
     steps: int = tuned(40)
-    decrease: float = tuned(0.01, 0.0, 1.0)
+    patience: int = tuned(6)
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     -------
     node_ids, cell_ids
         (n,), (m,) ids; the same nodes and cells in the same order, whatever their numbers and the unit of length.
-        Points at one place are told apart by the cells around them.
+        Points at one place are told apart by the cells around them; those of no cell come last.
 
     Examples
     --------
@@ -43,13 +43,13 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     >>> spatial_order(points, cells)[0]
     array([ 0,  4,  1,  5,  2,  6,  3,  7,  8,  9, 10, 11])
     """
-    places = points - points.min(axis=0)
-    # Summed row by row: in a product of matrices the last digit depends on the number of the row.
-    heights = places[:, 0] * _DIRECTION[0] + places[:, 1] * _DIRECTION[1] + places[:, 2] * _DIRECTION[2]
     unused = np.ones(len(points), dtype=bool)
     unused[cells] = False
-    codes = morton_codes(places / max(_BEYOND * float(places.max()), 1e-300))
-    node_ids = np.lexsort((unused, *points.T, heights, codes))
+    places = points - points[~unused].min(axis=0)
+    # Summed row by row: in a product of matrices the last digit depends on the number of the row.
+    heights = places[:, 0] * _DIRECTION[0] + places[:, 1] * _DIRECTION[1] + places[:, 2] * _DIRECTION[2]
+    codes = morton_codes(places / max(_BEYOND * float(places[~unused].max()), 1e-300))
+    node_ids = np.lexsort((*points.T, heights, codes, unused))
     alike = (points[node_ids[1:]] == points[node_ids[:-1]]).all(axis=1) & ~unused[node_ids[1:]] & ~unused[node_ids[:-1]]
     if alike.any():
         ranks = np.empty(len(points), dtype=np.int64)

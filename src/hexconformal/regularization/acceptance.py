@@ -33,7 +33,7 @@ _MANY_STRETCHED = 0.05  # share of stretched cells from which on a note says tha
 _ROUNDING = 1e-12  # of a scaled Jacobian
 _APART = 1e-5  # diagonals; patches that are flat to less than this are where they were
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
-_POOR_SHAPE = 0.1  # below this, a smaller one is worse
+_POOR_SHAPE, _SHAPE_LOSS = 0.1, 0.9  # below this, less than so much of it is worse
 _LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
 
 
@@ -48,7 +48,7 @@ def no_worse_than(record: Record, first: Record) -> bool:
     return (
         record.min_scaled_jacobian >= first.min_scaled_jacobian - _LEVEL
         and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING
-        and record.min_shape >= min(first.min_shape, _POOR_SHAPE) - _LEVEL
+        and record.min_shape >= _SHAPE_LOSS * min(first.min_shape, _POOR_SHAPE)
     )
 
 

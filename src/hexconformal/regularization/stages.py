@@ -135,10 +135,14 @@ class Stages:
         if raised and quality.min() < schedules.worst_cells.good:
             self._ended("interrupted", False)
             raise_cells = raise_worst if len(quality) <= schedules.worst_cells.many_cells else raise_worst_patches
-            for iteration in raise_cells(formulation, points):
+            work = formulation.worth(schedules.work.patches)
+            for iteration in raise_cells(formulation.with_work(work), points):
                 points = iteration.points
                 yield iteration
-            self._ended("the worst cell stalls", True)
+            if work.is_done:
+                self._ended("the worst cells get better still, but the work allowed for that is done", False)
+            else:
+                self._ended("the worst cell stalls", True)
         elif raised and not self.state.converged:
             self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
         for iteration in self._return_to_surface(formulation, points, earlier):
@@ -158,6 +162,9 @@ class Stages:
         if found.bad.any():
             points = improve_folded(whole.formulation, points, found.bad)
             yield Iteration("improve what stays inverted", points)
+        if options.energy == "barrier" and (left := int(self._setting.flat(points).sum())):
+            what = "a cell has" if left == 1 else f"{left} cells have"
+            self._ended(f"{self.state.reason}; {what} no volume, or next to none", False)
         return points
 
     @property

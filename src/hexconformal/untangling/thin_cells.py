@@ -1,36 +1,61 @@
 """Give volume to cells that have next to none: the regularized barrier, with every cell kept valid.
 
 Where a cell is thin the barrier of equation (8) is steep: it outweighs all other cells, pushes the surface to its bound
-and holds what is around. chi_eps of equation (9) is bounded, so that thin cells open at the pace of the others; that
+and holds what is around. chi_eps of equation (9) is bounded, so that thin cells open together, eps following them; that
 no cell folds is seen to by the line search.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import CornerWeights
-from ..formulation import Formulation, Iteration, convex_newton
+from ..formulation import Formulation, Iteration, ValidCells
+from ..mesh import node_rings
+from ..solver import Equation, newton_step
 
 __all__ = ["thicken"]
 
+Field = NDArray[np.float64]
 
-def thicken(formulation: Formulation, points: NDArray[np.float64]) -> Iterator[Iteration]:
-    """Thicken the thin cells of a valid mesh, until there is none or it stalls."""
-    schedule = formulation.schedules.thin
 
-    def thinnest() -> float:
-        return float(formulation.measures(points).fullness.min(initial=1.0))
-
-    if not 0.0 < thinnest() < schedule.thin:
+def thicken(formulation: Formulation, points: Field) -> Iterator[Iteration]:
+    """Thicken the thin cells of a valid mesh and what is around them, as far as that makes the thinnest thicker."""
+    schedule, cells = formulation.schedules.thin, formulation.cells
+    fullness = formulation.measures(points).fullness
+    if not 0.0 < fullness.min(initial=1.0) < schedule.thin:
         return
-    steps = convex_newton(formulation, points, CornerWeights(eps=schedule.eps), decrease=schedule.decrease)
-    for iterate in islice(steps, schedule.steps):
-        points = iterate.points
-        yield Iteration("thicken", points)
-        if thinnest() >= schedule.thin:
+    region = node_rings(cells, len(points), fullness < schedule.thin, schedule.rings)
+    patch, nodes = formulation.restricted(region, points)
+    thinnest, since = patch.measures(points[nodes]).fullness.min(), 0
+    for local in _thickened(patch, points[nodes]):
+        now = patch.measures(local).fullness.min()
+        since += 1
+        if now > thinnest:
+            points, thinnest, since = points.copy(), now, 0
+            points[nodes] = local
+            yield Iteration("thicken", points)
+        if since == schedule.patience:
             return
+
+
+def _thickened(patch: Formulation, points: Field) -> Iterator[Field]:
+    """Newton steps with eps some times as large as the determinants of the thin corners, until there are none."""
+    schedule, volume = patch.schedules.thin, patch.schedules.minimization.volume_weight
+    valid = ValidCells(points, patch.cells)
+    equation: Equation = patch.equation
+    for _ in range(schedule.steps):
+        measures = patch.measures(points)
+        thin = measures.fullness < schedule.thin
+        if not thin.any():
+            return
+        eps = schedule.eps * float(np.median(measures.determinant[thin]))
+        problem = patch.problem(patch.objective(CornerWeights(eps=eps), volume), valid, patch.spoiled(valid))
+        after, equation = newton_step(problem.start(points), equation)
+        if after.step == 0.0:
+            return
+        points = after.points
+        yield points
