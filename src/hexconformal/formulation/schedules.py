@@ -40,6 +40,10 @@ class UntanglingSchedule(Schedule):
     starts
         How many of the places an attempt begins at are tried: where the patch is, at its harmonic positions, where it
         was at first, at the harmonic positions of that.
+    attraction
+        Share of the attraction of the surface that is left meanwhile: the way out may lead away from it.
+    enough
+        Share of the cells of a patch that may be left for the next round: other starts are for patches that resist.
     stuck
         eps over the smallest determinant at which a fold will not open any more.
     least_sigma
@@ -57,6 +61,8 @@ class UntanglingSchedule(Schedule):
     rounds: int = tuned(6)
     first_eps: tuple[float, ...] = tuned((1.0, 0.2, 5.0))
     starts: int = tuned(4, 1, 4)
+    attraction: float = tuned(0.0, 0.0, 1.0)
+    enough: float = tuned(0.5, 0.0, 1.0)
     stuck: float = tuned(0.02, 0.0, 1.0)
     least_sigma: float = tuned(0.1, 0.0, 1.0)
     shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0), 0.0, 1.0)
@@ -324,7 +330,7 @@ class WorkSchedule(Schedule):
     returning: float = tuned(30.0)
     folded: float = tuned(20.0)
     interior: float = tuned(20.0)
-    least_cells: int = tuned(4000)
+    least_cells: int = tuned(12000)
 
 
 @dataclass(frozen=True)

@@ -181,6 +181,10 @@ class DistanceBarrier(Term):
             curves=self.curves.restricted(patch),
         )
 
+    def loosened(self, share: float) -> DistanceBarrier:
+        """The barrier with a share of the attraction; the wall stays where it is."""
+        return replace(self, schedule=replace(self.schedule, attraction=share * self.schedule.attraction))
+
     # ---------------------------------------------------------------------------------------- the distance
     def relative_distance(self, points: Field) -> float:
         """Largest distance of any sample, in both directions, in units of the bound."""

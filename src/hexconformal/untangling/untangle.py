@@ -58,6 +58,8 @@ def untangle(
     schedule = formulation.schedules.untangling
     if formulation.work is None:
         formulation = formulation.with_work(formulation.worth(formulation.schedules.work.unfolding))
+    if formulation.barrier is not None:
+        formulation = formulation.with_barrier(formulation.barrier.loosened(schedule.attraction))
     bad, stalled = tangled_cells(formulation, points), 0
     first = points if first is None else first
     if bad.mean() > schedule.many_folded:
@@ -213,6 +215,7 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
         return points
     start = points[nodes]
     best, amount = start, _tangledness(patch, start)
+    enough = patch.schedules.untangling.enough * amount[1]
     # What is valid in the input and has not been given up on the way stays unfolded.
     protected = is_valid(first[nodes], patch.cells) & ~folded_cells(patch, start)
     everywhere = np.ones(len(nodes), dtype=bool)
@@ -228,9 +231,10 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
             tangled = _tangledness(patch, attempt)
             if tangled < amount and not folded_cells(patch, attempt)[protected].any():
                 best, amount = attempt, tangled
-            if amount == _OPEN:
+            # What is left then is another, smaller patch.
+            if amount[1] <= enough:
                 break
-        if amount == _OPEN:
+        if amount[1] <= enough:
             break
     points = points.copy()
     points[nodes] = best
