@@ -97,8 +97,8 @@ def corner_sums(  # type: ignore[no-untyped-def]
                 add_angles(s, weight * angle, stiffness)
         else:
             _store_densities(s, eps, weight * distortion, weight * angle, stiffness)
-        if proportion > 0.0:
-            add_proportions(s, weight * proportion, slender, order)
+        if proportion > 0.0 and len(slender) > 0:
+            add_proportions(s, weight * proportion, slender[c], order)
         for q in range(8):
             if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
                 return np.inf
@@ -115,8 +115,8 @@ def corner_sums(  # type: ignore[no-untyped-def]
 
 
 @loop
-def corner_densities(first, last, points, cells, corners, inverses, smallest, fullness, distortion, angle):  # type: ignore[no-untyped-def]
-    """Per cell, of f = J W^-1 at the corners: smallest det f, smallest fullness, largest e(f), e(u); inf where folded."""
+def corner_densities(first, last, points, cells, corners, inverses, smallest, fullness, slenderness, distortion, angle):  # type: ignore[no-untyped-def]
+    """Per cell, of f = J W^-1 at the corners, see :class:`CornerMeasures`."""
     s = np.empty((ROWS, 8))
     for c in range(first, last):
         _store_frames(points, cells, c, corners, inverses, s)
@@ -124,16 +124,19 @@ def corner_densities(first, last, points, cells, corners, inverses, smallest, fu
             f = frame_at(s, FRAME, q)
             u, _ = directions(f)
             s[MARGIN, q] = determinant(f)
-            square = (dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2])) / 3.0
+            a, b, d = dot(f[0], f[0]), dot(f[1], f[1]), dot(f[2], f[2])
+            square = (a + b + d) / 3.0
+            s[FRAME + 1, q] = np.sqrt(max(a, max(b, d)) / min(a, min(b, d)))
             s[FRAME, q] = s[MARGIN, q] / (square * np.sqrt(square) + 1e-300)
             s[DENSITY, q] = frame_density(f) * barrier_factor(determinant(f), 0.0)[0]
             s[COLUMN, q] = (frame_density(u) + JACOBIAN_WEIGHT) * barrier_factor(determinant(u), 0.0)[
                 0
             ] - JACOBIAN_WEIGHT
-        smallest[c], fullness[c], distortion[c], angle[c] = np.inf, np.inf, 0.0, 0.0
+        smallest[c], fullness[c], slenderness[c], distortion[c], angle[c] = np.inf, np.inf, 1.0, 0.0, 0.0
         for q in range(8):
             smallest[c] = min(smallest[c], s[MARGIN, q])
             fullness[c] = min(fullness[c], s[FRAME, q])
+            slenderness[c] = max(slenderness[c], s[FRAME + 1, q])
             distortion[c] = max(distortion[c], s[DENSITY, q])
             angle[c] = max(angle[c], s[COLUMN, q])
         if not smallest[c] > 0.0:

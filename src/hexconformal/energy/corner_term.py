@@ -48,8 +48,6 @@ class CornerWeights:
         Of the barrier chi_eps; 0 once nothing is folded.
     proportion
         Weight of the proportions of edges that meet.
-    slender
-        Ratio of their lengths up to which these cost nothing.
     """
 
     distortion: float = 1.0
@@ -57,7 +55,6 @@ class CornerWeights:
     stiffness: float = 0.0
     eps: float = 0.0
     proportion: float = 0.0
-    slender: float = 8.0
 
 
 @dataclass(frozen=True)
@@ -70,12 +67,15 @@ class CornerMeasures:
         (m,) smallest det f.
     fullness
         (m,) smallest det f / (|f|^2 / 3)^(3/2), 1 for a cube, next to nothing for what has next to no volume.
+    slenderness
+        (m,) largest ratio of the lengths of two columns of f; infinite where one has no length.
     distortion, angle
         (m,) largest densities e(f) and e(u); infinite where folded.
     """
 
     determinant: Field
     fullness: Field
+    slenderness: Field
     distortion: Field
     angle: Field
 
@@ -94,6 +94,8 @@ class CornerTerm(SummedTerm):
         Weights of the two.
     scales
         (m,) weight of each cell; empty where every cell counts the same.
+    slender
+        (m,) slenderness of each cell up to which its proportions cost nothing; empty where they never cost anything.
 
     Examples
     --------
@@ -107,10 +109,11 @@ class CornerTerm(SummedTerm):
     inverses: Field
     weights: CornerWeights = CornerWeights()
     scales: Field = field(default_factory=lambda: np.empty(0))
+    slender: Field = field(default_factory=lambda: np.empty(0))
 
     def _sums(self, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
         w = self.weights
-        settings = self.scales, w.eps, w.distortion, w.angle, w.stiffness, w.proportion, w.slender, order
+        settings = self.scales, w.eps, w.distortion, w.angle, w.stiffness, w.proportion, self.slender, order
         where = gradient, data, places
         return float(corner_sums(points, self.cells, _TABLE, self.inverses, *settings, *where))
 
@@ -118,10 +121,12 @@ class CornerTerm(SummedTerm):
         """The same of the cells of a patch."""
         inverses = self.inverses[patch.cells] if len(self.inverses) > 1 else self.inverses
         scales = self.scales[patch.cells] if len(self.scales) else self.scales
-        return replace(self, cells=patch.local[self.cells[patch.cells]], inverses=inverses, scales=scales)
+        slender = self.slender[patch.cells] if len(self.slender) else self.slender
+        cells = patch.local[self.cells[patch.cells]]
+        return replace(self, cells=cells, inverses=inverses, scales=scales, slender=slender)
 
     def measures(self, points: Field) -> CornerMeasures:
         """Figures of every cell, weights aside."""
-        columns = np.empty((4, len(self.cells)))
+        columns = np.empty((5, len(self.cells)))
         parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
         return CornerMeasures(*columns)

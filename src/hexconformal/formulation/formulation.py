@@ -59,6 +59,8 @@ class Formulation:
         Patches have a finer one.
     scales
         (m,) weight of each cell; empty where every cell counts the same.
+    slender
+        (m,) slenderness of each cell up to which its proportions cost nothing; empty where they never do.
     constraint
         The compatible constraint, where it is asked for.
     schedules
@@ -76,6 +78,7 @@ class Formulation:
     volume_factor: float = 1.0
     rounding: float = 0.0
     scales: Field = field(default_factory=lambda: np.empty(0))
+    slender: Field = field(default_factory=lambda: np.empty(0))
     constraint: CompatibleConstraint | None = None
     schedules: Schedules = field(default_factory=Schedules)
     work: Work | None = None
@@ -83,10 +86,10 @@ class Formulation:
     # --------------------------------------------------------------------------------------- objectives
     def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
         """The corner energy (11, 12, 12a), volumes (10) with a weight, and the barrier (14)."""
-        schedule = self.schedules.minimization
         if weights.eps == 0.0:
-            weights = replace(weights, proportion=schedule.proportion_weight, slender=schedule.slender)
-        return self.with_distortion(CornerTerm(self.cells, self.inverses, weights, self.scales), volume)
+            weights = replace(weights, proportion=self.schedules.minimization.proportion_weight)
+        corners = CornerTerm(self.cells, self.inverses, weights, self.scales, self.slender)
+        return self.with_distortion(corners, volume)
 
     def with_distortion(self, distortion: Term, volume: float) -> Objective:
         """A distortion, volumes with a weight, and the barrier."""
@@ -220,6 +223,7 @@ class Formulation:
             inverses=self.inverses[cells] if len(self.inverses) > 1 else self.inverses,
             target_volumes=self.target_volumes[cells] if len(self.target_volumes) else self.target_volumes,
             scales=self.scales[cells] if len(self.scales) else self.scales,
+            slender=self.slender[cells] if len(self.slender) else self.slender,
         )
 
 

@@ -205,7 +205,7 @@ class MinimizationSchedule(Schedule):
         Smallest volume, relative to the cube of the edges, that the stiffness of a cell takes as it is.
     proportion_weight, slender
         Weight of the proportions of edges at corners, beside the distortion or the angles, and the ratio up to which
-        they cost nothing.
+        they cost nothing, whatever it was at first.
     volume_weight
         Weight of the volumes of cells beside the angles or the distortion, where the worst cells are raised.
     sizes_weight

@@ -73,6 +73,7 @@ class Setting:
             self.schedules.minimization.target_sizes_factor if options.changes_sizes else 1.0,
             self.schedules.newton.mesh_rounding if options.raises_worst and not options.changes_sizes else 0.0,
             np.empty(0) if scales is None else scales,
+            self._slender,
             schedules=self.schedules,
         )
 
@@ -82,6 +83,13 @@ class Setting:
         target = normalized_target(self.options.target, normalized)
         inverses = inverse_targets(target, normalized.points, normalized.cells, "corners", normalized.cell_labels)
         return CornerTerm(normalized.cells, np.empty((0, 1, 3, 3)) if inverses is None else inverses)
+
+    @cached_property
+    def _slender(self) -> Field:
+        """(m,) slenderness up to which proportions cost nothing: no cell has to get thicker than it is."""
+        measures, least = self._corners.measures(self.normalized.points), self.schedules.minimization.slender
+        sized = measures.fullness > self.schedules.untangling.flat
+        return np.where(sized, np.maximum(measures.slenderness, least), least)
 
     def flat(self, points: Field) -> Mask:
         """(m,) cells with a corner that is folded, or as good as flat beside its target: they have next to no volume."""
