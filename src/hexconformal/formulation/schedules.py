@@ -41,7 +41,7 @@ class UntanglingSchedule(Schedule):
         How many of the places an attempt begins at are tried: where the patch is, at its harmonic positions, where it
         was at first, at the harmonic positions of that.
     attraction
-        Share of the attraction of the surface that is left meanwhile: the way out may lead away from it.
+        Share of the attraction of the surface that is left for patches.
     enough
         Share of the cells of a patch that may be left for the next round: other starts are for patches that resist.
     stuck

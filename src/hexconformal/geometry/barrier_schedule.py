@@ -25,6 +25,9 @@ class BarrierSchedule(Schedule):
     attraction
         Factor of t^2, at all samples of the moved surface: without it thin bodies inflate; at nodes alone the surface
         drifts between them, and edges that no one has detected go.
+    thin, most
+        Share of the thickness of what lies behind that the surface may as well move as far as the bound, and the
+        largest factor of the attraction where that is less.
     steepness
         k / (t1 - t0).
     onset, wall
@@ -50,6 +53,8 @@ class BarrierSchedule(Schedule):
     """
 
     attraction: float = tuned(30.0)
+    thin: float = tuned(0.25)
+    most: float = tuned(100.0, 1.0)
     steepness: float = tuned(200.0)
     onset: float = tuned(0.8, 0.0, 1.0)
     wall: float = tuned(0.98, 0.0, 1.0)
@@ -64,6 +69,10 @@ class BarrierSchedule(Schedule):
     least_spacing: float = tuned(0.125)
     reach: float = tuned(0.25)
     flat: float = tuned(1e-3, 0.0, 1.0)
+
+    def attraction_of(self, depths: Field) -> Field:
+        """Factors of the attraction where there are so many bounds (k,) of thickness behind the surface."""
+        return np.clip(1.0 / np.maximum(self.thin * depths, 1e-300) ** 2, 1.0, self.most)
 
 
 @dataclass(frozen=True, eq=False)

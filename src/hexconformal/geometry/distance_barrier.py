@@ -88,6 +88,7 @@ class DistanceBarrier(Term):
         reference: SurfaceLocator | None = None,
         schedule: BarrierSchedule | None = None,
         there: CurveLocator | None = None,
+        depths: Field | None = None,
     ) -> DistanceBarrier:
         """The barrier of a boundary that is still where it was.
 
@@ -102,6 +103,9 @@ class DistanceBarrier(Term):
         there
             Curves that those of the features belong to, by their numbers, if these are not the curves themselves; with
             another surface no features are kept without.
+        depths
+            (f,) thickness of what lies behind each face: where it is less than the bound, the surface is drawn back the
+            more strongly, so that thin walls do not swell.
 
         Examples
         --------
@@ -115,8 +119,10 @@ class DistanceBarrier(Term):
         points, quads = original.points, original.faces
         faces, weights = surface_samples(original.nodes_of_sheets)
         places, zeros = np.einsum("sj,sji->si", weights, points[quads[faces]]), np.zeros(len(faces))
+        schedule = BarrierSchedule() if schedule is None else schedule
+        attraction = np.ones(len(faces)) if depths is None else schedule.attraction_of(depths / bound)[faces]
         if reference is None:
-            forward = Samples.forward(faces, weights, faces, zeros, attracted=True)
+            forward = Samples.forward(faces, weights, faces, zeros, attraction)
             backward = Samples.backward(places, faces, zeros)
             curves = Curves.of(points, features)
         else:
@@ -124,10 +130,9 @@ class DistanceBarrier(Term):
             nodes, of = reference.points[reference.faces.ravel()[first]], first // reference.faces.shape[1]
             ahead = reference.closest(places, reference.any_of_sheet(original, faces))
             here = original.closest(nodes, original.any_of_sheet(reference, of))
-            forward = Samples.forward(faces, weights, ahead.faces, ahead.distances, attracted=True)
+            forward = Samples.forward(faces, weights, ahead.faces, ahead.distances, attraction)
             backward = Samples.backward(nodes, here.faces, here.distances)
             curves = Curves.of(points, None if there is None else features, there)
-        schedule = BarrierSchedule() if schedule is None else schedule
         return cls(
             original, original, bound, schedule.steepness, reference, forward, backward, curves, points, schedule.wall,
             schedule.spacing, schedule,
@@ -275,9 +280,9 @@ class DistanceBarrier(Term):
         for samples in (self.forward, self.backward):
             # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
             most = samples.most(moved)
-            which = np.flatnonzero(samples.attracted | (most >= onset))
+            which = np.flatnonzero((samples.attraction > 0.0) | (most >= onset))
             found = samples.measured(which, *surfaces, far)
-            steep.append(self._steep(found, np.where(samples.attracted[which], self.schedule.attraction, 0.0)))
+            steep.append(self._steep(found, self.schedule.attraction * samples.attraction[which]))
             looks.append((which, found, most))
         curves = self.curves
         if curves.locator is not None and len(curves.near):

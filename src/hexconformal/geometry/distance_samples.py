@@ -62,8 +62,9 @@ class Samples:
         (k,) face that was closest when they were last looked at.
     distances
         (k,) distance then.
-    attracted
-        (k,) samples that are drawn back from wherever they are, not only from near the bound.
+    attraction
+        (k,) how strongly each is drawn back from wherever it is, in that of the schedule; 0 where only from near the
+        bound.
     """
 
     faces: Ints
@@ -71,18 +72,21 @@ class Samples:
     places: Field
     near: Ints
     distances: Field
-    attracted: Mask
+    attraction: Field
 
     @classmethod
-    def forward(cls, faces: Ints, weights: Field, near: Ints, distances: Field, attracted: bool = False) -> Samples:
+    def forward(
+        cls, faces: Ints, weights: Field, near: Ints, distances: Field, attraction: Field | None = None
+    ) -> Samples:
         """Samples of the moved surface."""
-        return cls(faces, weights, np.empty((0, 3)), near, distances, np.full(len(faces), attracted))
+        attraction = np.zeros(len(faces)) if attraction is None else attraction
+        return cls(faces, weights, np.empty((0, 3)), near, distances, attraction)
 
     @classmethod
     def backward(cls, places: Field, near: Ints, distances: Field) -> Samples:
         """Places that the moved surface should be near to."""
         none = np.empty(0, np.int64), np.empty((0, 4))
-        return cls(*none, places, near, distances, np.zeros(len(places), dtype=bool))
+        return cls(*none, places, near, distances, np.zeros(len(places)))
 
     def __len__(self) -> int:
         return len(self.near)
@@ -105,12 +109,12 @@ class Samples:
             self.places if forward else self.places[keep],
             self.near[keep] if forward else numbers[self.near[keep]],
             self.distances[keep],
-            self.attracted[keep],
+            self.attraction[keep],
         )
 
     def joined(self, other: Samples) -> Samples:
         """These samples and others."""
-        names = ("faces", "weights", "places", "near", "distances", "attracted")
+        names = ("faces", "weights", "places", "near", "distances", "attraction")
         return Samples(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
 
     def measured(self, which: Ints, moved: Surface, other: Surface, far: float | None = None) -> Distances:

@@ -17,6 +17,7 @@ from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, regio
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
+    boundary_depths,
     boundary_quads,
     components,
     connected_components,
@@ -38,6 +39,7 @@ __all__ = [
     "NormalizedMesh",
     "Regions",
     "binary_search",
+    "boundary_depths",
     "boundary_quads",
     "checked_cells",
     "checked_data",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import FACES
+from ..elements import CORNER_NEIGHBOURS, FACES
 from ..kernel import algebra, loop
 
 __all__ = [
@@ -68,6 +68,25 @@ def boundary_quads(cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray
     """
     faces = np.flatnonzero(np.bincount(_first_occurrences(cells)) == 1)
     return _quads(cells, faces), faces // 6
+
+
+def boundary_depths(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(k,) mean length of the edges of its cell that lead inside from each boundary quad.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> boundary_depths(*box((1, 1, 1), (1.0, 2.0, 3.0)))
+    array([1., 1., 2., 2., 3., 3.])
+    """
+    quads, owners = boundary_quads(cells)
+    around = cells[owners]
+    corners = (quads[:, :, None] == around[:, None]).argmax(axis=2)
+    neighbours = np.take_along_axis(around[:, None], CORNER_NEIGHBOURS[corners].reshape(len(quads), 1, 12), axis=2)
+    neighbours = neighbours.reshape(len(quads), 4, 3)
+    inside = ~(neighbours[..., None] == quads[:, None, None]).any(axis=3)
+    nodes = np.take_along_axis(neighbours, inside.argmax(axis=2)[..., None], axis=2)[..., 0]
+    return np.asarray(np.linalg.norm(points[nodes] - points[quads], axis=2).mean(axis=1))
 
 
 def face_table(cells: NDArray[np.int64]) -> FaceTable:

@@ -58,8 +58,6 @@ def untangle(
     schedule = formulation.schedules.untangling
     if formulation.work is None:
         formulation = formulation.with_work(formulation.worth(formulation.schedules.work.unfolding))
-    if formulation.barrier is not None:
-        formulation = formulation.with_barrier(formulation.barrier.loosened(schedule.attraction))
     bad, stalled = tangled_cells(formulation, points), 0
     first = points if first is None else first
     if bad.mean() > schedule.many_folded:
@@ -69,6 +67,9 @@ def untangle(
             yield Iteration("harmonic start", points)
         for points in _unfold(formulation, points, 1.0, schedule.whole_steps):
             yield Iteration("untangle", points)
+    # Patches let the surface go, as far as its bound: the way out may lead away from it.
+    if formulation.barrier is not None:
+        formulation = formulation.with_barrier(formulation.barrier.loosened(schedule.attraction))
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(schedule.rounds):
         before = _tangledness(formulation, points)
