@@ -201,6 +201,10 @@ class Formulation:
         """The formulation with another barrier."""
         return self._alike(replace(self, barrier=barrier))
 
+    def seen_from(self, points: Field) -> Formulation:
+        """The formulation with the barrier as it is seen from points (n, 3): what patches of it begin with."""
+        return self if self.barrier is None else self.with_barrier(self.barrier.renewed(points))
+
     def with_work(self, work: Work | None) -> Formulation:
         """The formulation with so much work to take."""
         return self._alike(replace(self, work=work))

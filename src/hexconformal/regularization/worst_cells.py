@@ -64,7 +64,7 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         if worst >= (schedule.poor if stalled else schedule.good):
             return
         region = node_rings(cells, len(points), ~aside & (quality < worst + schedule.margin), schedule.rings)
-        trial = _raised(formulation, points, region)
+        trial = _raised(formulation.seen_from(points), points, region)
         after = corner_scaled_jacobian(trial, cells)
         # A patch watches the surface around itself only.
         away = formulation.relative_distance(trial)

@@ -29,7 +29,7 @@ def thicken(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     if not 0.0 < fullness.min(initial=1.0) < schedule.thin:
         return
     region = node_rings(cells, len(points), fullness < schedule.thin, schedule.rings)
-    patch, nodes = formulation.restricted(region, points)
+    patch, nodes = formulation.seen_from(points).restricted(region, points)
     thinnest, since = patch.measures(points[nodes]).fullness.min(), 0
     for local in _thickened(patch, points[nodes]):
         now = patch.measures(local).fullness.min()

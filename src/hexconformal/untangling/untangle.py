@@ -79,7 +79,7 @@ def untangle(
             formulation.cells,
             node_rings(formulation.cells, len(points), tangled_cells(formulation, points), width),
         )
-        points = _unfold_patches(formulation, points, first, regions)
+        points = _unfold_patches(formulation.seen_from(points), points, first, regions)
         yield Iteration("untangle patches", points)
         stalled = 0 if _tangledness(formulation, points)[:2] < before[:2] else stalled + 1
 

@@ -38,6 +38,7 @@ def untangle_interior(formulation: Formulation, points: Field) -> Field:
         regions = _invalid_inside(formulation, points)
         if not regions.any():
             break
+        formulation = formulation.seen_from(points)
         for region in connected_regions(formulation.cells, node_rings(formulation.cells, len(points), regions, width)):
             patch, nodes = formulation.restricted(region & movable, points)
             if patch.free.any():
