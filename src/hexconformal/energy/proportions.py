@@ -3,9 +3,10 @@
 The angles say nothing of lengths, and the distortion of a flat brick little: cells get thin for the sake of angles. Of
 every two edges at a corner, l1 >= l2 relative to their target, the density is
 
-    w max(log(l1 / l2) - log(slender), 0)^2,
+    w (x^2 + 8 x^4),    x = max(log(l1 / l2) - log(slender), 0),
 
-zero up to a ratio that does no harm. Its Gauss-Newton part is what the convex Hessian gets.
+zero up to a ratio that does no harm, mild up to twice that, steep beyond. Its Gauss-Newton part is what the convex
+Hessian gets.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from .corner_blocks import BLOCKS, COLUMN
 __all__ = ["add_proportions"]
 
 Field = NDArray[np.float64]
+
+_STEEP = 8.0  # weight of x^4 beside x^2
 
 
 @algebra
@@ -50,16 +53,18 @@ def _add_pair(
     log = 0.5 * np.log(a / b)
     over = abs(log) - limit
     if over > 0.0:
-        s[DENSITY, q] += weight * over * over
+        square = over * over
+        s[DENSITY, q] += weight * square * (1.0 + _STEEP * square)
         if order > 0:
-            slope = 2.0 * weight * over * (1.0 if log > 0.0 else -1.0)
+            slope = weight * over * (2.0 + 4.0 * _STEEP * square) * (1.0 if log > 0.0 else -1.0)
+            bend = weight * (2.0 + 12.0 * _STEEP * square)
             u, v = scale(1.0 / a, f), scale(-1.0 / b, g)
             for k in range(3):
                 s[COLUMN + 3 * i + k, q] += slope * u[k]
                 s[COLUMN + 3 * j + k, q] += slope * v[k]
-            _add_outer(s, own, q, 2.0 * weight, u, u)
-            _add_outer(s, mixed, q, 2.0 * weight, u, v)
-            _add_outer(s, other, q, 2.0 * weight, v, v)
+            _add_outer(s, own, q, bend, u, u)
+            _add_outer(s, mixed, q, bend, u, v)
+            _add_outer(s, other, q, bend, v, v)
 
 
 @algebra

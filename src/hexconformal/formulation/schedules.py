@@ -223,7 +223,7 @@ class MinimizationSchedule(Schedule):
     rapid: float = tuned(0.1, 0.0, 1.0)
     least_volume: float = tuned(0.05, 0.0, 1.0)
     proportion_weight: float = tuned(20.0)
-    slender: float = tuned(7.0, 1.0)
+    slender: float = tuned(5.0, 1.0)
     volume_weight: float = tuned(6.0)
     sizes_weight: float = tuned(4.0)
     target_sizes_factor: float = tuned(25.0)
@@ -329,7 +329,7 @@ class WorkSchedule(Schedule):
     patches: float = tuned(80.0)
     returning: float = tuned(30.0)
     folded: float = tuned(20.0)
-    interior: float = tuned(20.0)
+    interior: float = tuned(60.0)
     least_cells: int = tuned(12000)
 
 

@@ -53,7 +53,7 @@ class BarrierSchedule(Schedule):
     """
 
     attraction: float = tuned(30.0)
-    thin: float = tuned(0.25)
+    thin: float = tuned(1.5)
     most: float = tuned(100.0, 1.0)
     steepness: float = tuned(200.0)
     onset: float = tuned(0.8, 0.0, 1.0)
