@@ -16,6 +16,7 @@ min, mean  over the cells, of the smallest corner scaled Jacobian
 H          symmetric Hausdorff distance of the boundary to the input's / diagonal of the bounding box
 d          mean distance of the two, both ways, in 1e-4 diagonals
 shape, ER  smallest corner mean ratio and largest edge ratio of a cell
+sharp      length of the edges of the boundary over 45 degrees over that in the input
 volume     relative change
 cells      smallest and largest volume of a cell over that in the input, of cells that are valid there
 CPU        seconds of all threads: of the whole process, and (ours) of the work alone, without starting Python and
@@ -42,7 +43,7 @@ from numpy.typing import NDArray
 from peers import PEERS, available
 
 import hexconformal as hc
-from hexconformal.geometry import SurfaceLocator, hausdorff, mean_distance
+from hexconformal.geometry import SurfaceLocator, hausdorff, mean_distance, sharp_length
 from hexconformal.io import READ_EXTENSIONS
 from hexconformal.mesh.topology import boundary_quads
 
@@ -64,6 +65,7 @@ class Row:
     distance: float | None = None
     shape: float | None = None
     edge_ratio: float | None = None
+    sharp: float | None = None
     volume: float | None = None
     smallest: float | None = None
     largest: float | None = None
@@ -81,6 +83,7 @@ class Scorer:
         self._diagonal = float(np.linalg.norm(np.ptp(mesh.points[np.unique(mesh.cells)], axis=0)))
         before = hc.quality(mesh)
         self._volumes, self._valid = before.volume, before.valid
+        self._sharp = sharp_length(mesh.points, self.quads)
 
     def moved_by(self, points: NDArray[np.float64]) -> float:
         return hausdorff(points, self.mesh.points, self.quads) / self._diagonal
@@ -105,6 +108,7 @@ class Scorer:
             self.drifted_by(points),
             summary.shape.min,
             summary.edge_ratio.max,
+            sharp_length(points, self.quads) / self._sharp if self._sharp else None,
             summary.total_volume / self._volumes.sum() - 1.0,
             ratios.min(initial=np.inf),
             ratios.max(initial=0.0),
@@ -178,18 +182,19 @@ def rows_of(name: str, source: Path, asked: argparse.Namespace, peers: dict[str,
 
 def table(rows: list[Row]) -> list[str]:
     """The rows in markdown."""
-    titles = ("mesh", "method", "inverted / invalid", "min / mean SJ", "H", "d", "shape", "ER", "volume", "cells")
+    titles = ("mesh", "method", "inverted / invalid", "min / mean SJ", "H", "d", "shape", "ER", "sharp", "volume", "cells")
     lines = [f"| {' | '.join(titles)} | CPU s, whole / work | note |"]
-    lines.append("|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|")
+    lines.append("|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|")
     before = ""
     for row in rows:
         name = "" if row.mesh == before else f"{row.mesh} ({row.cells})"
         before = row.mesh
-        figures = [""] * 8
+        figures = [""] * 9
         if row.min is not None:
             figures = [f"{row.inverted} / {row.invalid}", f"{row.min:.3f} / {row.mean:.3f}"]
             figures += [f"{row.hausdorff:.4f}", f"{1e4 * (row.distance or 0.0):.1f}", f"{row.shape:.3f}"]
-            figures += [f"{row.edge_ratio:.3g}", f"{row.volume:+.4f}", f"{row.smallest:.2g} .. {row.largest:.2g}"]
+            figures += [f"{row.edge_ratio:.3g}", "" if row.sharp is None else f"{row.sharp:.2f}"]
+            figures += [f"{row.volume:+.4f}", f"{row.smallest:.2g} .. {row.largest:.2g}"]
         seconds = "" if row.cpu is None else f"{row.cpu:.1f}"
         seconds += "" if row.work is None else f" / {row.work:.1f}"
         lines.append(f"| {name} | {row.method} | {' | '.join(figures)} | {seconds} | {row.note} |")

@@ -87,3 +87,12 @@ def test_coincident_nodes_in_any_order_give_the_same_bits():
         numbers, places = rng.permutation(len(points)), rng.permutation(len(cells))
         again = regularize((points[numbers], np.argsort(numbers)[cells[places]])).points
         assert np.array_equal(again, plain[numbers])
+
+
+def test_points_of_no_cell_come_last_and_change_nothing():
+    points, cells = generate.jittered(*generate.ball(3, 2), 0.2)
+    far = np.random.default_rng(0).normal(size=(20, 3)) * 10.0
+    nodes, order = spatial_order(points, cells)
+    with_far, same = spatial_order(np.vstack([far, points]), cells + 20)
+    np.testing.assert_array_equal(with_far[: len(points)], nodes + 20)
+    np.testing.assert_array_equal(same, order)

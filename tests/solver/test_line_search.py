@@ -99,3 +99,37 @@ def test_lbfgs_learns_no_negative_curvature():
     assert energies[-1] == pytest.approx(-1.0, abs=1e-12)
     assert evaluated[:4] == sorted(evaluated[:4])
     assert len(evaluated) < 40
+
+
+class Cliffs(Term):
+    """The sum of (x - 1)^2 over points, of which some have a cliff at their start that cannot be passed."""
+
+    def value(self, points):
+        return float(((points[:, 0] - 1.0) ** 2).sum())
+
+    def value_gradient(self, points):
+        return self.value(points), np.column_stack([2.0 * (points[:, 0] - 1.0), np.zeros((len(points), 2))])
+
+    def add_convex(self, points, gradient, assembly):
+        raise NotImplementedError
+
+    def restricted(self, patch):
+        raise NotImplementedError
+
+
+@BOTH
+@pytest.mark.parametrize(("cliff", "left"), [(0.3, 0.25), (0.0, 0.0)])
+def test_nodes_that_would_spoil_something_do_not_stop_the_others(cliff, left, with_gradient):
+    start = np.zeros((6, 3))
+    beyond = np.array([True, False, False, True, False, False])
+
+    def spoiled(points):
+        return beyond & (points[:, 0] > cliff)
+
+    free = Problem(Objective((Cliffs(),)), lambda field: field, lambda points: not spoiled(points).any())
+    stopped = line_search(free.at(start), np.tile([1.0, 0.0, 0.0], (6, 1)), with_gradient)
+    assert stopped.step < 0.5 if cliff else stopped.step == 0.0
+    known = Problem(free.objective, free.project, free.acceptable, spoiled=spoiled)
+    following = line_search(known.at(start), np.tile([1.0, 0.0, 0.0], (6, 1)), with_gradient)
+    assert following.step == 1.0
+    np.testing.assert_array_equal(following.points[:, 0], np.where(beyond, left, 1.0))

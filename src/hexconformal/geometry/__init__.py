@@ -15,6 +15,7 @@ from .faces import Faces, corner_triangles, fan_triangles
 from .features import (
     CORNER,
     CURVE,
+    SHARP,
     SMOOTH,
     CreaseSchedule,
     Features,
@@ -26,6 +27,7 @@ from .features import (
     joined_features,
     kept_edges,
     nonmanifold_nodes,
+    sharp_length,
     wire_features,
     with_one_side_out,
 )
@@ -36,6 +38,7 @@ from .mean_distance import mean_distance
 __all__ = [
     "CORNER",
     "CURVE",
+    "SHARP",
     "SMOOTH",
     "BarrierSchedule",
     "ClosestPoints",
@@ -73,6 +76,7 @@ __all__ = [
     "nodal_area_vectors",
     "nodal_areas",
     "nonmanifold_nodes",
+    "sharp_length",
     "simpson_mean",
     "slivers",
     "unit_vectors",

@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Any
 
 from ..common import Serializable, json_safe
+from ..geometry import SHARP
 from ..quality import Summary
 from .region_rows import InterfaceRow, RegionRow, table_lines
 
@@ -44,6 +45,9 @@ class Report(Serializable):
         was given to slide on, if one was. None where it was not measured.
     mean_distance
         Mean of the distances between the same two surfaces, over both, relative to `diagonal`.
+    sharp_edges
+        Length of the edges of the boundary at which it turns by more than 45 degrees, before and after, in the mesh's
+        unit of length.
     size_ratios
         Smallest and largest ratio of a cell's volume after to the one it should have, None where none should.
     regions, interfaces
@@ -76,6 +80,7 @@ class Report(Serializable):
     notes: tuple[str, ...] = ()
     hausdorff: float | None = None
     mean_distance: float | None = None
+    sharp_edges: tuple[float, float] | None = None
     size_ratios: tuple[float, float] | None = None
     regions: tuple[RegionRow, ...] = ()
     interfaces: tuple[InterfaceRow, ...] = ()
@@ -137,6 +142,9 @@ class Report(Serializable):
             bound = "" if self.hausdorff_bound is None else f", allowed {self.hausdorff_bound:g}"
             mean = "" if self.mean_distance is None else f"; in the mean {self.mean_distance:.2g}"
             lines.append(f"Hausdorff distance of the surface {self.hausdorff:.3g} diagonals{bound}{mean}")
+        if self.sharp_edges is not None and max(self.sharp_edges) > 0.0:
+            before, after = self.sharp_edges
+            lines.append(f"edges sharper than {SHARP:g} degrees {after:.4g} long, {before:.4g} before")
         if self.size_ratios is not None:
             low, high = self.size_ratios
             lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian, corner_shape
 from ..formulation import Iteration, Schedules
+from ..geometry import sharp_length
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, NormalizedMesh, region_arrays
 from ..quality import attainable_scaled_jacobian, quality, require_sound
@@ -180,6 +181,7 @@ class Regularization:
             notes=(*self._all_notes(), *outcome.notes, *notes),
             hausdorff=outcome.distance,
             mean_distance=outcome.mean_distance,
+            sharp_edges=(self._sharp_length(self.mesh.points), self._sharp_length(points)),
             size_ratios=size_ratios(after.volume[self._normalized.cell_ids], self._setting.target_volumes),
             regions=() if regions is None else region_rows(regions, before, after),
             interfaces=interfaces,
@@ -194,6 +196,10 @@ class Regularization:
             },
         )
         return Result(better if self._from_hex_mesh else better.to_source_type(), points, report, tuple(self.history))
+
+    def _sharp_length(self, points: Field) -> float:
+        """Length of the sharp edges of the boundary of the user's mesh."""
+        return sharp_length(points, self._normalized.node_ids[self._normalized.quads])
 
     def _acceptable(self, record: Record) -> bool:
         """True where this is no worse than the input; another surface to slide on, or other sizes, may cost quality."""
