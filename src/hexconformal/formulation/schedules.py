@@ -257,6 +257,8 @@ class WorstCellsSchedule(Schedule):
         Scaled Jacobian below which the worst of the others are raised then.
     good
         Worst scaled Jacobian at which nothing is left to do.
+    worth
+        By which the worst scaled Jacobian at curves has to rise for these to be let go as far as the surface.
     many_cells
         Cells up to which those of the whole mesh are raised first; beyond, patches alone.
     """
@@ -275,6 +277,7 @@ class WorstCellsSchedule(Schedule):
     alike: float = tuned(0.02, 0.0, 1.0)
     poor: float = tuned(0.5, 0.0, 1.0)
     good: float = tuned(0.98, 0.0, 1.0)
+    worth: float = tuned(0.05, 0.0, 1.0)
     many_cells: int = tuned(200_000)
 
 

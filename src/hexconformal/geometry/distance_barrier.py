@@ -186,6 +186,11 @@ class DistanceBarrier(Term):
             curves=self.curves.restricted(patch),
         )
 
+    def with_slack(self, nodes: Mask) -> tuple[DistanceBarrier, int]:
+        """The barrier with curves and corners at some nodes (n,) as free as the surface; how many curves are so now."""
+        curves, count = self.curves.with_slack(nodes)
+        return replace(self, curves=curves), count
+
     def loosened(self, share: float) -> DistanceBarrier:
         """The barrier with a share of the attraction; the wall stays where it is."""
         return replace(self, schedule=replace(self.schedule, attraction=share * self.schedule.attraction))

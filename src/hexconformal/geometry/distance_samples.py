@@ -197,6 +197,16 @@ class Curves:
             slack[len(first) :] = True
         return cls(locator, nodes, weights, near, slack, *corners)
 
+    def with_slack(self, nodes: Mask) -> tuple[Curves, int]:
+        """The same, where curves and corners at some nodes (n,) may go as far as the surface; how many are new."""
+        if self.locator is None:
+            corners = self.slack_corners | nodes[self.corners]
+            return replace(self, slack_corners=corners), int((corners & ~self.slack_corners).sum())
+        curves = self.locator.curves[self.near]
+        touched = np.unique(curves[nodes[self.nodes].any(axis=1) & ~self.slack])
+        slack, corners = self.slack | nodes[self.nodes].any(axis=1), self.slack_corners | nodes[self.corners]
+        return replace(self, slack=slack, slack_corners=corners), len(touched)
+
     def restricted(self, patch: Patch) -> Curves:
         """Those that can move, as nodes of the patch."""
         keep, inside = patch.moving[self.nodes].any(axis=1), patch.moving[self.corners]

@@ -21,7 +21,7 @@ from .minimize import Minimization
 from .return_to_surface import return_to_surface
 from .setting import Setting
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
-from .worst_cells import raise_worst, raise_worst_patches
+from .worst_cells import raise_worst, raise_worst_patches, with_soft_curves
 
 __all__ = ["Stages", "State"]
 
@@ -139,6 +139,12 @@ class Stages:
             for iteration in raise_cells(formulation.with_work(work), points):
                 points = iteration.points
                 yield iteration
+            if options.features == "auto" and options.surface is None:
+                formulation, soft, note = with_soft_curves(formulation.with_work(None), points)
+                if soft is not points:
+                    points = soft
+                    self.state = replace(self.state, formulation=formulation, notes=(*self.state.notes, note))
+                    yield Iteration("soften curves", points)
             if work.is_done:
                 self._ended("the worst cells get better still, but the work allowed for that is done", False)
             else:

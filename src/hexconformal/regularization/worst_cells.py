@@ -20,7 +20,7 @@ from ..formulation import Formulation, Iteration, convex_newton
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobians
 
-__all__ = ["raise_worst", "raise_worst_patches", "stiffened"]
+__all__ = ["raise_worst", "raise_worst_patches", "stiffened", "with_soft_curves"]
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -78,6 +78,34 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
             stalled = True
             aside |= quality < worst + schedule.alike
         aside |= quality >= limits
+
+
+def with_soft_curves(formulation: Formulation, points: Field) -> tuple[Formulation, Field, str]:
+    """The formulation with curves let go at which cells are poor, if that is worth it; the points then, and a note.
+
+    Curves are kept within a share of what the surface may move. What that costs shows where the worst cells stall.
+    """
+    schedule, barrier = formulation.schedules.worst_cells, formulation.barrier
+    quality = corner_scaled_jacobian(points, formulation.cells)
+    poor = quality < schedule.poor
+    if barrier is None or not poor.any():
+        return formulation, points, ""
+    touched = np.zeros(len(points), dtype=bool)
+    touched[formulation.cells[poor]] = True
+    softer, count = barrier.with_slack(touched)
+    if count == 0:
+        return formulation, points, ""
+    soft, best, before = formulation.with_barrier(softer), points, float(quality.min())
+    after = before
+    for iteration in raise_worst_patches(soft, points):
+        best, after = iteration.points, float(corner_scaled_jacobian(iteration.points, formulation.cells).min())
+        if after >= schedule.poor:
+            break
+    if after < before + schedule.worth:
+        return formulation, points, ""
+    what = "a curve" if count == 1 else f"{count} curves"
+    note = f"features: {what} may go as far as the surface: kept, the worst cells there stall at {before:.3f}"
+    return soft, best, f"{note}, and come to {after:.3f} so"
 
 
 def _raised(formulation: Formulation, points: Field, region: Mask) -> Field:
