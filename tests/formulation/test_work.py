@@ -17,16 +17,21 @@ from hexconformal.regularization import Regularization
 def test_a_share_is_taken_from_the_whole():
     whole = Work(10_000.0)
     share = whole.share(0.5)
-    assert share.take(4_500) and not share.is_done
-    assert share.take(1) and share.is_done and not share.take(1)
-    assert whole.left == pytest.approx(10_000.0 - 4_501 - 600) and not whole.is_done
+    assert share.take(4_500)
+    assert not share.is_done
+    assert share.take(1)
+    assert share.is_done
+    assert not share.take(1)
+    assert whole.left == pytest.approx(10_000.0 - 4_501 - 600)
+    assert not whole.is_done
 
 
 def test_a_share_is_done_with_the_whole():
     whole = Work(1_000.0)
     share = whole.share(1.0)
     whole.take(5_000)
-    assert share.is_done and not share.take(1)
+    assert share.is_done
+    assert not share.take(1)
 
 
 def run(mesh, **bounds):
@@ -40,12 +45,14 @@ def test_newton_takes_the_steps_that_are_left():
     formulation = formulation_of(points, cells)
     few = formulation.with_work(Work(3 * (64 + 300) - 1.0))
     assert len(list(convex_newton(few, points, CornerWeights(), decrease=-1.0))) == 3
-    assert few.work.is_done and formulation.work is None
+    assert few.work.is_done
+    assert formulation.work is None
 
 
 def test_a_run_that_could_go_on_with_the_worst_cells_has_not_converged():
     mesh = generate.jittered(*generate.ball(4, 2), 0.35, seed=1)
     result = run(mesh, patches=1e-9)[1]
-    assert not result.converged and "the work allowed" in result.report.reason
+    assert not result.converged
+    assert "the work allowed" in result.report.reason
     assert result.report.after.scaled_jacobian.min <= hc.regularize(mesh).report.after.scaled_jacobian.min + 1e-9
     assert np.isfinite(result.points).all()

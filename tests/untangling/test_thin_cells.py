@@ -26,7 +26,8 @@ def test_however_flat_a_corner_is_the_result_is_the_same(count):
         assert after.invalid == 0
     smallest, means = np.array(list(results.values())).T
     assert smallest.min() > 0.7
-    assert np.ptp(smallest) < 0.01 and np.ptp(means) < 0.002
+    assert np.ptp(smallest) < 0.01
+    assert np.ptp(means) < 0.002
 
 
 @pytest.mark.parametrize("thickness", [1e-8, 1e-12, 0.0])
@@ -35,7 +36,8 @@ def test_a_layer_without_thickness_gets_one(mesh, thickness):
     points, cells = padded(*mesh, thickness)
     report = hc.regularize((points, cells)).report
     assert report.after.invalid == 0
-    assert report.after.edge_ratio.max < 6.0 and report.after.shape.min > 0.4
+    assert report.after.edge_ratio.max < 6.0
+    assert report.after.shape.min > 0.4
     assert report.converged
 
 
@@ -54,7 +56,8 @@ def test_thickening_folds_no_cell_and_makes_the_thinnest_thicker():
     assert is_valid(points, formulation.cells).all()
     for iteration in thicken(formulation, points):
         now = formulation.measures(iteration.points).fullness.min()
-        assert now > before and is_valid(iteration.points, formulation.cells).all()
+        assert now > before
+        assert is_valid(iteration.points, formulation.cells).all()
         before = now
     assert before > 0.01
 
@@ -63,4 +66,5 @@ def test_a_mesh_that_keeps_cells_without_volume_is_not_converged():
     points, cells = generate.box((2, 2, 2))
     points[:, 2] *= 1e-12
     report = hc.regularize((points, cells), boundary="fixed").report
-    assert not report.converged and "no volume, or next to none" in report.reason
+    assert not report.converged
+    assert "no volume, or next to none" in report.reason

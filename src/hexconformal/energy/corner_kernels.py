@@ -26,11 +26,11 @@ from .convex_frames import (
     MARGIN,
     ROWS,
     add_angles,
+    add_proportions,
     directions,
     store_distortion,
 )
 from .corner_blocks import COLUMN, INVERSE, SIGN, add_blocks, add_forces, pull_back, to_nodes
-from .proportions import add_proportions
 
 __all__ = ["corner_densities", "corner_sums"]
 

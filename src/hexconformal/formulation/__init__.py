@@ -7,7 +7,8 @@ Belongs here: how terms, directions and weights are put together, of a mesh or o
 from .compatible_constraint import CompatibleConstraint
 from .formulation import Formulation, ValidCells, convex_newton
 from .iteration import Iteration
-from .schedules import MinimizationSchedule, Schedules, UntanglingSchedule
+from .schedules import MinimizationSchedule, Schedules
+from .unfolding_schedules import UntanglingSchedule
 from .work import Work
 
 __all__ = [

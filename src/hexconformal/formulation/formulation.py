@@ -105,7 +105,7 @@ class Formulation:
         acceptable: Callable[[Field], bool] = lambda points: True,
         spoiled: Callable[[Field], Mask] | None = None,
     ) -> Problem:
-        """The minimization of an objective in the admissible directions; where a mesh is not acceptable, by (m,) cells."""
+        """The minimization of an objective in admissible directions; `spoiled` tells cells (m,) that forbid a step."""
 
         def nodes(points: Field) -> Mask:
             touched = np.zeros(len(points), dtype=bool)
@@ -139,7 +139,7 @@ class Formulation:
         return CornerTerm(self.cells, self.inverses).measures(points)
 
     def spoiled(self, valid: ValidCells, stiffness: float = 0.0) -> Callable[[Field], Mask]:
-        """What tells of points the (m,) cells that are folded, not valid though they must be, or stiffer than allowed."""
+        """What tells cells (m,) that are folded, invalid where they must not be, or worse than is allowed."""
         most = 1.0 / stiffness if stiffness > 0.0 else np.inf
 
         def spoiled(points: Field) -> Mask:
@@ -263,8 +263,8 @@ def convex_newton(
     """Newton's method with the convex equation; yields the iterate after every step.
 
     Volumes count with a weight, default that of the schedule. Ends where two steps in a row lower the objective by less
-    than the given fraction, no step lowers it, or the formulation's work is done. A cell that is valid everywhere (Bernstein) stays so, and so does one
-    that becomes so.
+    than the given fraction, no step lowers it, or the formulation's work is done. A cell that is valid everywhere
+    (Bernstein) stays so, and so does one that becomes so.
     """
     volume = formulation.schedules.minimization.volume_weight if volume is None else volume
     valid, slow = ValidCells(points, formulation.cells), 0

@@ -298,9 +298,9 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
 
         How the shape is kept: `boundary` ("slide", "fixed", "free"), `hausdorff` (how far a curved boundary may
         move, in diagonals of the bounding box), `constraint` ("barrier", "compatible", relaxed by `eps`), `features`
-        ("auto", "keep", "soft": sharp edges and corners), `surface` (another one to slide on, with its features),
-        `interfaces` (between regions: "auto", "ignore", an array), `couplings` (nodes that move together: "auto",
-        "ignore", pairs), `conserve_volume`, `fixed` (nodes to hold).
+        ("auto", "keep", "soft": sharp edges and corners; `feature_band`: how far they may move), `surface` (another
+        one to slide on, with its features), `interfaces` (between regions: "auto", "ignore", an array), `couplings`
+        (nodes that move together: "auto", "ignore", pairs), `conserve_volume`, `fixed` (nodes to hold).
 
         What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or target volumes), `weight`
         ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
@@ -335,9 +335,9 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     >>> bool(report.hausdorff <= 0.001), bool(abs(report.volume_change) < 1e-10)
     (True, True)
     >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
-    ['boundary', 'conserve_volume', 'constraint', 'couplings', 'emphasis', 'energy', 'eps', 'features', 'fixed',
-     'gradient_tolerance', 'hausdorff', 'interfaces', 'max_iterations', 'method', 'quadrature', 'sizes', 'surface',
-     'target', 'weight']
+    ['boundary', 'conserve_volume', 'constraint', 'couplings', 'emphasis', 'energy', 'eps', 'feature_band',
+     'features', 'fixed', 'gradient_tolerance', 'hausdorff', 'interfaces', 'max_iterations', 'method', 'quadrature',
+     'sizes', 'surface', 'target', 'weight']
     """
     run = Regularization(mesh, options_from(Options, options))
     for record in run:

@@ -92,7 +92,7 @@ class Setting:
         return np.where(sized, np.maximum(measures.slenderness, least), least)
 
     def flat(self, points: Field) -> Mask:
-        """(m,) cells with a corner that is folded, or as good as flat beside its target: they have next to no volume."""
+        """(m,) cells with a corner that is folded, or as good as flat beside its target: with next to no volume."""
         return np.asarray(self._corners.measures(points).fullness <= self.schedules.untangling.flat)
 
     @cached_property

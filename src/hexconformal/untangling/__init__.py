@@ -9,4 +9,13 @@ from .thin_cells import thicken
 from .untangle import folded_cells, harmonic, pull_back, tangled_cells, untangle
 from .untangle_interior import untangle_interior
 
-__all__ = ["folded_cells", "harmonic", "improve_folded", "pull_back", "tangled_cells", "thicken", "untangle", "untangle_interior"]
+__all__ = [
+    "folded_cells",
+    "harmonic",
+    "improve_folded",
+    "pull_back",
+    "tangled_cells",
+    "thicken",
+    "untangle",
+    "untangle_interior",
+]

@@ -46,6 +46,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument(
+        "--feature-band", type=float, default=Options.feature_band, metavar="X", help="how far sharp edges and corners"
+        " that are kept may move, as a share of --hausdorff (default %(default)g)",
+    )  # fmt: skip
+    shape.add_argument(
         "--surface", metavar="FILE", help="slide on this surface (.stl, .ply, ...), on its sharp edges and corners"
     )
     add_interfaces(shape, "faces between regions are kept")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...formulation import Schedules
 from ...geometry import (
+    BarrierSchedule,
     CurveLocator,
     DistanceBarrier,
     Faces,
@@ -98,6 +99,9 @@ def boundary_of(
         If the surface to slide on is not that of the mesh.
     """
     schedules = Schedules() if schedules is None else schedules
+    near = schedules.barrier
+    if options.feature_band != BarrierSchedule.curve_bound:
+        near = replace(near, curve_bound=options.feature_band)
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
     kept = kept_geometry(normalized, options)
@@ -172,7 +176,7 @@ def boundary_of(
     if moves:
         valid = normalized.valid[boundary_quads(cells)[1]]
         depths[: len(quads)] = np.where(valid, boundary_depths(normalized.points, cells), np.inf)
-    barrier = DistanceBarrier.around(surface, tolerance, features, beside, schedules.barrier, there, depths)
+    barrier = DistanceBarrier.around(surface, tolerance, features, beside, near, there, depths)
     every = quads if inner is None else np.concatenate([quads, inner.quads])
     return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner, reference, start)
 
