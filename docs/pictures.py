@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -97,8 +98,27 @@ def grains(path: Path) -> None:
     plots.before_after(path, mesh, hc.regularize(mesh).mesh)
 
 
+WAYS: list[dict[str, Any]] = [{}, {"features": "soft", "hausdorff": 0.02}, {"hausdorff": 0.001, "feature_band": 0.1}]
+
+
+def three_ways(path: Path) -> None:
+    """A twisted cylinder as it is, with defaults, with soft edges and more room, and with edges and surface kept."""
+    mesh, panels = DATA / "twisted_cylinder.vtu", []
+    for options in WAYS:
+        plots.before_after(path, mesh, hc.regularize(mesh, **options).mesh)
+        with Image.open(path) as picture:
+            half, above = picture.width // 2, round(0.85 * picture.height)  # without the colour bar
+            before, after = (picture.convert("RGB").crop((x, 0, x + half, above)) for x in (0, half))
+            panels += [after] if panels else [before, after]
+    whole = Image.new("RGB", (sum(panel.width for panel in panels), panels[0].height), "white")
+    for number, panel in enumerate(panels):
+        whole.paste(panel, (number * panel.width, 0))
+    whole.save(path)
+
+
 PICTURES: dict[str, Callable[[Path], None]] = {
-    draw.__name__: draw for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved, fibre, grains)
+    draw.__name__: draw
+    for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved, fibre, grains, three_ways)
 }
 
 
