@@ -235,13 +235,22 @@ def test_a_patch_leaves_out_what_its_nodes_cannot_change(cylinder):
     moved = points + 0.004 * np.random.default_rng(3).normal(size=points.shape)
     moving = np.zeros(len(points), dtype=bool)
     moving[quads[5]] = True
-    cut = barrier_of(points, quads).restricted(Patch.around(moving, cells, moved))
-    touched = moving[quads].any(axis=1)
-    for samples in (cut.forward, cut.backward):
-        assert np.array_equal(samples.active, touched[samples.carriers])
-        assert 0 < samples.active.sum() < len(samples)
-    assert moving[cut.curves.nodes].any(axis=1).all()
-    assert moving[cut.curves.corners].all()
+    whole, patch = barrier_of(points, quads), Patch.around(moving, cells, moved)
+    cut = whole.restricted(patch)
+    # Its faces are those that move, and what is beside them, with nodes that the patch has not.
+    inside = len(patch.nodes)
+    touched = (
+        (cut.skin.faces < inside) & np.append(moving[patch.nodes], False)[np.minimum(cut.skin.faces, inside)]
+    ).any(axis=1)
+    assert touched.sum() == moving[quads].any(axis=1).sum() < len(touched) < len(quads)
+    np.testing.assert_array_equal(cut.skin.points[:inside], moved[patch.nodes])
+    assert len(cut.beside) > 0
+    assert set(map(tuple, cut.beside)) <= set(map(tuple, moved))
+    for samples, of_whole in ((cut.forward, whole.forward), (cut.backward, whole.backward)):
+        assert touched[samples.carriers].all()
+        assert 0 < len(samples) < len(of_whole)
+    assert moving[patch.nodes[cut.curves.nodes]].any(axis=1).all()
+    assert moving[patch.nodes[cut.curves.corners]].all()
     # Where nothing moves nothing is felt, however far everything is: here faces, edges and corners of a box.
     points, cells = generate.box((3, 3, 3))
     moving = np.zeros(len(points), dtype=bool)

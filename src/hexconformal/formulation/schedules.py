@@ -45,9 +45,9 @@ class MinimizationSchedule(Schedule):
         energy by more than this share.
     least_volume
         Smallest volume, relative to the cube of the edges, that the stiffness of a cell takes as it is.
-    proportion_weight, slender
-        Weight of the proportions of edges at corners, beside the distortion or the angles, and the ratio up to which
-        they cost nothing, whatever it was at first.
+    proportion_weight, slender, slenderest
+        Weight of the proportions of edges at corners, beside the distortion or the angles, the ratio up to which they
+        cost nothing, whatever it was at first, and that of folded cells where most are folded.
     volume_weight
         Weight of the volumes of cells beside the angles or the distortion, where the worst cells are raised.
     sizes_weight
@@ -66,6 +66,7 @@ class MinimizationSchedule(Schedule):
     least_volume: float = tuned(0.05, 0.0, 1.0)
     proportion_weight: float = tuned(20.0)
     slender: float = tuned(5.0, 1.0)
+    slenderest: float = tuned(15.0, 1.0)
     volume_weight: float = tuned(6.0)
     sizes_weight: float = tuned(4.0)
     target_sizes_factor: float = tuned(25.0)

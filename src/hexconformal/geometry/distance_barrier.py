@@ -12,7 +12,7 @@ of the bound. Equation (14) of docs/mathematics.md.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -48,6 +48,8 @@ class DistanceBarrier(Term):
     skin
         The surface that is kept near it, by the nodes of the points that the barrier is a function of: of the mesh, or
         of a patch, around what moves there; None where nothing does.
+    beside
+        (k, 3) points of nodes of the skin beyond these, which stay.
     bound
         Distance that must not be exceeded.
     steepness
@@ -78,6 +80,7 @@ class DistanceBarrier(Term):
     wall: float
     spacing: float
     schedule: BarrierSchedule
+    beside: Field = field(default_factory=lambda: np.empty((0, 3)))
 
     @classmethod
     def around(
@@ -141,17 +144,18 @@ class DistanceBarrier(Term):
     @property
     def nodes(self) -> Ints:
         """Nodes that are kept near where they were."""
-        return np.empty(0, np.int64) if self.skin is None else np.unique(self.skin.faces)
+        nodes = np.empty(0, np.int64) if self.skin is None else np.unique(self.skin.faces)
+        return nodes[nodes < len(self.measured_at) - len(self.beside)]
 
     # ------------------------------------------------------------------------------------------ the term
     def value(self, points: Field) -> float:
         """The barrier at some points (n, 3); infinite beyond the wall."""
-        steep, *_ = self._looked(points, everywhere=False)
+        steep, *_ = self._looked(self._with_beside(points), everywhere=False)
         return float(sum(kind.penalty(self.steepness, self.wall)[0] for kind in steep))
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """The barrier, and its gradient (n, 3)."""
-        steep, *_ = self._looked(points, everywhere=False)
+        steep, *_ = self._looked(self._with_beside(points), everywhere=False)
         gradient = np.zeros_like(points)
         return self._add(steep, gradient, None), gradient
 
@@ -166,21 +170,29 @@ class DistanceBarrier(Term):
 
     def restricted(self, patch: Patch) -> DistanceBarrier:
         """The barrier of a patch: of what moves there, with what is beside that."""
-        none = replace(self, skin=None, measured_at=self.measured_at[patch.nodes])
-        if self.skin is None:
+        count, stay = len(patch.moving), len(self.beside)
+        none = replace(self, skin=None, beside=self.beside[:0], measured_at=self.measured_at[patch.nodes])
+        moving = np.concatenate([patch.moving, np.zeros(stay, dtype=bool)])
+        if self.skin is None or not moving[self.skin.faces].any():
             return none
         faces = self.skin.faces
-        movable = np.asarray(patch.moving[faces].any(axis=1))
-        if not movable.any():
-            return none
-        touched = np.zeros(len(patch.moving), dtype=bool)
+        movable = np.asarray(moving[faces].any(axis=1))
+        touched = np.zeros(count + stay, dtype=bool)
         touched[faces[movable]] = True
-        beside = touched[faces].any(axis=1) & (patch.local[faces] >= 0).all(axis=1)
-        kept, numbers = np.flatnonzero(movable | beside), np.full(len(faces), -1)
+        kept, numbers = np.flatnonzero(touched[faces].any(axis=1)), np.full(len(faces), -1)
         numbers[kept] = np.arange(len(kept))
+        # Nodes of its faces that the patch has not come behind those that it has.
+        local = np.concatenate([patch.local, np.full(stay, -1)])
+        beyond = np.unique(faces[kept])
+        beyond = beyond[local[beyond] < 0]
+        local[beyond] = len(patch.nodes) + np.arange(len(beyond))
+        beside = self._with_beside(patch.points)[beyond]
+        whole = np.concatenate([patch.nodes, beyond])
         return replace(
             none,
-            skin=self.skin.part(kept, patch.local, patch.points[patch.nodes]),
+            skin=self.skin.part(kept, local, np.concatenate([patch.points[patch.nodes], beside])),
+            beside=beside,
+            measured_at=self.measured_at[whole],
             forward=self.forward.among(movable, numbers),
             backward=self.backward.among(movable, numbers),
             curves=self.curves.restricted(patch),
@@ -200,7 +212,7 @@ class DistanceBarrier(Term):
         """Largest distance of any sample, in both directions, in units of the bound."""
         if self.skin is None:
             return 0.0
-        moved, other = self._surfaces(self.skin, points)
+        moved, other = self._surfaces(self.skin, self._with_beside(points))
         worst = 0.0
         for samples in (self.forward, self.backward):
             found = samples.measured(np.arange(len(samples)), moved, other, self.schedule.wall * self.bound)
@@ -263,10 +275,14 @@ class DistanceBarrier(Term):
         """The moved surface, and the one it should be near to."""
         return skin.with_points(x), self.original if self.reference is None else self.reference
 
-    def _seen(self, x: Field) -> tuple[list[Steep], DistanceBarrier]:
+    def _with_beside(self, points: Field) -> Field:
+        return np.concatenate([points, self.beside]) if len(self.beside) else points
+
+    def _seen(self, points: Field) -> tuple[list[Steep], DistanceBarrier]:
         """The distances from points (n, 3), and the barrier as it is seen from there."""
         if self.skin is None:
             return [], self
+        x = self._with_beside(points)
         steep, looks, curves = self._looked(x, everywhere=True)
         forward, backward = (
             samples.seen(*look) for samples, look in zip((self.forward, self.backward), looks, strict=True)
@@ -327,12 +343,14 @@ class DistanceBarrier(Term):
             value, slopes, curvatures = kind.penalty(self.steepness, self.wall)
             total += value
             force = slopes[:, None] * kind.residuals
+            nodes = np.where(kind.nodes < len(gradient), kind.nodes, -1)
             if assembly is None:
-                np.add.at(gradient, kind.nodes, kind.weights[..., None] * force[:, None])
+                inside = nodes >= 0
+                np.add.at(gradient, nodes[inside], (kind.weights[..., None] * force[:, None])[inside])
             else:
                 matrix = assembly.matrix
                 add_samples(
-                    kind.nodes, kind.weights, force, curvatures[:, None, None] * kind.directions(),
+                    nodes, kind.weights, force, curvatures[:, None, None] * kind.directions(),
                     matrix.indptr, matrix.indices, matrix.data, gradient,
                 )  # fmt: skip
         return float(total)

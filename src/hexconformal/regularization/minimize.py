@@ -91,7 +91,8 @@ class Minimization:
         schedule, options, method = self._schedule, self._options, self._options.method
         phases = (method,) if method != "auto" else ("lbfgs", "newton") if self._alone else ("majorize",)
         valid = ValidCells(self._start, self._formulation.cells)
-        spoiled = self._formulation.spoiled(valid) if self._at_corners else None
+        # Pairs of L-BFGS would tell it of steps that it has not chosen.
+        spoiled = self._formulation.spoiled(valid) if self._at_corners and phases == ("majorize",) else None
         problem = self._formulation.problem(self._objective(), lambda x: valid(x) and self._acceptable(x), spoiled)
         at = problem.at(self._start)
         first, slow = at.gradient_norm, 0

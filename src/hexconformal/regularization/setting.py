@@ -87,9 +87,12 @@ class Setting:
     @cached_property
     def _slender(self) -> Field:
         """(m,) slenderness up to which proportions cost nothing: no cell has to get thicker than it is."""
-        measures, least = self._corners.measures(self.normalized.points), self.schedules.minimization.slender
+        schedule, measures = self.schedules.minimization, self._corners.measures(self.normalized.points)
         sized = measures.fullness > self.schedules.untangling.flat
-        return np.where(sized, np.maximum(measures.slenderness, least), least)
+        known = np.maximum(measures.slenderness, schedule.slender)
+        # How thin a folded cell is meant to be nobody knows; where few are folded, as those around them.
+        unknown = schedule.slender if sized.mean() > 0.5 else schedule.slenderest
+        return np.where(sized, known, unknown)
 
     def flat(self, points: Field) -> Mask:
         """(m,) cells with a corner that is folded, or as good as flat beside its target: with next to no volume."""

@@ -58,17 +58,18 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         formulation = formulation.with_work(formulation.worth(formulation.schedules.work.patches))
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
     quality = corner_scaled_jacobian(points, cells)
-    aside, stalled = quality >= limits, False
+    aside = quality >= limits
+    stalled = bool((aside & (quality < schedule.good)).any())
     for _ in range(schedule.patch_rounds):
         worst = float(quality[~aside].min(initial=1.0))
         if worst >= (schedule.poor if stalled else schedule.good):
             return
         region = node_rings(cells, len(points), ~aside & (quality < worst + schedule.margin), schedule.rings)
-        trial = _raised(formulation.seen_from(points), points, region)
+        seen = formulation.seen_from(points)
+        trial = _raised(seen, points, region)
         after = corner_scaled_jacobian(trial, cells)
         # A patch watches the surface around itself only.
-        away = formulation.relative_distance(trial)
-        spoiled = after.min() < quality.min() or away > max(1.0, formulation.relative_distance(points))
+        spoiled = after.min() < quality.min() or not np.isfinite(seen.objective(CornerWeights()).value(trial))
         if not spoiled and trial is not points:
             points, quality = trial, after
             yield Iteration("worst cells", points)

@@ -39,15 +39,20 @@ class SearchSchedule(Schedule):
         Share of the slope below which it must have come where values are alike but for rounding.
     memory
         Pairs that L-BFGS keeps: more cost memory and win little.
+    patience
+        Halvings after which it is looked for cells that stand against a step.
+    few
+        Share of the nodes up to which these are few, and must not stop all others: many are better off together.
     held_back
-        Shares of a direction left, one after the other, at nodes of cells that it spoils: few of these must not stop
-        all others.
+        Shares of a direction left, one after the other, at nodes of such cells.
     """
 
     enough: float = tuned(1e-4, 0.0, 1.0)
     halvings: int = tuned(40)
     flatter: float = tuned(0.9, 0.0, 1.0)
     memory: int = tuned(10)
+    patience: int = tuned(3)
+    few: float = tuned(0.05, 0.0, 1.0)
     held_back: tuple[float, ...] = tuned((0.25, 0.25, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 1.0)
 
 
@@ -155,8 +160,8 @@ def line_search(current: Iterate, direction: Field, with_gradient: bool = True) 
     """
     problem, search = current.problem, current.problem.search
     slope = problem.space.inner(current.gradient, direction)
-    step, whole = 1.0, True
-    for _ in range(search.halvings):
+    step = 1.0
+    for halving in range(search.halvings):
         trial = problem.at(problem.space.update(current.points + step * direction), step, with_gradient)
         if np.isfinite(trial.energy) and not (with_gradient and not np.isfinite(trial.gradient).all()):
             enough = trial.energy <= current.energy + search.enough * step * slope
@@ -168,11 +173,9 @@ def line_search(current: Iterate, direction: Field, with_gradient: bool = True) 
             )
             if (enough or flat) and problem.space.everywhere(problem.acceptable(trial.points)):
                 return replace(trial, decrease=current.energy - trial.energy)
-        if whole and (shorter := _held_back(current, direction)) is not None:
-            direction, slope = shorter, problem.space.inner(current.gradient, shorter)
-        else:
-            step *= 0.5
-        whole = False
+        step *= 0.5
+        if halving == search.patience and (shorter := _held_back(current, direction)) is not None:
+            direction, slope, step = shorter, problem.space.inner(current.gradient, shorter), 1.0
     return replace(current, step=0.0, decrease=0.0)
 
 
@@ -181,11 +184,15 @@ def _held_back(current: Iterate, direction: Field) -> Field | None:
     problem = current.problem
     if problem.spoiled is None:
         return None
-    shorter = direction
+    shorter, held = direction, np.zeros(len(direction), dtype=bool)
     for share in problem.search.held_back:
         nodes = problem.spoiled(problem.space.update(current.points + shorter))
         if not nodes.any():
             break
-        shorter = np.where(nodes[:, None], share * shorter, shorter)
-    descends = shorter is not direction and problem.space.inner(current.gradient, shorter) < 0.0
+        shorter, held = np.where(nodes[:, None], share * shorter, shorter), held | nodes
+    if not 0 < held.sum() <= max(8.0, problem.search.few * len(held)):
+        return None
+    # Not to the brink.
+    shorter = np.where(held[:, None], 0.5 * shorter, shorter)
+    descends = problem.space.inner(current.gradient, shorter) < 0.0
     return shorter if descends else None

@@ -30,6 +30,8 @@ def thicken(formulation: Formulation, points: Field) -> Iterator[Iteration]:
         return
     region = node_rings(cells, len(points), fullness < schedule.thin, schedule.rings)
     patch, nodes = formulation.seen_from(points).restricted(region, points)
+    if not patch.free.any():
+        return
     thinnest, since = patch.measures(points[nodes]).fullness.min(), 0
     for local in _thickened(patch, points[nodes]):
         now = patch.measures(local).fullness.min()

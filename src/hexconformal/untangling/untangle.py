@@ -155,9 +155,9 @@ def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: in
     equation: Equation = formulation.equation
     for count in range(steps):
         measures = formulation.measures(points)
-        smallest = float(measures.determinant.min())
         if not _tangled(formulation, measures).any():
             return
+        smallest = float(measures.determinant.min())
         if formulation.work is not None and not formulation.work.take(len(formulation.cells)):
             return
         if count:
