@@ -185,6 +185,8 @@ class VolumeSchedule(Schedule):
 
     Attributes
     ----------
+    drift
+        Relative change of the volume from which on it is made up for without being asked.
     exact
         Relative difference of volumes that counts as none.
     steps, halvings
@@ -201,6 +203,7 @@ class VolumeSchedule(Schedule):
         Ratio of the largest difference of several volumes to the one before from which on there is no progress.
     """
 
+    drift: float = tuned(0.003)
     exact: float = tuned(1e-14)
     steps: int = tuned(40)
     halvings: int = tuned(10)

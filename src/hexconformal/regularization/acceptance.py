@@ -23,6 +23,7 @@ __all__ = [
     "no_worse_than",
     "sheets_distance",
     "size_ratios",
+    "volume_change",
     "with_volume_restored",
 ]
 
@@ -144,6 +145,12 @@ def _restored(formulation: Formulation, points: Field, surfaces: Sequence[Ints],
             return same
         formulation = formulation.with_barrier(formulation.barrier.watching(same))
     return points
+
+
+def volume_change(points: Field, normalized: NormalizedMesh) -> float:
+    """Relative change of the volume that the boundary encloses, without its sign."""
+    before, after = (float(enclosed_volumes(x, [normalized.quads])[0]) for x in (normalized.points, points))
+    return abs(after / before - 1.0) if before else 0.0
 
 
 def size_ratios(volumes: Field, targets: Field) -> tuple[float, float] | None:
