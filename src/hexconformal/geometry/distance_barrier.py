@@ -22,7 +22,7 @@ from ..energy import Assembly, Patch, Term
 from .barrier_schedule import BarrierSchedule, Steep
 from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import CurveLocator, SurfaceLocator
-from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors
+from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors, part_of_skin
 from .features import Features
 from .hausdorff import hausdorff, peaks, surface_samples
 from .sample_sums import add_samples
@@ -170,31 +170,17 @@ class DistanceBarrier(Term):
 
     def restricted(self, patch: Patch) -> DistanceBarrier:
         """The barrier of a patch: of what moves there, with what is beside that."""
-        count, stay = len(patch.moving), len(self.beside)
         none = replace(self, skin=None, beside=self.beside[:0], measured_at=self.measured_at[patch.nodes])
-        moving = np.concatenate([patch.moving, np.zeros(stay, dtype=bool)])
-        if self.skin is None or not moving[self.skin.faces].any():
+        part = None if self.skin is None else part_of_skin(self.skin, patch, self._with_beside(patch.points))
+        if part is None:
             return none
-        faces = self.skin.faces
-        movable = np.asarray(moving[faces].any(axis=1))
-        touched = np.zeros(count + stay, dtype=bool)
-        touched[faces[movable]] = True
-        kept, numbers = np.flatnonzero(touched[faces].any(axis=1)), np.full(len(faces), -1)
-        numbers[kept] = np.arange(len(kept))
-        # Nodes of its faces that the patch has not come behind those that it has.
-        local = np.concatenate([patch.local, np.full(stay, -1)])
-        beyond = np.unique(faces[kept])
-        beyond = beyond[local[beyond] < 0]
-        local[beyond] = len(patch.nodes) + np.arange(len(beyond))
-        beside = self._with_beside(patch.points)[beyond]
-        whole = np.concatenate([patch.nodes, beyond])
         return replace(
             none,
-            skin=self.skin.part(kept, local, np.concatenate([patch.points[patch.nodes], beside])),
-            beside=beside,
-            measured_at=self.measured_at[whole],
-            forward=self.forward.among(movable, numbers),
-            backward=self.backward.among(movable, numbers),
+            skin=part.skin,
+            beside=part.skin.points[len(patch.nodes) :],
+            measured_at=self.measured_at[part.nodes],
+            forward=self.forward.among(part.movable, part.numbers),
+            backward=self.backward.among(part.movable, part.numbers),
             curves=self.curves.restricted(patch),
         )
 

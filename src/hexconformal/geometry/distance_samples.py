@@ -12,7 +12,8 @@ from .bilinear_surface import BilinearSurface
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
 
-__all__ = ["Curves", "Distances", "Samples", "distance_projectors", "identities", "moved_by", "normal_projectors"]
+__all__ = ["Curves", "Distances", "PartOfSkin", "Samples", "distance_projectors", "identities", "moved_by"]
+__all__ += ["normal_projectors", "part_of_skin"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -217,6 +218,47 @@ class Curves:
             **{name: getattr(self, name)[keep] for name in ("weights", "near", "slack")},
             **{name: getattr(self, name)[inside] for name in ("places", "slack_corners")},
         )
+
+
+@dataclass(frozen=True, eq=False)
+class PartOfSkin:
+    """The faces of a surface that move with a patch, and those beside them.
+
+    Attributes
+    ----------
+    skin
+        These faces, by the nodes of the patch, and others behind them.
+    nodes
+        (k,) ids of all these nodes.
+    movable
+        (f,) faces of the whole that move.
+    numbers
+        (f,) number of each face here; -1 for those that are not.
+    """
+
+    skin: Surface
+    nodes: Ints
+    movable: Mask
+    numbers: Ints
+
+
+def part_of_skin(skin: Surface, patch: Patch, points: Field) -> PartOfSkin | None:
+    """What a patch moves of a surface with points (n, 3), nodes of the mesh first; None where that is nothing."""
+    faces, stay = skin.faces, len(points) - len(patch.moving)
+    moving = np.concatenate([patch.moving, np.zeros(stay, dtype=bool)])
+    movable = np.asarray(moving[faces].any(axis=1))
+    if not movable.any():
+        return None
+    touched = np.zeros(len(points), dtype=bool)
+    touched[faces[movable]] = True
+    kept, numbers = np.flatnonzero(touched[faces].any(axis=1)), np.full(len(faces), -1)
+    numbers[kept] = np.arange(len(kept))
+    local = np.concatenate([patch.local, np.full(stay, -1)])
+    beyond = np.unique(faces[kept])
+    beyond = beyond[local[beyond] < 0]
+    local[beyond] = len(patch.nodes) + np.arange(len(beyond))
+    nodes = np.concatenate([patch.nodes, beyond])
+    return PartOfSkin(skin.part(kept, local, points[nodes]), nodes, movable, numbers)
 
 
 def moved_by(shift: Field, faces: Ints) -> Field:

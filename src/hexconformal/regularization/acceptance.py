@@ -23,7 +23,7 @@ __all__ = [
     "no_worse_than",
     "sheets_distance",
     "size_ratios",
-    "volume_change",
+    "swells",
     "with_volume_restored",
 ]
 
@@ -147,10 +147,12 @@ def _restored(formulation: Formulation, points: Field, surfaces: Sequence[Ints],
     return points
 
 
-def volume_change(points: Field, normalized: NormalizedMesh) -> float:
-    """Relative change of the volume that the boundary encloses, without its sign."""
+def swells(points: Field, normalized: NormalizedMesh, formulation: Formulation | None) -> bool:
+    """True where a boundary that slides by the barrier encloses clearly more or less than it did."""
+    if formulation is None or formulation.barrier is None or formulation.barrier.reference is not None:
+        return False
     before, after = (float(enclosed_volumes(x, [normalized.quads])[0]) for x in (normalized.points, points))
-    return abs(after / before - 1.0) if before else 0.0
+    return abs(after - before) > formulation.schedules.volume.drift * abs(before)
 
 
 def size_ratios(volumes: Field, targets: Field) -> tuple[float, float] | None:

@@ -71,9 +71,10 @@ class Options:
         share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes, the first of each pair
         being the image of the second. What one node of a pair may not do, the other may not either.
     conserve_volume
-        With "slide": give the result the volume of the input to rounding. (Without, that is done where it has changed by
-        more than .3 %.) What the run has changed is made up for at its end, by the least change of shape within `hausdorff`; the report says if that is not enough. Where the
-        mesh has regions (see `interfaces`), each gets the volume of its own.
+        With "slide": give the result the volume of the input to rounding. (Without, only what is more than .3 %, and by
+        the barrier, is made up for.) What the run has changed is made up for at its end, by the least change of shape
+        within `hausdorff`; the report says if that is not enough. Where the mesh has regions (see `interfaces`), each
+        gets the volume of its own.
     fixed
         Nodes that stay: (n,) booleans, (n, 3) booleans by component, node ids, or the name of a point array that is
         not zero there.

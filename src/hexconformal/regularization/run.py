@@ -24,7 +24,7 @@ from .acceptance import (
     no_worse_than,
     sheets_distance,
     size_ratios,
-    volume_change,
+    swells,
     with_volume_restored,
 )
 from .boundary import boundary_of
@@ -216,14 +216,15 @@ class Regularization:
         notes: list[str] = []
         if points is not normalized.points:
             points = self._brought_back(points)
-        if points is not normalized.points and (self.options.conserve_volume or self._swells(points)):
-            formulation, regions = self._stages.state.formulation, self._setting.regions
-            regions = regions if self.options.conserve_volume else None
+        formulation, asked = self._stages.state.formulation, self.options.conserve_volume
+        drifts = self.options.constraint == "barrier" and swells(points, normalized, formulation)
+        if points is not normalized.points and (asked or drifts):
+            regions = self._setting.regions if asked else None
             same, notes = with_volume_restored(points, normalized, formulation, regions)
             if self._setting.keeps_valid(same) and self._acceptable(self._record(Iteration("volume", same))):
                 points = same
             else:
-                points, notes = (normalized.points if self.options.conserve_volume else points), []
+                points, notes = (normalized.points if asked else points), []
         if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
         moved = boundary_distance(points, normalized, boundary, self.options.boundary)
@@ -241,13 +242,6 @@ class Regularization:
             )
         mean = mean_boundary_distance(points, normalized, boundary) if moved > 0.0 else 0.0
         return _Outcome(normalized.to_user(points), reason, moved, mean, tuple(notes))
-
-    def _swells(self, points: Field) -> bool:
-        """True where a sliding boundary encloses clearly more or less than it did."""
-        boundary, normalized = self._stages.state.boundary, self._normalized
-        if boundary.barrier is None or boundary.reference is not None or self._stages.state.formulation is None:
-            return False
-        return volume_change(points, normalized) > self._setting.schedules.volume.drift
 
     def _brought_back(self, points: Field) -> Field:
         """The points, with the boundary within its bound where the run was left before it was, and that can be."""
