@@ -60,6 +60,7 @@ class _Approach:
         bound: float,
     ) -> None:
         self.points, self._limits, self._projection, self._bound = points, limits, projection, bound
+        self._margin = schedules.problem.bound_margin
         self._schedule, self._step = schedules.approach, schedules.step
         self._problem, energy = copy(problem), copy(problem.energy)
         if isinstance(energy, Barrier):
@@ -77,7 +78,7 @@ class _Approach:
         problem, energy, x = self._problem, self._problem.energy, self.points
         # Nothing goes farther away than what is farthest now.
         farthest = max(problem.input_surface.largest_distance, self._schedule.bound_share * self._bound)
-        problem.bound = min(problem.bound or self._bound, farthest)
+        problem.bound = min(problem.bound or self._bound, self._margin * farthest)
         energy.frames = replace(self._frames, weights=self._frames.weights * self._emphasis[self._frames.owners])
         if isinstance(energy, Barrier):
             energy.adapt(x)

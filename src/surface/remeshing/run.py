@@ -246,9 +246,13 @@ class Remeshing:
         problem.node_facets = self._best_facets
         cells, acceptance = self.mesh.cells, self._acceptance
         limits = acceptance.angle_limits(self.history[self._best_iteration], self._schedules.approach)
+        bound = self.options.hausdorff * self._diagonal
+        farthest = min(bound, problem.input_surface.hausdorff(self._best_points))
         for at in approach(problem, self._best_points, limits, self._schedules):
             now = self._record(at, smallest_angles(at.points, cells), problem.input_surface.turned_over(at.points))
-            if acceptance.no_worse(now) and acceptance.is_worthwhile(now):
+            # In between the places that the steps look at it may have gone farther away.
+            nearer = problem.input_surface.hausdorff(at.points) <= farthest
+            if nearer and acceptance.no_worse(now) and acceptance.is_worthwhile(now):
                 self.history.append(now)
                 self._best_points, self._last_points, self._best_iteration = at.points, at.points, now.iteration
                 yield now
