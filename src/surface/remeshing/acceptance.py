@@ -101,8 +101,10 @@ class Acceptance:
     def angle_limits(self, best: Record, schedule: ApproachSchedule) -> AngleLimits:
         """What the angles of the best surface may fall to as it is brought nearer to the input."""
         gains = best.min_angle - self.first.min_angle, best.mean_angle - self.first.mean_angle
-        prices = [min(schedule.degrees, schedule.share * max(gain, 0.0)) for gain in gains]
-        return AngleLimits(self.cells, best.min_angle - prices[0], best.mean_angle - prices[1])
+        least, mean = (min(schedule.degrees, schedule.share * max(gain, 0.0)) for gain in gains)
+        # More would be worth moving nodes for again.
+        mean = min(mean, schedule.deficit_share * self._deficit(best.mean_angle))
+        return AngleLimits(self.cells, best.min_angle - least, best.mean_angle - mean)
 
     def gained_nothing(self, best: Record) -> bool:
         """True if hardly anything was gained."""

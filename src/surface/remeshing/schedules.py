@@ -218,6 +218,8 @@ class ApproachSchedule(Schedule):
         Relative decrease in a step below which it is the last one, if no more than this share of the price is left.
     degrees, share
         The price: by so much the smallest and the mean angle may fall, and by this share of what they gained.
+    deficit_share
+        Of what the mean angle misses: it may not fall by more, or the next run would take it back.
     least_gain
         Relative decrease of the distance, root mean square, for which it is paid.
     """
@@ -234,6 +236,7 @@ class ApproachSchedule(Schedule):
     spent: float = tuned(0.05, 0.0, 1.0)
     degrees: float = tuned(0.49)
     share: float = tuned(0.1, 0.0, 1.0)
+    deficit_share: float = tuned(0.08, 0.0, 1.0)
     least_gain: float = tuned(0.2, 0.0, 1.0)
 
 

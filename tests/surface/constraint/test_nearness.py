@@ -53,4 +53,5 @@ def test_places_at_a_thin_wall_keep_to_their_side():
         # In units of the area that a cell of mean size has.
         pulls.append(near.derivatives(plate + lowered)[0][inner] * face_areas(plate, cells).mean())
     assert (pulls[0][:, 2] < 0).all()
-    np.testing.assert_allclose(*pulls, atol=1e-12)
+    # Of the thick one a few places are nearer to its sides.
+    np.testing.assert_allclose(*pulls, atol=0.01 * np.abs(pulls[0]).max())
