@@ -40,6 +40,7 @@ OFF: dict[str, dict[str, Any]] = {
     },
     "restart": {"restarts": 0, "first_patience": 1, "patience": 10},
     "pull_back": {"rings": (), "shares": ()},
+    "approach": {"max_steps": 0, "knee": 1e6, "gain": 0.0, "emphasis": 1.0, "least_gain": 0.0},
     "acceptance": {"far_share": 1.0},
 }  # fmt: skip
 

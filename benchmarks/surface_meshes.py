@@ -20,8 +20,8 @@ import surface
 from hexconformal.geometry import mean_edge_length
 
 HEADER = (
-    "| surface | cells | min / mean angle: input | result | turned over | area by | volume by | distance | "
-    "iterations | CPU s / iteration | again | ended |"
+    "| surface | cells | min / mean angle: input | result | turned over | area by | volume by | distance: largest | "
+    "mean | iterations | CPU s / iteration | again | ended |"
 )
 
 
@@ -38,8 +38,8 @@ def line(path: Path) -> str:
     angles = [f"{part.min_angle:.1f} / {part.mean_angle:.1f}" for part in (report.before, report.after)]
     return (
         f"| {path.stem} | {report.before.count} | {angles[0]} | {angles[1]} | {report.turned} | "
-        f"{report.area_change:+.2%} | {volume} | {report.hausdorff:.2%} | {report.iterations} | "
-        f"{cpu / max(report.iterations, 1):.2f} | {farther:.1g} | {report.reason} |"
+        f"{report.area_change:+.2%} | {volume} | {report.hausdorff:.2%} | {report.mean_distance:.1e} | "
+        f"{report.iterations} | {cpu / max(report.iterations, 1):.2f} | {farther:.1g} | {report.reason} |"
     )
 
 
@@ -49,7 +49,7 @@ def main() -> None:
     arguments = parser.parse_args()
     load = os.getloadavg()
     surface.remesh((np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]), max_iterations=2)  # compiled first
-    lines = ["# Surfaces: real meshes, defaults", "", described(load), "", HEADER, "|--|" + "--:|" * 10 + "--|"]
+    lines = ["# Surfaces: real meshes, defaults", "", described(load), "", HEADER, "|--|" + "--:|" * 11 + "--|"]
     for path in arguments.meshes:
         lines.append(line(path))
         print(lines[-1], flush=True)

@@ -7,6 +7,7 @@ Belongs here: where nodes of a surface may go. Imports `hexconformal.common`, `h
 from .features import find_features, held_projectors
 from .input_surface import InputSurface
 from .interfaces import Interfaces, find_interfaces
+from .nearness import Nearness
 from .saddle_point import NORMALS, ConstrainedSystem, constrained_system
 from .smooth_projection import SmoothProjection
 
@@ -15,6 +16,7 @@ __all__ = [
     "ConstrainedSystem",
     "InputSurface",
     "Interfaces",
+    "Nearness",
     "SmoothProjection",
     "constrained_system",
     "find_features",

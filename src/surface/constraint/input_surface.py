@@ -14,6 +14,7 @@ from hexconformal.geometry import (
     faces_beyond,
     fan_triangles,
     hausdorff,
+    mean_distance,
     unit_vectors,
 )
 from hexconformal.mesh import corner_incidences
@@ -90,6 +91,10 @@ class InputSurface:
         if self._lines is None:
             return of_surface
         return max(of_surface, hausdorff(points, self._points, self._lines.faces, self._tolerance, relative=_ACCURACY))
+
+    def mean_distance(self, points: Floats) -> float:
+        """Mean distance between a surface and the input, of both directions."""
+        return mean_distance(self._moved(points), self._surface, near=True)
 
     def cells_beyond(self, points: Floats, bound: float) -> NDArray[np.bool_]:
         """(m,) cells with places farther than `bound` from the input, or closest to such places of it; lines alike."""

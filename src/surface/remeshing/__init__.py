@@ -5,9 +5,10 @@ Belongs here: what is done with a surface at rest. Imports `hexconformal.common`
 """
 
 from .options import EMPHASES, Options, Record
+from .remesh import remesh
 from .report import Report
 from .result import Result
-from .run import Remeshing, remesh
+from .run import Remeshing
 from .schedules import Schedules
 
 __all__ = [

@@ -73,6 +73,16 @@ class RemeshingProblem:
         self.solver_tolerance = free if self.bound is None else projected
         self.projection = None if self.bound is None else SmoothProjection(self.start, self.cells, self.features)
 
+    @property
+    def node_facets(self) -> Ints | None:
+        """(n,) facets of the input on which the nodes lie; None without projection."""
+        return None if self.projection is None else self.projection.node_facets
+
+    @node_facets.setter
+    def node_facets(self, facets: Ints | None) -> None:
+        if self.projection is not None and facets is not None:
+            self.projection.node_facets = facets
+
     def retract(
         self, x: Floats, base: Floats, step: Floats, frozen: NDArray[np.bool_]
     ) -> tuple[Floats, Floats, Ints | None]:
@@ -91,13 +101,17 @@ class RemeshingProblem:
         # Where the input is rough a projected point, projected again, may move: but no step has to mean no change.
         projected += base - self.projection.foot_points(base)[0]
         projected[still], facets[still] = base[still], self.projection.node_facets[still]
-        result = projected
-        for _ in range(2):
-            result = self.restore_volume(self._restore_area(result, self._smooth), self._smooth)
+        result = self.restored(projected, self._smooth)
         if frozen.any():
             result[frozen], rest = x[frozen], self._smooth & ~frozen
             result = self.restore_volume(self._restore_area(result, rest), rest)
         return result, projected, facets
+
+    def restored(self, points: Floats, free: NDArray[np.bool_]) -> Floats:
+        """Give closed pieces their volume back, and the whole an area within its range, by shifts of some nodes."""
+        for _ in range(2):
+            points = self.restore_volume(self._restore_area(points, free), free)
+        return points
 
     def restore_volume(self, points: Floats, free: NDArray[np.bool_] | None = None) -> Floats:
         """Shift every closed piece along its normals, at nodes that are free, until it encloses the input's volume."""

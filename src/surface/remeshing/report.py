@@ -26,6 +26,8 @@ class Report(Serializable):
         Relative; the volume's is None for an open surface.
     hausdorff
         Distance between input and result over the diagonal of the bounding box, lines between regions included.
+    mean_distance
+        The same in the mean over both surfaces.
     turned
         Cells whose normal points against the input's below them.
     largest_displacement
@@ -45,6 +47,7 @@ class Report(Serializable):
     area_change: float
     volume_change: float | None
     hausdorff: float
+    mean_distance: float
     turned: int
     largest_displacement: float
     iterations: int
@@ -69,7 +72,7 @@ class Report(Serializable):
         volume = "" if self.volume_change is None else f", volume by {self.volume_change:+.1e}"
         lines.append(
             f"area changed by {self.area_change:+.2%}{volume}, surface by {self.hausdorff:.2%} of the diagonal, "
-            f"{self.turned} cells turned over"
+            f"{self.mean_distance:.2g} in the mean, {self.turned} cells turned over"
         )
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from copy import copy
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import first_ids, options_from
+from hexconformal.common import first_ids
 from hexconformal.geometry import edge_table, enclosed_volume, face_areas, mean_edge_length
 
 from ..constraint import find_features, find_interfaces
@@ -19,6 +19,7 @@ from ..io import as_surface_mesh
 from ..mesh import Floats, SurfaceMesh
 from ..quality import held_nodes, quality, require_sound, smallest_angles
 from .acceptance import Acceptance
+from .approach import approach
 from .descent import Iterate, Termination, descend
 from .options import Options, Record
 from .problem import RemeshingProblem
@@ -27,7 +28,7 @@ from .report import Report
 from .result import Result
 from .schedules import Schedules
 
-__all__ = ["Remeshing", "remesh"]
+__all__ = ["Remeshing"]
 
 
 class Remeshing:
@@ -86,7 +87,8 @@ class Remeshing:
         self._held_for_best, self._out_of_iterations = np.flatnonzero(self._held), False
         self._spoiled_cells = np.zeros(len(self.mesh.cells), dtype=bool)
         self._closed = len(edge_table(cells).nonmanifold) == 0
-        self._problem = self._make_problem()
+        self._problem = self._best_problem = self._make_problem()
+        self._best_facets = self._problem.node_facets
 
     def _make_problem(self) -> RemeshingProblem:
         options, cells, x, schedule = self.options, self.mesh.cells, self._start, self._schedules.problem
@@ -154,6 +156,8 @@ class Remeshing:
             self._best_points, self._best_iteration, self._held_for_best = self._start, 0, self._held_for_best[:0]
         elif self._best_iteration < len(self.history) - 1:
             self._reason += f"; iteration {self._best_iteration} is the best that is nowhere worse than the input"
+        if self._best_iteration and not (self._out_of_iterations or self._acceptance.by_energy):
+            yield from self._draw_near()
         if len(self._held_for_best):
             nodes = first_ids(self._held_for_best, self.mesh.node_labels)
             self._notes.append(f"nodes held, whose cells would be spoiled: {nodes}")
@@ -222,6 +226,7 @@ class Remeshing:
                 self._last_points = at.points
             if better:
                 self._best_points, self._best_iteration = at.points, now.iteration
+                self._best_problem, self._best_facets = self._problem, self._problem.node_facets
                 self._held_for_best = np.flatnonzero(self._held)
             self._spoiled_cells = turned | acceptance.too_thin(angles)
             yield now
@@ -234,6 +239,25 @@ class Remeshing:
                 termination.reason = "cells turned over"
                 break
         self._reason, self._converged = termination.reason, termination.converged
+
+    def _draw_near(self) -> Iterator[Record]:
+        """Bring the best surface nearer to the input, for a few tenths of a degree."""
+        problem = self._problem = self._best_problem
+        problem.node_facets = self._best_facets
+        cells, acceptance = self.mesh.cells, self._acceptance
+        limits = acceptance.angle_limits(self.history[self._best_iteration], self._schedules.approach)
+        bound = self.options.hausdorff * self._diagonal
+        farthest = min(bound, problem.input_surface.hausdorff(self._best_points))
+        for at in approach(problem, self._best_points, limits, self._schedules):
+            now = self._record(at, smallest_angles(at.points, cells), problem.input_surface.turned_over(at.points))
+            # In between the places that the steps look at it may have gone farther away.
+            nearer = problem.input_surface.hausdorff(at.points) <= farthest
+            if nearer and acceptance.no_worse(now) and acceptance.is_worthwhile(now):
+                self.history.append(now)
+                self._best_points, self._last_points, self._best_iteration = at.points, at.points, now.iteration
+                yield now
+            if len(self.history) > self.options.max_iterations:
+                return
 
     def _record(self, at: Iterate, angles: Floats, turned: NDArray[np.bool_]) -> Record:
         return Record(
@@ -266,6 +290,7 @@ class Remeshing:
             area_change=areas[1] / areas[0] - 1,
             volume_change=volumes[1] / volumes[0] - 1 if self._closed and volumes[0] else None,
             hausdorff=distance / self._diagonal,
+            mean_distance=input_surface.mean_distance(best) / self._diagonal,
             turned=int(input_surface.turned_over(best).sum()),
             largest_displacement=float(np.linalg.norm(points - mesh.points, axis=1).max()),
             iterations=max(len(self.history) - 1, 0),
@@ -297,53 +322,3 @@ class Remeshing:
                 share = np.linalg.norm(trial - start) / np.linalg.norm(self._best_points - start)
                 return trial, distance, [f"hausdorff left room for {share:.1%} of the way nodes would have gone"]
         return start, 0.0, ["hausdorff left no room: the input comes back"]
-
-
-def remesh(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
-    """Make the cells of a surface regular by minimizing their quaternionic conformal distortion.
-
-    Nodes slide along the surface, sharp edges and boundary curves (Gruber & Aulisa, eq. 2): equation (16) is minimized
-    under the constraint of equation (17); connectivity stays. No cell turns over, closed pieces keep their volume, and
-    neither the smallest angle (by more than a thousandth of it) nor the mean one gets worse. An input is about as good
-    as it gets, and comes back as it is, if the energy would fall by less than a tenth, or if the smallest angle would
-    gain less than a tenth and the mean one less than a tenth of what it misses (with `emphasis="worst"`: 2 % of the one
-    and 0.1 degrees of the other). Where the run took the surface more than half as far away as it may, one of them must
-    gain at least 15 % of what it misses.
-
-    Parameters
-    ----------
-    mesh
-        A path, a pyvista surface, a meshio.Mesh, a :class:`surface.SurfaceMesh` or a tuple ``(points, cells)`` of
-        triangles or quadrilaterals. It is not changed.
-    callback
-        Called with the record of every iteration.
-    **options
-        Fields of :class:`surface.Options`: target, energy, emphasis, max_iterations, energy_tolerance, eps, normal,
-        project, hausdorff, feature_angle, feature_edges, interfaces, boundary, fixed.
-
-    Returns
-    -------
-    Result
-        With the mesh in the type that came in, a report and the history.
-
-    Raises
-    ------
-    MeshError
-        If the surface cannot be worked on.
-    ReadError
-        If a file cannot be read.
-    OptionError
-        If an option is unknown or makes no sense.
-
-    Examples
-    --------
-    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.3, 0.8, 0]])
-    >>> result = remesh((corners, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]))
-    >>> bool(result.report.after.min_angle > 44)
-    True
-    """
-    run = Remeshing(mesh, options_from(Options, options))
-    for record in run:
-        if callback is not None:
-            callback(record)
-    return run.result()

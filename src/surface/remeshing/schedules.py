@@ -11,7 +11,14 @@ from math import inf
 
 from hexconformal.common import Schedule, tuned
 
-__all__ = ["AcceptanceSchedule", "ContinuationSchedule", "ProblemSchedule", "PullBackSchedule", "RestartSchedule"]
+__all__ = [
+    "AcceptanceSchedule",
+    "ApproachSchedule",
+    "ContinuationSchedule",
+    "ProblemSchedule",
+    "PullBackSchedule",
+    "RestartSchedule",
+]
 __all__ += ["Schedules", "StepSchedule"]
 
 
@@ -192,6 +199,48 @@ class AcceptanceSchedule(Schedule):
 
 
 @dataclass(frozen=True)
+class ApproachSchedule(Schedule):
+    """How the surface is brought nearer to the input at the end, and what that may cost.
+
+    Attributes
+    ----------
+    stiffness, knee
+        k of equation (20a) at first, and s, from where on the square counts more: no place is given up for many.
+    gain, largest_change
+        k changes by exp(gain) where all that may be spent of the mean angle is left, and by this factor at most.
+    bound_share
+        Of the bound; a surface that is nearer may come back as far as that.
+    emphasis, max_emphasis
+        Factor of the weight of a cell that would be too thin, each time, and the largest.
+    max_steps
+        Newton steps.
+    least_decrease, spent
+        Relative decrease in a step below which it is the last one, if no more than this share of the price is left.
+    degrees, share
+        The price: by so much the smallest and the mean angle may fall, and by this share of what they gained.
+    deficit_share
+        Of what the mean angle misses: it may not fall by more, or the next run would take it back.
+    least_gain
+        Relative decrease of the distance, root mean square, for which it is paid.
+    """
+
+    stiffness: float = tuned(15.0)
+    knee: float = tuned(0.17)
+    gain: float = tuned(0.5)
+    largest_change: float = tuned(1.5, 1.0)
+    bound_share: float = tuned(0.25, 0.0, 1.0)
+    emphasis: float = tuned(2.0, 1.0)
+    max_emphasis: float = tuned(64.0, 1.0)
+    max_steps: int = tuned(20)
+    least_decrease: float = tuned(0.002, 0.0, 1.0)
+    spent: float = tuned(0.05, 0.0, 1.0)
+    degrees: float = tuned(0.49)
+    share: float = tuned(0.1, 0.0, 1.0)
+    deficit_share: float = tuned(0.08, 0.0, 1.0)
+    least_gain: float = tuned(0.2, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
 class Schedules:
     """The schedules of all stages of a remeshing.
 
@@ -207,4 +256,5 @@ class Schedules:
     continuation: ContinuationSchedule = field(default_factory=ContinuationSchedule)
     restart: RestartSchedule = field(default_factory=RestartSchedule)
     pull_back: PullBackSchedule = field(default_factory=PullBackSchedule)
+    approach: ApproachSchedule = field(default_factory=ApproachSchedule)
     acceptance: AcceptanceSchedule = field(default_factory=AcceptanceSchedule)
