@@ -175,7 +175,7 @@ class WorkSchedule(Schedule):
     patches: float = tuned(80.0)
     returning: float = tuned(30.0)
     folded: float = tuned(20.0)
-    interior: float = tuned(240.0)
+    interior: float = tuned(600.0)
     least_cells: int = tuned(12000)
 
 
