@@ -174,7 +174,7 @@ class WorkSchedule(Schedule):
     again: float = tuned(20.0)
     patches: float = tuned(80.0)
     returning: float = tuned(30.0)
-    folded: float = tuned(20.0)
+    folded: float = tuned(100.0)
     interior: float = tuned(600.0)
     least_cells: int = tuned(12000)
 

@@ -58,9 +58,10 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         formulation = formulation.with_work(formulation.worth(formulation.schedules.work.patches))
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
     quality = corner_scaled_jacobian(points, cells)
-    aside = quality >= limits
-    stalled = bool((aside & (quality < schedule.good)).any())
+    aside, stalled = quality >= limits, False
     for _ in range(schedule.patch_rounds):
+        # Once the worst of all cannot get better, the others matter as long as they are poor.
+        stalled |= bool(aside[quality.argmin()])
         worst = float(quality[~aside].min(initial=1.0))
         if worst >= (schedule.poor if stalled else schedule.good):
             return
