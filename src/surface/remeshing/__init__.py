@@ -5,7 +5,7 @@ Belongs here: what is done with a surface at rest. Imports `hexconformal.common`
 """
 
 from .options import EMPHASES, Options, Record
-from .remesh import remesh
+from .remesh_surface import remesh
 from .report import Report
 from .result import Result
 from .run import Remeshing
