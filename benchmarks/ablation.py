@@ -59,6 +59,7 @@ FOR_FOLDED = {"untangling", "interior", "folded", "unfolding"}
 VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "barrier": {
         "attraction": (0.0, OFF),
+        "thin": (1e6, OFF),
         "steepness": (20.0,),
         "onset": (0.5,),
         "room": (0.5,),
@@ -75,7 +76,15 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "shifts": ((1e-5, 1e-5), OFF),
         "shift_factor": (1.0, OFF),
     },
+    "search": {
+        "patience": (40, OFF),
+        "few": (1.0,),
+    },
     "untangling": {
+        "flat": (0.0, OFF),
+        "hardly_folded": (0.0, OFF),
+        "attraction": (1.0, OFF),
+        "enough": (0.0, OFF),
         "many_folded": (1.0, OFF),
         "whole_steps": (0, OFF),
         "rounds": (1, OFF),
@@ -84,6 +93,10 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "stuck": (0.0, OFF),
         "least_sigma": (0.0, OFF),
         "shares_back": ((1.0,), OFF),
+    },
+    "thin": {
+        "thin": (0.0, OFF),
+        "eps": (10.0,),
     },
     "interior": {
         "widths": ((0,), OFF),
@@ -107,6 +120,10 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "newton_gradient": (1e-3,),
         "stall": (0.0, OFF),
         "few_steps": (0, OFF),
+        "rapid": (1.0, OFF),
+        "proportion_weight": (0.0, OFF),
+        "slender": (5.0, 10.0),
+        "slenderest": (6.0,),
         "least_volume": (0.0, OFF),
         "volume_weight": (0.0, OFF),
         "sizes_weight": (0.0, OFF),
@@ -122,6 +139,8 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "patch_rounds": (0, OFF),
         "margin": (0.0, OFF),
         "rings": (1,),
+        "poor": (0.0, OFF),
+        "worth": (1.0, OFF),
         "many_cells": (0, OFF),
     },
     "returning": {
@@ -132,6 +151,7 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "shares_back": ((), OFF),
     },
     "volume": {
+        "drift": (1.0, OFF),
         "halvings": (0, OFF),
         "stiffness": (0.0, OFF),
         "shift": (0.0, OFF),
@@ -228,10 +248,12 @@ def figures(case: Case, schedules: Schedules) -> Figures:
     return Figures(result.points, quality.min, quality.mean, after.inverted, distance, seconds)
 
 
-def concerns(schedule: str, case: Case) -> bool:
-    """True where the numbers of a schedule may matter to a case, and it is worth its time."""
+def concerns(schedule: str, number: str, case: Case) -> bool:
+    """True where a number of a schedule may matter to a case, and it is worth its time."""
     if schedule in FOR_FOLDED:
         return case.folded
+    if schedule == "volume" and number == "drift":
+        return case.options.boundary == "slide"
     if schedule in ("volume", "compatible"):
         return case.options.conserve_volume if schedule == "volume" else case.options.constraint == "compatible"
     return not case.name.startswith("tangled")
@@ -287,7 +309,7 @@ def main() -> None:
         for number, values in numbers.items():
             if asked.only and not {schedule, f"{schedule}.{number}"} & set(asked.only):
                 continue
-            concerned = [case for case in these if concerns(schedule, case)]
+            concerned = [case for case in these if concerns(schedule, number, case)]
             for k, value in enumerate(values):
                 if value != OFF:
                     rows.append(row(schedule, number, value, OFF in values[k + 1 : k + 2], default, concerned))

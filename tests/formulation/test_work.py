@@ -15,7 +15,7 @@ from hexconformal.regularization import Regularization
 
 
 def test_a_share_is_taken_from_the_whole():
-    whole = Work(10_000.0)
+    whole = Work(10_000.0, 300)
     share = whole.share(0.5)
     assert share.take(4_500)
     assert not share.is_done
@@ -27,7 +27,7 @@ def test_a_share_is_taken_from_the_whole():
 
 
 def test_a_share_is_done_with_the_whole():
-    whole = Work(1_000.0)
+    whole = Work(1_000.0, 300)
     share = whole.share(1.0)
     whole.take(5_000)
     assert share.is_done
@@ -43,10 +43,11 @@ def run(mesh, **bounds):
 def test_newton_takes_the_steps_that_are_left():
     points, cells = generate.jittered(*generate.box((4, 4, 4)), 0.3)
     formulation = formulation_of(points, cells)
-    few = formulation.with_work(Work(3 * (64 + 300) - 1.0))
+    few = formulation.with_work(Work(3 * (64 + 300) - 1.0, 300))
     assert len(list(convex_newton(few, points, CornerWeights(), decrease=-1.0))) == 3
     assert few.work.is_done
-    assert formulation.work is None
+    assert not formulation.work.is_done
+    assert formulation.within(2.0).work.left == 2.0 * formulation.schedules.work.least_cells
 
 
 def test_a_run_that_could_go_on_with_the_worst_cells_has_not_converged():

@@ -12,7 +12,7 @@ from paths import ROOT
 import hexconformal
 import surface
 from hexconformal.common import OptionError, Schedule
-from hexconformal.energy.convex_frames import JACOBIAN_WEIGHT
+from hexconformal.energy.convex_frames import JACOBIAN_WEIGHT, STEEP
 from hexconformal.formulation import Schedules
 from hexconformal.geometry import CreaseSchedule
 from surface.energy import TurnedCellsSchedule
@@ -96,6 +96,21 @@ def stated():
     yield f"with a part of the whole distortion beside ({worst.distortion_share:g})"
     yield rf"\quad c = {JACOBIAN_WEIGHT:g}, \qquad"
     yield f"with $t$ = {worst.stiffness:g} over the worst density"
+    yield rf"$$ {low.proportion_weight:g} \left(x^2 + {STEEP:g} x^4\right)"
+    yield rf"$\rho$ is {low.slender:g}, or what the cell has"
+    yield f"how thin they are meant to be, and it is {low.slenderest:g}"
+    yield f"raised as long as they are below {worst.poor:g}"
+    flat = round(math.log10(all_of.untangling.flat))
+    yield rf"is below $10^{{{flat}}}$, $F = J W^{{-1}}$, has next to no volume"
+    yield f"a fullness below {all_of.thin.thin:g} are thickened together"
+    assert all_of.thin.eps == 1.0
+    yield "as large as the median of their determinants"
+    assert barrier.thin == 1.5
+    yield "thinner than two thirds of the bound"
+    yield f"stronger, up to {barrier.most:g} times"
+    assert 0.5**all_of.search.patience == 0.125
+    yield "an eighth of it still does"
+    yield f"it is a {WORDS[all_of.search.held_back[0]]} as long at these"
     yield f"and {share(TurnedCellsSchedule().tilt_stiffness)} of the stiffness against tilt"
     yield f"differ by more than {surface.Options().feature_angle:g} degrees"
     yield f"confirms it within {CreaseSchedule().alike:g} degrees"

@@ -28,7 +28,7 @@ def test_a_corner_that_is_held_does_not_keep_the_rest_from_getting_better():
     # The smallest scaled Jacobian is that of the input's edges, which it can only approach from below.
     report = hc.regularize(generate.sheared_block(5, 1.0)).report
     assert report.after.scaled_jacobian.min == pytest.approx(0.5**0.5, abs=1e-6)
-    assert report.after.scaled_jacobian.mean > 0.89
+    assert report.after.scaled_jacobian.mean > 0.9
 
 
 def test_emphasis_on_the_worst_raises_it_and_never_ends_below_the_input():

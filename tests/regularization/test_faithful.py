@@ -104,16 +104,17 @@ def test_a_report_tells_the_length_of_sharp_edges():
     report = hc.regularize((points, cells)).report
     assert report.sharp_edges == pytest.approx((24.0, 24.0), rel=1e-9)
     assert "edges sharper than 45 degrees 24 long, 24 before" in str(report)
-    soft = sharp_length(*_cut_off(points, cells))
-    assert soft < 24.0
 
 
-def _cut_off(points, cells):
-    """The box with its upper edges cut off, by moving the nodes next to them."""
-    cut = points.copy()
-    top = points[:, 2] > 2.9
-    cut[top] = 0.9 * (points[top] - [0.5, 1.0, 3.0]) + [0.5, 1.0, 2.9]
-    return cut * [1.0, 1.0, 0.2], boundary_quads(cells)[0]
+def test_edges_count_as_sharp_from_their_angle_on():
+    points, cells = generate.cylinder(4, 3, 6)
+    quads = boundary_quads(cells)[0]
+    height, rim = np.ptp(points[:, 2]), np.hypot(points[:, 0], points[:, 1]).max()
+    sides = len(np.unique(quads[np.isclose(np.hypot(*points[quads][..., :2].T), rim).T.all(axis=1)])) // 7
+    around = 2 * sides * 2.0 * rim * np.sin(np.pi / sides)  # both rims, as polygons
+    assert sharp_length(points, quads) == pytest.approx(around, rel=1e-9)
+    # The sides meet at 360 / sides degrees: a smaller angle counts them, too.
+    assert sharp_length(points, quads, 0.9 * 360 / sides) == pytest.approx(around + sides * height, rel=1e-9)
 
 
 FIRST = Record(0, "input", 1.0, 1.0, 1.0, 0.5, 0.8, 0, 0.0, 2, 0.08)

@@ -53,13 +53,13 @@ from ..kernel import (
 )
 from .corner_blocks import BLOCKS, COLUMN, END
 
-__all__ = ["DENSITY", "FOLDED", "FRAME", "JACOBIAN_WEIGHT", "MARGIN", "ROWS"]
+__all__ = ["DENSITY", "FOLDED", "FRAME", "JACOBIAN_WEIGHT", "MARGIN", "ROWS", "STEEP"]
 __all__ += ["add_angles", "add_proportions", "directions", "store_distortion", "store_quaternionic"]
 
 Field = NDArray[np.float64]
 
 FOLDED = 1e290  # a density beyond this is a folded corner
-_STEEP = 8.0  # weight of x^4 beside x^2
+STEEP = 8.0  # weight of x^4 beside x^2
 JACOBIAN_WEIGHT = 8.0  # weight of the scaled Jacobian beside the distortion of the unit columns
 
 # First rows of what the work array holds besides.
@@ -224,10 +224,10 @@ def _add_pair(
     over = abs(log) - limit
     if over > 0.0:
         square = over * over
-        s[DENSITY, q] += weight * square * (1.0 + _STEEP * square)
+        s[DENSITY, q] += weight * square * (1.0 + STEEP * square)
         if order > 0:
-            slope = weight * over * (2.0 + 4.0 * _STEEP * square) * (1.0 if log > 0.0 else -1.0)
-            bend = weight * (2.0 + 12.0 * _STEEP * square)
+            slope = weight * over * (2.0 + 4.0 * STEEP * square) * (1.0 if log > 0.0 else -1.0)
+            bend = weight * (2.0 + 12.0 * STEEP * square)
             u, v = scale(1.0 / a, f), scale(-1.0 / b, g)
             for k in range(3):
                 s[COLUMN + 3 * i + k, q] += slope * u[k]

@@ -66,7 +66,7 @@ class Formulation:
     schedules
         The tuned numbers of all stages.
     work
-        What the phase may take; None for no end.
+        What the phase may take; without an end where nothing is said.
     """
 
     cells: Ints
@@ -81,7 +81,7 @@ class Formulation:
     slender: Field = field(default_factory=lambda: np.empty(0))
     constraint: CompatibleConstraint | None = None
     schedules: Schedules = field(default_factory=Schedules)
-    work: Work | None = None
+    work: Work = field(default_factory=Work)
 
     # --------------------------------------------------------------------------------------- objectives
     def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
@@ -105,15 +105,8 @@ class Formulation:
         acceptable: Callable[[Field], bool] = lambda points: True,
         spoiled: Callable[[Field], Mask] | None = None,
     ) -> Problem:
-        """The minimization of an objective in admissible directions; `spoiled` tells cells (m,) that forbid a step."""
-
-        def nodes(points: Field) -> Mask:
-            touched = np.zeros(len(points), dtype=bool)
-            touched[self.cells[spoiled(points)]] = True  # type: ignore[misc]
-            return self.admissible.coupled.closed(touched)
-
-        of_nodes = None if spoiled is None else nodes
-        return Problem(objective, self.admissible.project, acceptable, search=self.schedules.search, spoiled=of_nodes)
+        """The minimization of an objective in admissible directions."""
+        return Problem(objective, self.admissible.project, acceptable, search=self.schedules.search, spoiled=spoiled)
 
     @property
     def equation(self) -> ConvexEquation:
@@ -139,12 +132,14 @@ class Formulation:
         return CornerTerm(self.cells, self.inverses).measures(points)
 
     def spoiled(self, valid: ValidCells, stiffness: float = 0.0) -> Callable[[Field], Mask]:
-        """What tells cells (m,) that are folded, invalid where they must not be, or worse than is allowed."""
+        """What tells nodes (n,) of cells that are folded, invalid though they must not be, or worse than is allowed."""
         most = 1.0 / stiffness if stiffness > 0.0 else np.inf
 
         def spoiled(points: Field) -> Mask:
-            measures = self.measures(points)
-            return (measures.determinant <= 0.0) | (measures.angle >= most) | valid.spoiled(points)
+            measures, nodes = self.measures(points), np.zeros(len(points), dtype=bool)
+            cells = (measures.determinant <= 0.0) | (measures.angle >= most) | valid.spoiled(points)
+            nodes[self.cells[cells]] = True
+            return self.admissible.coupled.closed(nodes)
 
         return spoiled
 
@@ -205,13 +200,14 @@ class Formulation:
         """The formulation with the barrier as it is seen from points (n, 3): what patches of it begin with."""
         return self if self.barrier is None else self.with_barrier(self.barrier.renewed(points))
 
-    def with_work(self, work: Work | None) -> Formulation:
+    def with_work(self, work: Work) -> Formulation:
         """The formulation with so much work to take."""
         return self._alike(replace(self, work=work))
 
-    def worth(self, steps: float) -> Work:
-        """The work of so many Newton steps on the whole mesh, or on a small one."""
-        return Work(steps * max(len(self.cells), self.schedules.work.least_cells))
+    def within(self, steps: float) -> Formulation:
+        """The formulation with the work of so many Newton steps on the whole mesh; a small one counts as larger."""
+        schedule = self.schedules.work
+        return self.with_work(Work(steps * max(len(self.cells), schedule.least_cells), schedule.step_cells))
 
     def _alike(self, other: Formulation) -> Formulation:
         # What is known of the cells depends on neither.
@@ -271,7 +267,7 @@ def convex_newton(
     objective, spoiled = formulation.objective(weights, volume), formulation.spoiled(valid, weights.stiffness)
     problem = formulation.problem(objective, valid, spoiled)
     steps = newton(problem.start(points), formulation.equation)
-    while formulation.work is None or formulation.work.take(len(formulation.cells)):
+    while formulation.work.take(len(formulation.cells)):
         iterate = next(steps)
         if iterate.step == 0.0:
             return

@@ -65,7 +65,7 @@ class MinimizationSchedule(Schedule):
     rapid: float = tuned(0.1, 0.0, 1.0)
     least_volume: float = tuned(0.05, 0.0, 1.0)
     proportion_weight: float = tuned(20.0)
-    slender: float = tuned(5.0, 1.0)
+    slender: float = tuned(6.0, 1.0)
     slenderest: float = tuned(15.0, 1.0)
     volume_weight: float = tuned(6.0)
     sizes_weight: float = tuned(4.0)
@@ -168,6 +168,8 @@ class WorkSchedule(Schedule):
         Of raising what stays folded, and of unfolding insides.
     least_cells
         Cells that a small mesh counts as.
+    step_cells
+        Cells that could be worked on in the time that a step takes besides.
     """
 
     unfolding: float = tuned(120.0)
@@ -177,6 +179,7 @@ class WorkSchedule(Schedule):
     folded: float = tuned(100.0)
     interior: float = tuned(600.0)
     least_cells: int = tuned(12000)
+    step_cells: int = tuned(300)
 
 
 @dataclass(frozen=True)

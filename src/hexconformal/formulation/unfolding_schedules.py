@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..common import Schedule, tuned
 
 __all__ = ["FittingSchedule", "FoldedSchedule", "InteriorSchedule", "ThinSchedule", "UnfoldingSchedule"]
@@ -62,6 +65,10 @@ class UntanglingSchedule(Schedule):
     stuck: float = tuned(0.02, 0.0, 1.0)
     least_sigma: float = tuned(0.1, 0.0, 1.0)
     shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0), 0.0, 1.0)
+
+    def are_flat(self, fullness: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(m,) cells of which the fullness says that they are folded or flat."""
+        return np.asarray(fullness <= self.flat)
 
 
 @dataclass(frozen=True)

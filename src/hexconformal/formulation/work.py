@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 __all__ = ["Work"]
-
-_STEP = 300  # cells that could be worked on in the time that a step takes besides
 
 
 @dataclass(eq=False)
@@ -17,17 +16,20 @@ class Work:
     ----------
     left
         Cells times steps that are left.
+    step
+        Cells that a step costs besides those that it is taken on.
     whole
         What this is a share of; None if of nothing.
 
     Examples
     --------
-    >>> work = Work(1000.0)
+    >>> work = Work(1000.0, 300)
     >>> work.take(900), work.is_done, work.take(1)
     (True, True, False)
     """
 
-    left: float
+    left: float = inf
+    step: int = 0
     whole: Work | None = None
 
     @property
@@ -41,10 +43,10 @@ class Work:
             return False
         part: Work | None = self
         while part is not None:
-            part.left -= cells + _STEP
+            part.left -= cells + self.step
             part = part.whole
         return True
 
     def share(self, share: float) -> Work:
         """A share of what is left."""
-        return Work(share * self.left, self)
+        return Work(share * self.left, self.step, self)

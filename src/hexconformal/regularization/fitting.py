@@ -32,7 +32,9 @@ def fit(setting: Setting, boundary: Boundary) -> Generator[Iteration, None, Unfo
     for start, schedule in _starts(formulation, normalized.points if boundary.start is None else boundary.start):
         points = start
         otherwise = replace(formulation, schedules=replace(setting.schedules, untangling=schedule))
-        for iteration in untangle(otherwise, points, setting.schedules.fitting.patience):
+        for iteration in untangle(
+            otherwise.within(setting.schedules.work.unfolding), points, setting.schedules.fitting.patience
+        ):
             points = iteration.points
             yield iteration
         points = untangle_interior(formulation, points)
@@ -46,7 +48,7 @@ def fit(setting: Setting, boundary: Boundary) -> Generator[Iteration, None, Unfo
     other = boundary_of(normalized, options, setting.schedules, matches=False)
     none = np.zeros(len(normalized.cells), dtype=bool)
     alone = Unfolded(other, setting.formulation(other), normalized.points, none)
-    if options.energy == "barrier" and not normalized.valid.all():
+    if options.energy == "barrier" and setting.is_tangled:
         alone = yield from unfold(setting, other)
     if alone.bad.sum() < fewest:
         return replace(alone, notes=(*alone.notes, f"{what}: the skin is drawn to the surface alone"))

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ..common import OptionError, array_of_numbers, require_choices, require_counts, require_flags, require_numbers
-from ..geometry import BarrierSchedule
 
 __all__ = ["CHOICES", "Options", "Record"]
 
@@ -50,8 +49,8 @@ class Options:
         they are noise, or the stair steps of a voxel mesh; where the worst cells stall at curves, these are let go as
         far as the surface if that is worth it, which the report tells.
     feature_band
-        Share of `hausdorff` that curves and corners which are kept may move, above 0: less keeps them sharper, more
-        leaves cells there more room.
+        Share of `hausdorff` that curves and corners which are kept may move, above 0; None for a fifth. Less keeps them
+        sharper, more leaves cells there more room.
     surface
         Surface to slide on instead of the input's own: a path or a pyvista mesh, which may be finer.
         Its sharp curves and corners, lines between its tags (arrays as on quadrilaterals of the mesh), and lines that
@@ -132,7 +131,7 @@ class Options:
     constraint: str = "barrier"
     eps: float = 1e-7
     features: str = "auto"
-    feature_band: float = BarrierSchedule.curve_bound
+    feature_band: float | None = None
     surface: Any = None
     interfaces: Any = "auto"
     couplings: Any = "auto"
@@ -149,7 +148,7 @@ class Options:
 
     def __post_init__(self) -> None:
         require_choices(self, CHOICES)
-        require_numbers(self, "eps", "feature_band", "gradient_tolerance", "hausdorff")
+        require_numbers(self, "eps", "gradient_tolerance", "hausdorff", optional=["feature_band"])
         require_counts(self, "max_iterations")
         require_flags(self, "conserve_volume")
         if not isinstance(self.target, str):
@@ -160,7 +159,7 @@ class Options:
             raise OptionError(
                 f"hausdorff must be a share of the bounding box's diagonal in [0, 1), not {self.hausdorff!r}"
             )
-        if not 0.0 < self.feature_band <= 1.0:
+        if self.feature_band is not None and not 0.0 < self.feature_band <= 1.0:
             raise OptionError(f"feature_band must be a share of hausdorff in (0, 1], not {self.feature_band!r}")
         if not 0.0 < self.eps < float("inf"):
             raise OptionError(f"eps must be positive, not {self.eps!r}")

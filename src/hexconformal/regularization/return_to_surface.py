@@ -38,7 +38,7 @@ def return_to_surface(
     within its bound.
     """
     schedule, barrier, watched = formulation.schedules.returning, formulation.barrier, 0
-    formulation = formulation.with_work(formulation.worth(formulation.schedules.work.returning))
+    formulation = formulation.within(formulation.schedules.work.returning)
     for _ in range(schedule.rounds):
         if barrier is None:
             return

@@ -217,8 +217,8 @@ class Regularization:
         if points is not normalized.points:
             points = self._brought_back(points)
         formulation, asked = self._stages.state.formulation, self.options.conserve_volume
-        drifts = self.options.constraint == "barrier" and swells(points, normalized, formulation)
-        if points is not normalized.points and (asked or drifts):
+        by_barrier, changed = self.options.constraint == "barrier", points is not normalized.points
+        if changed and (asked or (by_barrier and swells(points, normalized, formulation))):
             regions = self._setting.regions if asked else None
             same, notes = with_volume_restored(points, normalized, formulation, regions)
             if self._setting.keeps_valid(same) and self._acceptable(self._record(Iteration("volume", same))):

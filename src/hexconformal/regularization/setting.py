@@ -88,7 +88,7 @@ class Setting:
     def _slender(self) -> Field:
         """(m,) slenderness up to which proportions cost nothing: no cell has to get thicker than it is."""
         schedule, measures = self.schedules.minimization, self._corners.measures(self.normalized.points)
-        sized = measures.fullness > self.schedules.untangling.flat
+        sized = ~self.schedules.untangling.are_flat(measures.fullness)
         known = np.maximum(measures.slenderness, schedule.slender)
         # How thin a folded cell is meant to be nobody knows; where few are folded, as those around them.
         unknown = schedule.slender if sized.mean() > 0.5 else schedule.slenderest
@@ -96,7 +96,12 @@ class Setting:
 
     def flat(self, points: Field) -> Mask:
         """(m,) cells with a corner that is folded, or as good as flat beside its target: with next to no volume."""
-        return np.asarray(self._corners.measures(points).fullness <= self.schedules.untangling.flat)
+        return self.schedules.untangling.are_flat(self._corners.measures(points).fullness)
+
+    @cached_property
+    def is_tangled(self) -> bool:
+        """True where a cell of the mesh is invalid, or has next to no volume."""
+        return not self.normalized.valid.all() or bool(self.flat(self.normalized.points).any())
 
     @cached_property
     def _valid_in_mesh(self) -> Ints:

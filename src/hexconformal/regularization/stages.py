@@ -21,7 +21,7 @@ from .minimize import Minimization
 from .return_to_surface import return_to_surface
 from .setting import Setting
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
-from .worst_cells import raise_worst, raise_worst_patches, with_soft_curves
+from .worst_cells import raise_worst, raise_worst_patches, soften_curves
 
 __all__ = ["Stages", "State"]
 
@@ -114,7 +114,7 @@ class Stages:
         if boundary.start is not None:
             whole = found = yield from fit(setting, boundary)
         # The quaternionic energy does not see what is folded.
-        elif options.energy == "barrier" and self._is_tangled:
+        elif options.energy == "barrier" and setting.is_tangled:
             whole = found = yield from unfold(setting, boundary)
         if found.bad.any():
             found = hold_folded(setting, found)
@@ -130,27 +130,8 @@ class Stages:
             points = iteration.points
             yield iteration
         earlier.append(points)
-        quality = corner_scaled_jacobian(points, formulation.cells)
-        raised = options.raises_worst and formulation.free.any() and len(quality) > 0
-        if raised and quality.min() < schedules.worst_cells.good:
-            self._ended("interrupted", False)
-            raise_cells = raise_worst if len(quality) <= schedules.worst_cells.many_cells else raise_worst_patches
-            work = formulation.worth(schedules.work.patches)
-            for iteration in raise_cells(formulation.with_work(work), points):
-                points = iteration.points
-                yield iteration
-            if options.features == "auto" and options.surface is None:
-                formulation, soft, note = with_soft_curves(formulation.with_work(None), points)
-                if soft is not points:
-                    points = soft
-                    self.state = replace(self.state, formulation=formulation, notes=(*self.state.notes, note))
-                    yield Iteration("soften curves", points)
-            if work.is_done:
-                self._ended("the worst cells get better still, but the work allowed for that is done", False)
-            else:
-                self._ended("the worst cell stalls", True)
-        elif raised and not self.state.converged:
-            self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
+        if options.raises_worst and formulation.free.any() and len(formulation.cells) > 0:
+            formulation, points = yield from self._raise_worst(formulation, points)
         for iteration in self._return_to_surface(formulation, points, earlier):
             points = iteration.points
             yield iteration
@@ -159,7 +140,8 @@ class Stages:
             if unfolded is not points:
                 points = unfolded
                 yield Iteration("untangle interior", points)
-                for iteration in raise_worst_patches(formulation, points) if options.raises_worst else ():
+                again = formulation.within(schedules.work.patches)
+                for iteration in raise_worst_patches(again, points) if options.raises_worst else ():
                     points = iteration.points
                     yield iteration
                 for iteration in self._return_to_surface(formulation, points, earlier):
@@ -173,10 +155,33 @@ class Stages:
             self._ended(f"{self.state.reason}; {what} no volume, or next to none", False)
         return points
 
-    @property
-    def _is_tangled(self) -> bool:
-        normalized = self._setting.normalized
-        return not normalized.valid.all() or bool(self._setting.flat(normalized.points).any())
+    def _raise_worst(
+        self, formulation: Formulation, points: Field
+    ) -> Generator[Iteration, None, tuple[Formulation, Field]]:
+        """Raise the worst cells; returns the formulation, which may have softer curves then, and the points."""
+        schedules, options = self._setting.schedules, self._setting.options
+        quality = corner_scaled_jacobian(points, formulation.cells)
+        if quality.min() >= schedules.worst_cells.good:
+            if not self.state.converged:
+                self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
+            return formulation, points
+        self._ended("interrupted", False)
+        raise_cells = raise_worst if len(quality) <= schedules.worst_cells.many_cells else raise_worst_patches
+        bounded = formulation.within(schedules.work.patches)
+        for iteration in raise_cells(bounded, points):
+            points = iteration.points
+            yield iteration
+        if options.features == "auto" and options.surface is None:
+            soft = yield from soften_curves(formulation.within(schedules.work.patches), points)
+            if soft is not None:
+                formulation, points = formulation.with_barrier(soft.barrier), soft.points
+                self.state = replace(self.state, formulation=formulation, notes=(*self.state.notes, soft.note))
+                yield Iteration("soften curves", points)
+        if bounded.work.is_done:
+            self._ended("the worst cells get better still, but the work allowed for that is done", False)
+        else:
+            self._ended("the worst cell stalls", True)
+        return formulation, points
 
     def _minimize(self, formulation: Formulation, points: Field, bad: Mask, alone: bool) -> Iterator[Iteration]:
         distortion = self._setting.distortion

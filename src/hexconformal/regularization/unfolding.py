@@ -61,8 +61,9 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
     """Unfold what is folded; yields iterations, and returns what it came to."""
     normalized, formulation = setting.normalized, setting.formulation(boundary)
     others = ("keep", "soft") if boundary.barrier is not None and setting.options.features == "auto" else ()
-    points = normalized.points
-    for iteration in untangle(formulation, points, *((setting.schedules.unfolding.patience,) if others else ())):
+    points, work = normalized.points, setting.schedules.work
+    patience = setting.schedules.unfolding.patience if others else None
+    for iteration in untangle(formulation.within(work.unfolding), points, patience):
         points = iteration.points
         yield iteration
     found = Unfolded(boundary, formulation, points, folded_cells(formulation, points))
@@ -76,8 +77,7 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
         # What stands in the way may be a feature that is none, or a crease that was not taken for one.
         other = boundary_of(normalized, replace(setting.options, features=features), setting.schedules)
         formulation = setting.formulation(other)
-        again = formulation.with_work(formulation.worth(setting.schedules.work.again))
-        for iteration in untangle(again, normalized.points, setting.schedules.unfolding.patience):
+        for iteration in untangle(formulation.within(work.again), normalized.points, patience):
             points = iteration.points
             yield iteration
         bad = folded_cells(formulation, points)
@@ -95,14 +95,13 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
 def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrier, bound: float) -> Steps:
     """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
     wide = setting.formulation(replace(found.boundary, barrier=replace(barrier, bound=bound)))
-    wide = wide.with_work(wide.worth(setting.schedules.work.again))
-    afar, first = found.points, setting.normalized.points
-    for iteration in untangle(wide, afar, setting.schedules.unfolding.patience, first):
+    afar, first, patience = found.points, setting.normalized.points, setting.schedules.unfolding.patience
+    for iteration in untangle(wide.within(setting.schedules.work.again), afar, patience, first):
         afar = iteration.points
         yield Iteration("untangle with more room", found.points)
     if folded_cells(wide, afar).any():
         return found
-    closer = wide.with_work(None).with_barrier(replace(barrier, steepness=setting.schedules.unfolding.return_steepness))
+    closer = wide.with_barrier(replace(barrier, steepness=setting.schedules.unfolding.return_steepness))
     for back in return_to_surface(closer, afar, keeps_worst=False):
         afar, closer = back
         yield Iteration("return to the surface", found.points)

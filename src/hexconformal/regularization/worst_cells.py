@@ -8,8 +8,9 @@ below one over the worst density forbids any corner to get worse and pushes hard
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +18,22 @@ from numpy.typing import NDArray
 from ..elements import corner_scaled_jacobian
 from ..energy import CornerWeights
 from ..formulation import Formulation, Iteration, convex_newton
+from ..geometry import DistanceBarrier
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobians
 
-__all__ = ["raise_worst", "raise_worst_patches", "stiffened", "with_soft_curves"]
+__all__ = ["Softened", "raise_worst", "raise_worst_patches", "soften_curves", "stiffened"]
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+class Softened(NamedTuple):
+    """A barrier with curves let go, the points that it comes to, and a note on what that wins."""
+
+    barrier: DistanceBarrier
+    points: Field
+    note: str
 
 
 def stiffened(formulation: Formulation, points: Field) -> CornerWeights:
@@ -54,8 +64,6 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
     A worst cell that stalls is set aside, and those that come after it are raised, as long as they are poor.
     """
     schedule, cells = formulation.schedules.worst_cells, formulation.cells
-    if formulation.work is None:
-        formulation = formulation.with_work(formulation.worth(formulation.schedules.work.patches))
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
     quality = corner_scaled_jacobian(points, cells)
     aside, stalled = quality >= limits, False
@@ -74,7 +82,7 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         if not spoiled and trial is not points:
             points, quality = trial, after
             yield Iteration("worst cells", points)
-        if formulation.work is None or formulation.work.is_done:
+        if formulation.work.is_done:
             return
         if spoiled or float(quality[~aside].min()) < worst + min(schedule.least_gain, 0.1 * worst):
             stalled = True
@@ -82,32 +90,34 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         aside |= quality >= limits
 
 
-def with_soft_curves(formulation: Formulation, points: Field) -> tuple[Formulation, Field, str]:
-    """The formulation with curves let go at which cells are poor, if that is worth it; the points then, and a note.
+def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteration, None, Softened | None]:
+    """Let go of the curves at which cells are poor; returns what comes of it if it is worth it.
 
     Curves are kept within a share of what the surface may move. What that costs shows where the worst cells stall.
+    Meanwhile the points are seen as they were.
     """
     schedule, barrier = formulation.schedules.worst_cells, formulation.barrier
     quality = corner_scaled_jacobian(points, formulation.cells)
     poor = quality < schedule.poor
     if barrier is None or not poor.any():
-        return formulation, points, ""
+        return None
     touched = np.zeros(len(points), dtype=bool)
     touched[formulation.cells[poor]] = True
     softer, count = barrier.with_slack(touched)
     if count == 0:
-        return formulation, points, ""
-    soft, best, before = formulation.with_barrier(softer), points, float(quality.min())
+        return None
+    soft, before, best = formulation.with_barrier(softer), float(quality.min()), points
     after = before
     for iteration in raise_worst_patches(soft, points):
+        yield Iteration("soften curves", points)
         best, after = iteration.points, float(corner_scaled_jacobian(iteration.points, formulation.cells).min())
         if after >= schedule.poor:
             break
     if after < before + schedule.worth:
-        return formulation, points, ""
+        return None
     what = "a curve" if count == 1 else f"{count} curves"
     note = f"features: {what} may go as far as the surface: kept, the worst cells there stall at {before:.3f}"
-    return soft, best, f"{note}, and come to {after:.3f} so"
+    return Softened(softer, best, f"{note}, and come to {after:.3f} so")
 
 
 def _raised(formulation: Formulation, points: Field, region: Mask) -> Field:

@@ -6,7 +6,7 @@ Belongs here: ways from inverted cells to valid ones, of a whole mesh and of pat
 
 from .improve_folded import improve_folded
 from .thin_cells import thicken
-from .untangle import folded_cells, harmonic, pull_back, tangled_cells, untangle
+from .untangle import folded_cells, harmonic, pull_back, untangle
 from .untangle_interior import untangle_interior
 
 __all__ = [
@@ -14,7 +14,6 @@ __all__ = [
     "harmonic",
     "improve_folded",
     "pull_back",
-    "tangled_cells",
     "thicken",
     "untangle",
     "untangle_interior",

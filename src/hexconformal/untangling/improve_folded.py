@@ -28,8 +28,7 @@ def improve_folded(formulation: Formulation, points: Field, bad: Mask) -> Field:
 
     Only nodes inside the mesh move.
     """
-    points, work = points.copy(), formulation.worth(formulation.schedules.work.folded)
-    formulation = formulation.with_work(work)
+    points, formulation = points.copy(), formulation.within(formulation.schedules.work.folded)
     for width in formulation.schedules.folded.widths:
         for region in connected_regions(formulation.cells, node_rings(formulation.cells, len(points), bad, width)):
             patch, nodes = formulation.restricted(region & formulation.inner, points)
@@ -50,7 +49,7 @@ def _improved(patch: Formulation, points: Field) -> Field:
         term = SoftMinimumTerm(patch.cells, folded, sharpness, kept, floor, schedule.floor_weight, schedule.loss_weight)
         at = patch.problem(Objective((term,))).at(points)
         for iterate in islice(lbfgs(at, np.copy, scaled=True), schedule.steps):
-            if iterate.step == 0.0 or not (patch.work is None or patch.work.take(len(patch.cells))):
+            if iterate.step == 0.0 or not patch.work.take(len(patch.cells)):
                 break
             points = iterate.points
         now = corner_scaled_jacobian(points, patch.cells)

@@ -23,7 +23,7 @@ from ..formulation import Formulation, Iteration, UntanglingSchedule
 from ..mesh import connected_regions, node_rings, unique_edges
 from ..solver import UNCOUPLED, CoupledNodes, Equation, newton_step
 
-__all__ = ["folded_cells", "harmonic", "pull_back", "tangled_cells", "untangle"]
+__all__ = ["folded_cells", "harmonic", "pull_back", "untangle"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -37,13 +37,9 @@ def folded_cells(formulation: Formulation, points: Field) -> Mask:
     return np.asarray(formulation.measures(points).determinant <= 0.0)
 
 
-def tangled_cells(formulation: Formulation, points: Field) -> Mask:
-    """(m,) cells with a corner that is folded, or as good as flat: to open it takes the same."""
-    return _tangled(formulation, formulation.measures(points))
-
-
 def _tangled(formulation: Formulation, measures: CornerMeasures) -> Mask:
-    return np.asarray(measures.fullness <= formulation.schedules.untangling.flat)
+    """(m,) cells with a corner that is folded, or as good as flat: to open it takes the same."""
+    return formulation.schedules.untangling.are_flat(measures.fullness)
 
 
 def untangle(
@@ -56,13 +52,11 @@ def untangle(
     another place to start from.
     """
     schedule = formulation.schedules.untangling
-    if formulation.work is None:
-        formulation = formulation.with_work(formulation.worth(formulation.schedules.work.unfolding))
-    bad, stalled = tangled_cells(formulation, points), 0
-    first = points if first is None else first
+    measures, stalled = formulation.measures(points), 0
+    bad, first = _tangled(formulation, measures), points if first is None else first
     if bad.mean() > schedule.many_folded:
         # What is hardly folded opens where it is: harmonic positions may fold it.
-        if formulation.measures(points).fullness.min() < -schedule.hardly_folded:
+        if measures.fullness.min() < -schedule.hardly_folded:
             points = harmonic(formulation, points, node_rings(formulation.cells, len(points), bad, 0))
             yield Iteration("harmonic start", points)
         for points in _unfold(formulation, points, 1.0, schedule.whole_steps):
@@ -73,12 +67,10 @@ def untangle(
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(schedule.rounds):
         before = _tangledness(formulation, points)
-        if before == _OPEN or stalled == patience or (formulation.work is not None and formulation.work.is_done):
+        if before == _OPEN or stalled == patience or formulation.work.is_done:
             return
-        regions = connected_regions(
-            formulation.cells,
-            node_rings(formulation.cells, len(points), tangled_cells(formulation, points), width),
-        )
+        bad = _tangled(formulation, formulation.measures(points))
+        regions = connected_regions(formulation.cells, node_rings(formulation.cells, len(points), bad, width))
         points = _unfold_patches(formulation.seen_from(points), points, first, regions)
         yield Iteration("untangle patches", points)
         stalled = 0 if _tangledness(formulation, points)[:2] < before[:2] else stalled + 1
@@ -158,7 +150,7 @@ def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: in
         if not _tangled(formulation, measures).any():
             return
         smallest = float(measures.determinant.min())
-        if formulation.work is not None and not formulation.work.take(len(formulation.cells)):
+        if not formulation.work.take(len(formulation.cells)):
             return
         if count:
             eps = _next_eps(eps, smallest, last, schedule.least_sigma)
@@ -191,10 +183,8 @@ def _unfold_patches(formulation: Formulation, points: Field, first: Field, regio
     trial, work = points, formulation.work
     for number, region in enumerate(regions):
         # What resists leaves enough for the others.
-        if work is not None:
-            formulation = formulation.with_work(work.share(min(1.0, 2.0 / (len(regions) - number))))
-        trial = _unfold_patch(formulation, trial, first, region)
-    formulation = formulation.with_work(work)
+        part = formulation.with_work(work.share(min(1.0, 2.0 / (len(regions) - number))))
+        trial = _unfold_patch(part, trial, first, region)
     limit = max(1.0, formulation.relative_distance(points))
     if formulation.relative_distance(trial) <= limit:
         return trial

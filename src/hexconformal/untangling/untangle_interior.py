@@ -33,7 +33,7 @@ def untangle_interior(formulation: Formulation, points: Field) -> Field:
     invalid, and the boundary stays as near to the surface as it has to be.
     """
     schedule = formulation.schedules.interior
-    formulation = formulation.with_work(formulation.worth(formulation.schedules.work.interior))
+    formulation = formulation.within(formulation.schedules.work.interior)
     for movable, width in product((formulation.inner, formulation.free), schedule.widths):
         regions = _invalid_inside(formulation, points)
         if not regions.any():
@@ -66,7 +66,7 @@ def _unfold(patch: Formulation, points: Field) -> Field:
         inside = ComposedTerm(DistortionTerm(parts, weights.shape[0], eps=eps, quadrature="corners"), weights)
         at = patch.problem(patch.with_distortion(inside, 0.0)).at(moved)
         for iterate in islice(lbfgs(at, np.copy, scaled=True), schedule.steps):
-            if iterate.step == 0.0 or not (patch.work is None or patch.work.take(len(patch.cells))):
+            if iterate.step == 0.0 or not patch.work.take(len(patch.cells)):
                 break
             moved = iterate.points
         now = is_valid(moved, patch.cells)

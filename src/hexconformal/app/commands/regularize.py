@@ -47,7 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_choice(shape, "features", "sharp edges and corners: auto keeps them unless they are noise or stair steps")
     shape.add_argument(
         "--feature-band", type=float, default=Options.feature_band, metavar="X", help="how far sharp edges and corners"
-        " that are kept may move, as a share of --hausdorff (default %(default)g)",
+        " that are kept may move, as a share of --hausdorff (default a fifth)",
     )  # fmt: skip
     shape.add_argument(
         "--surface", metavar="FILE", help="slide on this surface (.stl, .ply, ...), on its sharp edges and corners"

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ...formulation import Schedules
 from ...geometry import (
-    BarrierSchedule,
     CurveLocator,
     DistanceBarrier,
     Faces,
@@ -100,7 +99,7 @@ def boundary_of(
     """
     schedules = Schedules() if schedules is None else schedules
     near = schedules.barrier
-    if options.feature_band != BarrierSchedule.curve_bound:
+    if options.feature_band is not None:
         near = replace(near, curve_bound=options.feature_band)
     fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
