@@ -1,9 +1,13 @@
 """The worst cells are raised step by step, as far as held nodes allow."""
 
+import numpy as np
 from corner_problems import fixed_boundary, formulation_of
 
+import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.geometry import find_features
+from hexconformal.mesh import boundary_quads
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches
 
 
@@ -20,3 +24,25 @@ def test_nothing_is_lifted_once_held_corners_forbid_it():
     held = fixed_boundary(points, cells)
     assert list(raise_worst_patches(held, points)) == []
     assert list(raise_worst_patches(formulation_of(points, cells), points)) != []
+
+
+def cylinder_with_a_rough_rim():
+    """A cylinder of which the rims, sharp curves, are shaken by half of an edge."""
+    points, cells = generate.cylinder(4, 3, 6)
+    edges = find_features(points, boundary_quads(cells)[0], cells=cells).edges
+    rim, length = np.unique(edges), np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1).mean()
+    points[rim] += 0.5 * length * np.random.default_rng(3).uniform(-1.0, 1.0, (len(rim), 3))
+    return points, cells
+
+
+def test_curves_are_let_go_where_the_worst_cells_stall_at_them():
+    mesh = cylinder_with_a_rough_rim()
+    kept, soft = (hc.regularize(mesh, hausdorff=0.02, features=mode).report for mode in ("keep", "auto"))
+    told = [note for note in soft.notes if "may go as far as the surface" in note]
+    assert len(told) == 1
+    assert not any("may go as far" in note for note in kept.notes)
+    assert kept.after.scaled_jacobian.min < 0.45
+    assert soft.after.scaled_jacobian.min > max(0.5, kept.after.scaled_jacobian.min + 0.1)
+    assert f"and come to {soft.after.scaled_jacobian.min:.3f} so" in told[0]
+    assert soft.hausdorff <= 0.02
+    assert abs(soft.volume_change) < 0.005
