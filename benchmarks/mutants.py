@@ -68,11 +68,14 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.energy.convex_frames": (
-        ("energy/test_corner_term.py", "energy/test_convex_blocks.py"),
+        ("energy/test_corner_term.py", "energy/test_convex_blocks.py", "energy/test_proportions.py"),
         [
             ("max(curvature, 2.0 * slope * slope / factor)", "max(curvature, 1.0 * slope * slope / factor)"),
             ("s[MARGIN, q] = d if eps == 0.0 else 1.0", "s[MARGIN, q] = 1.0 if eps == 0.0 else 1.0"),
             ("-r[1] * dot(v[1], u[1])", "-r[1] * dot(v[1], u[0])"),
+            ("slope = weight * over * (2.0 + 4.0", "slope = weight * over * (2.0 + 2.0"),
+            ("bend = weight * (2.0 + 12.0", "bend = weight * (2.0 + 4.0"),
+            ("if widest > slender * slender:", "if widest > slender:"),
             ("second = 2.0 * stiffness * first / margin", "second = 1.0 * stiffness * first / margin"),
             ("across = plus(times(weight * slope, g), ", "across = plus(times(0.0 * slope, g), "),
             ("store(times(weight, g), s, COLUMN, q)", "store(g, s, COLUMN, q)"),
@@ -175,6 +178,9 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("        step *= 0.5\n", "        step *= 1.0\n"),
             ("return replace(current, step=0.0, decrease=0.0)", "return replace(trial, step=0.0)"),
             ("direction)) <= -search.flatter * slope", "direction)) >= -search.flatter * slope"),
+            ("np.where(nodes[:, None], share * shorter, shorter), held | nodes", "share * shorter, held | nodes"),
+            ("if halving == search.patience and", "if halving == 39 and"),
+            ("if not 0 < held.sum() <=", "if not 0 <= held.sum() >"),
         ],
     ),
     "hexconformal.solver.lbfgs": (
@@ -254,7 +260,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("self._valid |= is_valid(points, self._cells)", "pass"),
             ("volume * self.volume_factor", "volume"),
             ("if volume > 0.0 and len(self.target_volumes):", "if len(self.target_volumes):"),
-            ("Patch.around(moving & self.free,", "Patch.around(self.free,"),
+            ("coupled.closed(moving & self.free)", "coupled.closed(self.free)"),
         ],
     ),
     "hexconformal.solver.admissible": (
@@ -268,7 +274,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("held | (mask if", "held & (mask if"),
             ("projectors[np.searchsorted(ids, held)] = 0.0", "pass"),
             ("self.projectors.any(axis=(1, 2))", "self.projectors.all(axis=(1, 2))"),
-            ("own.with_held(np.flatnonzero(~patch.moving[patch.nodes]))", "own"),
+            ("own.with_held(np.flatnonzero(~moving[patch.nodes]))", "own"),
         ],
     ),
     "hexconformal.geometry.closest_point": (
@@ -294,17 +300,19 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.geometry.distance_barrier": (
         ("geometry/test_distance_barrier.py", "geometry/test_barrier_state.py"),
         [
-            ("(samples.at_node | (most >= onset))", "(samples.at_node & (most >= onset))"),
+            ("(samples.attraction > 0.0) | (most >= onset)", "(samples.attraction > 0.0) & (most >= onset)"),
             ("worst = max(worst, float(found.distances.max(", "worst = (float(found.distances.max("),
             ("measured_at=x, wall=wall", "wall=wall"),
-            ("everywhere[self.patch.nodes] = points", "pass"),
+            ("np.concatenate([points, self.beside]) if", "np.concatenate([points, 0.0 * self.beside]) if"),
             ("spacing=max(0.5 * self.spacing", "spacing=max(self.spacing"),
             ("inside = nodes >= 0", "inside = nodes > 0"),
         ],
     ),
     "hexconformal.geometry.barrier_schedule": (
-        ("geometry/test_distance_barrier.py", "geometry/test_barrier_state.py"),
+        ("geometry/test_distance_barrier.py", "geometry/test_barrier_state.py", "regularization/test_faithful.py"),
         [
+            ("1.0, self.most)", "1.0, 1.0)"),
+            ("1.0 / np.maximum(self.thin * depths", "1.0 * np.maximum(self.thin * depths"),
             ("2.0 * (k * (over > 0) * r * (1.0 + over * r) ** 2", "2.0 * (k * (over > 0) * r * (1.0 + over * r)"),
             ("schedule.wall if worst < schedule.wall else", "schedule.wall if worst < schedule.room else"),
         ],
@@ -325,8 +333,8 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("far = distances > 1e-9 * bound", "far = distances > 1e9 * bound"),
             ("inside = (weights.min(axis=1) > 0.0)", "inside = (weights.min(axis=1) > -1.0)"),
             ("near, distances = self.near.copy(), most.copy()", "near, distances = self.near, most.copy()"),
-            ("active=self.active & movable[self.carriers]", "active=movable[self.carriers] | self.active"),
-            ("keep = patch.moving[self.nodes].any(axis=1)", "keep = patch.moving[self.nodes].all(axis=1)"),
+            ("np.flatnonzero(touched[faces].any(axis=1))", "np.flatnonzero(movable)"),
+            ("keep, inside = patch.moving[self.nodes].any(", "keep, inside = patch.moving[self.nodes].all("),
         ],
     ),
     "hexconformal.geometry.sample_sums": (
@@ -368,6 +376,40 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("multipliers = multipliers - change", "multipliers = multipliers - 0.5 * change"),
             ("if conserved.error(new) <= 1e-11 else None", "if conserved.error(new) <= np.inf else None"),
             ("1.0 / np.broadcast_to(bending,", "1.0 * np.broadcast_to(bending,"),
+        ],
+    ),
+    "hexconformal.formulation.work": (
+        ("formulation/test_work.py",),
+        [
+            ("part.left -= cells + self.step", "part.left -= cells"),
+            ("or (self.whole is not None and self.whole.is_done)", "or self.whole is None"),
+            ("return Work(share * self.left, self.step, self)", "return Work(share * self.left, self.step)"),
+        ],
+    ),
+    "hexconformal.untangling.thin_cells": (
+        ("untangling/test_thin_cells.py",),
+        [
+            ("points[nodes] = local", "points[nodes] = points[nodes]"),
+            ("measures.fullness < schedule.thin", "measures.fullness > schedule.thin"),
+            ("if since == schedule.patience:", "if since == 0:"),
+        ],
+    ),
+    "hexconformal.regularization.worst_cells": (
+        ("regularization/test_worst_cells.py", "regularization/test_acceptance.py"),
+        [
+            ("after < before + schedule.worth", "after > before + schedule.worth"),
+            ("if after >= schedule.poor:", "if after >= 0.0:"),
+            ("stalled |= bool(aside[quality.argmin()])", "stalled |= False"),
+            ("1.0, schedule.stiffness / worst", "1.0, 0.1 * schedule.stiffness / worst"),
+        ],
+    ),
+    "hexconformal.regularization.acceptance": (
+        ("regularization/test_faithful.py", "regularization/test_acceptance.py"),
+        [
+            ("return tangled < before", "return tangled > before"),
+            ("(record.inverted, record.flat)", "(record.inverted, first.flat)"),
+            ("_SHAPE_LOSS * min(first.min_shape, _POOR_SHAPE)", "min(first.min_shape, _POOR_SHAPE)"),
+            ("abs(after - before) > formulation", "abs(after - before) < formulation"),
         ],
     ),
 }  # fmt: skip
