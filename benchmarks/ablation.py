@@ -97,6 +97,8 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "thin": {
         "thin": (0.0, OFF),
         "eps": (10.0,),
+        "steep": (0.0, OFF),
+        "steep_eps": (0.01,),
     },
     "interior": {
         "widths": ((0,), OFF),
@@ -198,6 +200,7 @@ def rare() -> Iterator[tuple[str, Any, dict[str, Any]]]:
     yield "tangled ball", jittered(*ball(2, 2), 0.7, seed=4, keep_boundary=False, valid=False), {}
     yield "thin wall", pipe(0.06), {}
     yield "thin wall, wide", pipe(0.06), {"hausdorff": 0.05, "conserve_volume": True}
+    yield "thin cells, fixed", jittered(*box((48, 48, 48)), 0.25, seed=2), {"boundary": "fixed"}
     rough = jittered(*ball(3, 2), 0.3, seed=1)
     yield "tight", rough, {"hausdorff": 2e-4}
     yield "tight, volume", rough, {"hausdorff": 1e-3, "conserve_volume": True}

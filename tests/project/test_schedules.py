@@ -105,6 +105,8 @@ def stated():
     yield f"a fullness below {all_of.thin.thin:g} are thickened together"
     assert all_of.thin.eps == 1.0
     yield "as large as the median of their determinants"
+    yield f"below a fullness of {all_of.thin.steep:g}, by L-BFGS"
+    yield f"at {all_of.thin.steep_eps:g} of the median of all determinants"
     assert barrier.thin == 1.5
     yield "thinner than two thirds of the bound"
     yield f"stronger, up to {barrier.most:g} times"

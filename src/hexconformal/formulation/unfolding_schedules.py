@@ -85,6 +85,9 @@ class ThinSchedule(Schedule):
         Of the barrier chi_eps meanwhile, in determinants of thin corners, the median of them.
     steps, patience
         Newton steps at most, and without success.
+    steep, steep_eps, steep_patience
+        The same where nothing but the distortion counts, of the whole mesh at once by L-BFGS: fullness below which that
+        is done, eps in determinants of all cells, the median of them, and steps without success.
     """
 
     thin: float = tuned(2e-2, 0.0, 1.0)
@@ -92,6 +95,9 @@ class ThinSchedule(Schedule):
     eps: float = tuned(1.0)
     steps: int = tuned(40)
     patience: int = tuned(6)
+    steep: float = tuned(0.1, 0.0, 1.0)
+    steep_eps: float = tuned(0.1)
+    steep_patience: int = tuned(2)
 
 
 @dataclass(frozen=True)

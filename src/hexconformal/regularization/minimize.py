@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from ..solver import (
     LaplacePreconditioner,
     MatrixFreeEquation,
     Preconditioner,
+    Problem,
     lbfgs,
     newton,
 )
@@ -91,10 +93,10 @@ class Minimization:
         schedule, options, method = self._schedule, self._options, self._options.method
         phases = (method,) if method != "auto" else ("lbfgs", "newton") if self._alone else ("majorize",)
         valid = ValidCells(self._start, self._formulation.cells)
-        # Pairs of L-BFGS would tell it of steps that it has not chosen.
-        spoiled = self._formulation.spoiled(valid) if self._at_corners and phases == ("majorize",) else None
-        problem = self._formulation.problem(self._objective(), lambda x: valid(x) and self._acceptable(x), spoiled)
-        at = problem.at(self._start)
+        start = self._start
+        if method == "auto" and self._alone and self._distortion.eps is not None:
+            start = yield from self._thicken(valid)
+        at = self._problem(self._objective(), valid).at(start)
         first, slow = at.gradient_norm, 0
         if self._is_stationary(at, first):
             return
@@ -121,6 +123,34 @@ class Minimization:
                 if phase != phases[-1] and (taken == schedule.handover or near):
                     break
         self.reason = "no step lowers the energy further without spoiling a cell"
+
+    def _thicken(self, valid: ValidCells) -> Generator[Iteration, None, Field]:
+        """Lower the distortion with chi_eps of equation (9) as long as that makes the thinnest cell thicker.
+
+        At a thin cell the barrier is so steep that its gradient tells nothing of the other cells; chi_eps is bounded.
+        Returns the points at which the thinnest cell is thickest.
+        """
+        points, schedule = self._start, self._formulation.schedules.thin
+        measures = self._formulation.measures(points)
+        thinnest, since = measures.fullness.min(initial=1.0), 0
+        if thinnest >= schedule.steep:
+            return points
+        eps = schedule.steep_eps * float(np.median(measures.determinant))
+        at = self._problem(Objective((replace(self._distortion, eps=eps),)), valid).at(points)
+        for following in lbfgs(at, self._preconditioner(at)):
+            now, since = self._formulation.measures(following.points).fullness.min(), since + 1
+            if now > thinnest:
+                points, thinnest, since = following.points, now, 0
+                valid.grow(points)
+                yield Iteration("thicken", points, step=following.step)
+            if thinnest >= schedule.steep or since == schedule.steep_patience or following.step == 0.0:
+                return points
+        return points
+
+    def _problem(self, objective: Objective, valid: ValidCells) -> Problem:
+        # The quaternionic energy does not mind what is folded.
+        spoiled = None if self._distortion.eps is None else self._formulation.spoiled(valid)
+        return self._formulation.problem(objective, lambda x: valid(x) and self._acceptable(x), spoiled)
 
     @property
     def _stall(self) -> float:

@@ -122,10 +122,11 @@ class Stages:
         formulation, points, earlier = found.formulation, found.points, [found.points]
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
-        for iteration in thicken(formulation, points) if options.energy == "barrier" else ():
+        alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
+        # Where nothing but the distortion counts there is nothing that thin cells could outweigh.
+        for iteration in thicken(formulation, points) if options.energy == "barrier" and not alone else ():
             points = iteration.points
             yield iteration
-        alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
         for iteration in self._minimize(formulation, points, found.bad, alone):
             points = iteration.points
             yield iteration

@@ -52,7 +52,7 @@ class NewtonSchedule(Schedule):
     short: float = tuned(0.3, 0.0, 1.0)
     shift_factor: float = tuned(4.0, 1.0)
     mesh_rounding: float = tuned(2.0**-10, 0.0, 1.0)
-    patch_rounding: float = tuned(2.0**-12, 0.0, 1.0)
+    patch_rounding: float = tuned(2.0**-11, 0.0, 1.0)
 
 
 class Equation(Protocol):
