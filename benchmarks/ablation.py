@@ -150,6 +150,7 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "watches": (0, OFF),
         "keeping": (0, OFF),
         "steeper": (1.0, OFF),
+        "rings_back": ((), OFF),
         "shares_back": ((), OFF),
     },
     "volume": {

@@ -7,7 +7,7 @@ Belongs here: how terms, directions and weights are put together, of a mesh or o
 from .compatible_constraint import CompatibleConstraint
 from .formulation import Formulation, ValidCells, convex_newton
 from .iteration import Iteration
-from .schedules import MinimizationSchedule, Schedules
+from .schedules import MinimizationSchedule, ReturnSchedule, Schedules
 from .unfolding_schedules import UntanglingSchedule
 from .work import Work
 
@@ -16,6 +16,7 @@ __all__ = [
     "Formulation",
     "Iteration",
     "MinimizationSchedule",
+    "ReturnSchedule",
     "Schedules",
     "UntanglingSchedule",
     "ValidCells",

@@ -140,8 +140,11 @@ class ReturnSchedule(Schedule):
         The first of these, which let no cell get worse than the worst is.
     steeper
         Factor of the steepness where samples stay outside.
+    rings_back, tries_back
+        Rings of cells around what stays out of the bound that go back to earlier points within it, in turn, and how
+        often those are taken in that are out of it then.
     shares_back
-        Of the way to earlier points within the bound, where all that has not been enough.
+        Of the way there of the whole mesh, where all that has not been enough.
     """
 
     rounds: int = tuned(24)
@@ -149,6 +152,8 @@ class ReturnSchedule(Schedule):
     watches: int = tuned(8)
     keeping: int = tuned(4)
     steeper: float = tuned(4.0, 1.0)
+    rings_back: tuple[int, ...] = tuned((2, 4, 8, 16))
+    tries_back: int = tuned(4)
     shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9), 0.0, 1.0)
 
 

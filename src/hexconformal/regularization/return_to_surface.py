@@ -9,13 +9,18 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from ..elements import is_valid
 from ..energy import CornerWeights
-from ..formulation import Formulation, convex_newton
+from ..formulation import Formulation, ReturnSchedule, convex_newton
+from ..geometry import DistanceBarrier, SurfaceLocator, faces_beyond
+from ..mesh import node_rings
 from .worst_cells import stiffened
 
-__all__ = ["return_to_surface"]
+__all__ = ["return_to_surface", "towards"]
 
 Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 def return_to_surface(
@@ -57,3 +62,45 @@ def return_to_surface(
             yield points, formulation
             if watched and barrier.relative_distance(points) < 1.0:
                 break
+
+
+def towards(barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, schedule: ReturnSchedule) -> Field:
+    """Points on the way back to others that are within the bound: the first that are so, without spoiling a cell.
+
+    At first only those around places out of the bound go back, all of the way and the less the farther they are; then
+    all of them.
+    """
+    valid = is_valid(points, cells)
+    for rings in schedule.rings_back:
+        trial, left = points, np.zeros(len(points), dtype=bool)
+        for _ in range(schedule.tries_back):
+            if not (beyond := _beyond(barrier, trial)).any():
+                return trial
+            left |= beyond
+            trial = points + _falling(cells, left, rings)[:, None] * (back - points)
+            if not is_valid(trial, cells)[valid].all():
+                break
+    for share in schedule.shares_back:
+        trial = points + share * (back - points)
+        if not barrier.exceeded(trial) and is_valid(trial, cells)[valid].all():
+            return trial
+    return back
+
+
+def _beyond(barrier: DistanceBarrier, points: Field) -> Mask:
+    """(n,) nodes of the faces for which the bound is exceeded, or nearly so."""
+    x, quads, sheets = barrier.original.points, barrier.original.faces, barrier.original.sheets
+    near, nodes, schedule = np.arange(len(quads)), np.zeros(len(points), dtype=bool), barrier.schedule
+    one, other = (SurfaceLocator(y, quads, sheets) for y in (points, x))
+    bound, tolerance = schedule.within * barrier.bound, schedule.tolerance * barrier.bound
+    nodes[quads[faces_beyond(one, other, bound, (near, near), tolerance)]] = True
+    return nodes
+
+
+def _falling(cells: Ints, nodes: Mask, rings: int) -> Field:
+    """(n,) one at some nodes and half of the rings around them, falling to zero at the last."""
+    shares, reached = np.zeros(len(nodes)), nodes
+    for ring in range(rings):
+        shares[reached & (shares == 0.0)] = min(1.0, 2.0 * (1.0 - ring / rings))
+        reached = node_rings(cells, len(nodes), np.asarray(reached[cells].any(axis=1)), 0)
+    return shares

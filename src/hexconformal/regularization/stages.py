@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import corner_scaled_jacobian, is_valid
+from ..elements import corner_scaled_jacobian
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
 from ..untangling import improve_folded, thicken, untangle_interior
@@ -18,7 +18,7 @@ from .boundary import Boundary, boundary_of
 from .compatible_steps import CompatibleSteps
 from .fitting import fit
 from .minimize import Minimization
-from .return_to_surface import return_to_surface
+from .return_to_surface import return_to_surface, towards
 from .setting import Setting
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
 from .worst_cells import raise_worst, raise_worst_patches, soften_curves
@@ -208,14 +208,8 @@ class Stages:
 
     def _towards_earlier(self, barrier: DistanceBarrier, points: Field, earlier: list[Field]) -> Field:
         """Points on the way back to the last ones within the bound: the first that are so, without spoiling a cell."""
-        cells = self._setting.normalized.cells
-        valid = is_valid(points, cells)
         back = next((before for before in reversed(earlier) if within_bound(barrier, before)), points)
-        for share in self._setting.schedules.returning.shares_back:
-            trial = points + share * (back - points)
-            if within_bound(barrier, trial) and is_valid(trial, cells)[valid].all():
-                return trial
-        return back
+        return towards(barrier, points, back, self._setting.normalized.cells, self._setting.schedules.returning)
 
     def brought_back(self, points: Field) -> Field:
         """The points with the boundary within its bound, as nearly as can be, where the run was left before it was."""

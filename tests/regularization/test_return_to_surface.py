@@ -1,0 +1,54 @@
+"""Where the boundary stays out of its bound, the points go back towards earlier ones: as few of them as will do."""
+
+import numpy as np
+import pytest
+
+from hexconformal import generate
+from hexconformal.elements import is_valid
+from hexconformal.formulation import ReturnSchedule
+from hexconformal.geometry import DistanceBarrier, SurfaceLocator
+from hexconformal.mesh import boundary_quads
+from hexconformal.regularization.return_to_surface import towards
+
+BOUND = 0.02
+
+
+def situation(bumps):
+    """A ball, its barrier, and the ball turned a little inside, with so many nodes of the boundary out of the bound."""
+    points, cells = generate.ball(8, 4)
+    quads = boundary_quads(cells)[0]
+    surface = np.unique(quads)
+    moved = points.copy()
+    inner = np.setdiff1d(np.arange(len(points)), surface)
+    moved[inner] *= 1.01
+    moved[surface[:: len(surface) // bumps][:bumps]] *= 1.05
+    assert is_valid(moved, cells).all()
+    barrier = DistanceBarrier.around(SurfaceLocator(points, quads), BOUND)
+    assert barrier.exceeded(moved)
+    return points, moved, cells, barrier
+
+
+@pytest.mark.parametrize("bumps", [1, 3])
+def test_only_what_is_around_goes_back(bumps):
+    points, moved, cells, barrier = situation(bumps)
+    found = towards(barrier, moved, points, cells, ReturnSchedule())
+    assert not barrier.exceeded(found)
+    assert is_valid(found, cells).all()
+    elsewhere = (found == moved).all(axis=1)
+    assert elsewhere.mean() > 0.7
+    assert (found[~elsewhere] != moved[~elsewhere]).any()
+
+
+def test_all_goes_back_where_that_is_not_enough():
+    points, moved, cells, barrier = situation(1)
+    found = towards(barrier, moved, points, cells, ReturnSchedule(rings_back=()))
+    assert not barrier.exceeded(found)
+    share = np.linalg.norm(found - moved) / np.linalg.norm(points - moved)
+    np.testing.assert_allclose(found, moved + share * (points - moved), atol=1e-14)
+    assert 0.0 < share < 1.0
+
+
+def test_points_within_the_bound_stay():
+    points, _, cells, barrier = situation(1)
+    inside = 1.001 * points
+    assert towards(barrier, inside, points, cells, ReturnSchedule()) is inside
