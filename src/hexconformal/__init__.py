@@ -13,6 +13,7 @@ from . import current_folder as current_folder  # before all others
 from . import generate
 from .common import MeshError, OptionError, ReadError, WriteError
 from .io import as_hex_mesh, read, write
+from .kernel import use_threads
 from .mesh import HexMesh
 from .motion import MeshMotion, MotionReport, MotionStep
 from .quality import Quality, check, orient, quality
@@ -44,6 +45,7 @@ __all__ = [
     "quality",
     "read",
     "regularize",
+    "use_threads",
     "write",
 ]
 

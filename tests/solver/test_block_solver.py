@@ -1,13 +1,16 @@
 """The solver of block matrices in the admissible space, and its preconditioner."""
 
+import copy
+
 import numpy as np
 import pytest
 from corner_problems import CUBES, all_free, boundary_held, dense, jittered_cubes
 
 from hexconformal import generate
 from hexconformal.energy import Assembly, CornerTerm, DistortionTerm, Objective
+from hexconformal.kernel import threads
 from hexconformal.mesh.topology import boundary_quads
-from hexconformal.solver import BlockPreconditioner, boundary_directions, solve_blocks
+from hexconformal.solver import BlockPreconditioner, boundary_directions, row_parts, solve_blocks
 
 
 def sliding(points, cells):
@@ -21,6 +24,13 @@ def partly_held(points, cells):
     projectors = boundary_held(points, cells)
     projectors[np.flatnonzero(projectors.any(axis=(1, 2)))[0]] = np.diag([1.0, 1.0, 0.0])
     return projectors
+
+
+@pytest.fixture(params=[1, 5], ids=["one part", "five parts"])
+def parts(request, monkeypatch):
+    """Rows in one part, or in several."""
+    monkeypatch.setattr(row_parts, "_PART", 64 // request.param)
+    return request.param
 
 
 SPACES = {"free": lambda points, cells: all_free(points), "partly held": partly_held, "sliding": sliding}
@@ -51,7 +61,7 @@ def columns(operator, n):
 
 @pytest.mark.parametrize("diagonals", [False, True])
 @pytest.mark.parametrize("space", SPACES)
-def test_the_solution_is_the_one_of_the_dense_matrix(space, diagonals):
+def test_the_solution_is_the_one_of_the_dense_matrix(space, diagonals, parts):
     matrix, rhs, projectors = system(space, diagonals)
     shift = 1e-3
     p, full, n = whole(projectors), dense(matrix), len(rhs)
@@ -76,7 +86,7 @@ def test_without_a_shift_the_residual_vanishes_in_the_admissible_space():
 
 
 @pytest.mark.parametrize("space", SPACES)
-def test_the_preconditioner_is_symmetric_and_positive_definite_in_the_admissible_space(space):
+def test_the_preconditioner_is_symmetric_and_positive_definite_in_the_admissible_space(space, parts):
     matrix, rhs, projectors = system(space, diagonals=True)
     p, n = whole(projectors), len(rhs)
     sweeps = columns(BlockPreconditioner(matrix, projectors, 1e-5), n)
@@ -88,27 +98,57 @@ def test_the_preconditioner_is_symmetric_and_positive_definite_in_the_admissible
     assert values[3 * n - rank] > 1e-6 * values[-1]
 
 
-def test_the_preconditioner_is_a_sweep_forward_and_one_backward():
+def test_the_preconditioner_is_a_sweep_forward_and_one_backward_in_every_part(parts):
     matrix, rhs, projectors = system("sliding", diagonals=True)
     n, shift = len(rhs), 1e-2
-    preconditioner = BlockPreconditioner(matrix, projectors, shift)
-    # The matrix now holds P A P with its shift, the identity where nothing may move.
-    full = dense(matrix)
-    rows = np.arange(n)
-    diagonal = whole(full.reshape(n, 3, n, 3)[rows, :, rows])
-    used = np.diff(matrix.indptr) > 0
-    diagonal[~np.repeat(used, 3)] = 0.0
-    lower = np.zeros_like(full)
-    for i in range(n):
-        lower[3 * i : 3 * i + 3, : 3 * i] = full[3 * i : 3 * i + 3, : 3 * i]
-    inside = np.repeat(used, 3)
-    low = (diagonal + lower)[np.ix_(inside, inside)]
+    original = copy.deepcopy(matrix)
+    found = columns(BlockPreconditioner(matrix, projectors, shift), n)
+    # What the preconditioner is made of: P A P with its shift, the identity where nothing may move.
     p = whole(projectors)
-    sweeps = np.zeros_like(full)
-    sweeps[np.ix_(inside, inside)] = np.linalg.inv(low.T) @ diagonal[np.ix_(inside, inside)] @ np.linalg.inv(low)
+    full = (p @ dense(original) @ p).reshape(n, 3, n, 3)
+    rows = np.arange(n)
+    used = np.diff(matrix.indptr) > 0
+    trace = np.trace(dense(original).reshape(n, 3, n, 3)[rows, :, rows] @ projectors, axis1=1, axis2=2) / 3.0
+    trace = np.where(trace > 0.0, trace, 1.0)
+    full[rows, :, rows] += trace[:, None, None] * ((1.0 + shift) * np.eye(3) - projectors)
+    blocks = full.transpose(0, 2, 1, 3)
+    of = np.searchsorted([n * k // parts for k in range(1, parts)], rows, side="right")
+    assert of.max() == parts - 1
+    norms = np.linalg.norm(blocks, axis=(2, 3))
+    added = 0.5 * np.where(of[:, None] != of[None, :], norms, 0.0).sum(axis=1)
+    diagonal = whole(blocks[rows, rows] + added[:, None, None] * np.eye(3))
+    lower = np.where(((of[:, None] == of[None, :]) & (rows[:, None] > rows[None, :]))[:, None, :, None], full, 0.0)
+    inside = np.repeat(used, 3)
+    pick = np.ix_(inside, inside)
+    low = (diagonal + lower.reshape(3 * n, 3 * n))[pick]
+    sweeps = np.zeros((3 * n, 3 * n))
+    sweeps[pick] = np.linalg.inv(low.T) @ diagonal[pick] @ np.linalg.inv(low)
     expected = p @ sweeps @ p
-    found = columns(preconditioner, n)
     assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+def test_the_preconditioner_in_parts_is_nowhere_far_below_the_matrix(monkeypatch):
+    eigenvalues = {}
+    for part in (64, 8):
+        monkeypatch.setattr(row_parts, "_PART", part)
+        matrix, rhs, projectors = system("free", diagonals=True)
+        full, n = dense(matrix), len(rhs)
+        sweeps = columns(BlockPreconditioner(matrix, projectors, 1e-6), n)
+        eigenvalues[part] = np.linalg.eigvals(sweeps @ full).real.max()
+    assert eigenvalues[64] < 1.0 + 1e-9
+    assert eigenvalues[8] < 1.2
+
+
+def test_the_solution_has_the_same_bits_with_any_number_of_threads(monkeypatch):
+    monkeypatch.setattr(row_parts, "_PART", 8)
+    monkeypatch.setattr(threads, "_SMALLEST_RANGE", 1)
+    found = []
+    for count in (1, 2, 5):
+        monkeypatch.setattr(threads, "thread_count", lambda count=count: count)
+        matrix, rhs, projectors = system("sliding")
+        found.append(solve_blocks(matrix, rhs, projectors, 1e-3, 50, 1e-5))
+    assert np.array_equal(found[0], found[1])
+    assert np.array_equal(found[0], found[2])
 
 
 def test_fewer_iterations_leave_a_direction_of_descent():

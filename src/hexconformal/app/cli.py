@@ -8,6 +8,7 @@ from typing import Any
 
 from ..common import MeshError, OptionError, WriteError, interruptible
 from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
+from ..kernel import use_threads
 from ..version import __version__
 from .commands import COMMANDS, Command
 from .terminal import Parser, flush_standard_streams, open_standard_streams, print_line
@@ -68,6 +69,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         return int(ending.code or 0)
     try:
         with interruptible(), outside_references_allowed(getattr(parsed, "outside_references", False)):
+            use_threads(parsed.threads)
             return int(parsed.run(parsed))
     except KeyboardInterrupt:
         return _print_error("interrupted: what was not complete was not written", 130)
@@ -114,4 +116,7 @@ def _add_command(subparsers: Any, name: str, command: Command) -> None:
         allow_abbrev=False,
     )
     subparser.set_defaults(run=command.run)
+    subparser.add_argument(
+        "--threads", type=int, metavar="N", help="processors to use; default all that the process may (same result)"
+    )
     command.add_arguments(subparser)

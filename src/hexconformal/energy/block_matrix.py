@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import FACES
-from ..kernel import loop
+from ..kernel import CellChunks, loop, parallel_ranges
 from ..mesh import binary_search, corner_incidences, node_pattern
 
 __all__ = ["Assembly", "BlockMatrix", "block_places"]
@@ -18,8 +18,8 @@ Ints = NDArray[np.int64]
 
 
 @loop
-def _places(cells, free, indptr, indices, places):  # type: ignore[no-untyped-def]
-    for c in range(len(cells)):
+def _places(first, last, cells, free, indptr, indices, places):  # type: ignore[no-untyped-def]
+    for c in range(first, last):
         for a in range(8):
             for b in range(a + 1):
                 row, column = max(cells[c, a], cells[c, b]), min(cells[c, a], cells[c, b])
@@ -34,7 +34,7 @@ def _places(cells, free, indptr, indices, places):  # type: ignore[no-untyped-de
 def block_places(cells: Ints, free: NDArray[np.bool_], matrix: BlockMatrix) -> Ints:
     """Places (m, 36) in the matrix of the blocks of the pairs a >= b of every cell's nodes; -1 for none."""
     places = np.empty((len(cells), 36), np.int64)
-    _places(cells, free, matrix.indptr, matrix.indices, places)
+    parallel_ranges(_places, len(cells), cells, free, matrix.indptr, matrix.indices, places)
     return places
 
 
@@ -78,13 +78,16 @@ class Assembly:
         Sum of the blocks.
     places
         (m, 36) places in it of the pairs of nodes of every cell, see :func:`block_places`.
+    chunks
+        The cells in chunks that threads may add at once.
     """
 
     matrix: BlockMatrix
     places: Ints
+    chunks: CellChunks
 
     @classmethod
     def of_cells(cls, cells: Ints, free: NDArray[np.bool_], diagonals: bool = False) -> Assembly:
         """An empty assembly for cells (m, 8); see :meth:`BlockMatrix.of_cells`."""
         matrix = BlockMatrix.of_cells(cells, free, diagonals)
-        return cls(matrix, block_places(cells, free, matrix))
+        return cls(matrix, block_places(cells, free, matrix), CellChunks.of(cells, len(free)))

@@ -74,12 +74,14 @@ def _store_densities(s: Field, eps: float, distortion: float, angle: float, stif
 
 @loop
 def corner_sums(  # type: ignore[no-untyped-def]
+    first, last, chunks, size, sums,
     points, cells, corners, inverses, scales, eps, distortion, angle, stiffness, proportion, slender, order,
     forces, data, places,
 ):  # fmt: skip
     """Sum of distortion * e(f) + angle * phi(e(u)) over all corners, u the unit columns of f, times scales of cells.
 
-    And proportion times the densities of edges that differ more than `slender`, equation (12a).
+    And proportion times the densities of edges that differ more than `slender`, equation (12a). A sum for each of some
+    chunks of cells, see :class:`hexconformal.kernel.CellChunks`.
 
     phi(e) = e / (1 - stiffness e) rises without bound as the worst corner nears 1 / stiffness. Infinite where a
     corner is folded (eps = 0) or beyond that bound. With order 1 adds the first derivative to forces (n, 3), with
@@ -87,31 +89,33 @@ def corner_sums(  # type: ignore[no-untyped-def]
     :func:`hexconformal.energy.block_matrix.block_places`.
     """
     s, local = np.empty((ROWS, 8)), np.empty((36, 3, 3))
-    total = 0.0
-    for c in range(len(cells)):
-        _store_frames(points, cells, c, corners, inverses, s)
-        weight = scales[c] if len(scales) > 0 else 1.0
-        if order > 0:
-            store_distortion(s, eps, weight * distortion)
-            if angle > 0.0:
-                add_angles(s, weight * angle, stiffness)
-        else:
-            _store_densities(s, eps, weight * distortion, weight * angle, stiffness)
-        if proportion > 0.0 and len(slender) > 0:
-            add_proportions(s, weight * proportion, slender[c], order)
-        for q in range(8):
-            if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
-                return np.inf
-            total += s[DENSITY, q]
-        if order == 0:
-            continue
-        if len(inverses) > 0:
-            pull_back(s)
-        to_nodes(s)
-        add_forces(s, cells, c, corners, forces)
-        if order > 1:
-            add_blocks(s, cells, c, corners, places, local, data)
-    return total
+    for n in range(first, last):
+        chunk, total = chunks[n], 0.0
+        for c in range(chunk * size, min((chunk + 1) * size, len(cells))):
+            _store_frames(points, cells, c, corners, inverses, s)
+            weight = scales[c] if len(scales) > 0 else 1.0
+            if order > 0:
+                store_distortion(s, eps, weight * distortion)
+                if angle > 0.0:
+                    add_angles(s, weight * angle, stiffness)
+            else:
+                _store_densities(s, eps, weight * distortion, weight * angle, stiffness)
+            if proportion > 0.0 and len(slender) > 0:
+                add_proportions(s, weight * proportion, slender[c], order)
+            for q in range(8):
+                if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
+                    sums[chunk] = np.inf
+                    return
+                total += s[DENSITY, q]
+            if order == 0:
+                continue
+            if len(inverses) > 0:
+                pull_back(s)
+            to_nodes(s)
+            add_forces(s, cells, c, corners, forces)
+            if order > 1:
+                add_blocks(s, cells, c, corners, places, local, data)
+        sums[chunk] = total
 
 
 @loop

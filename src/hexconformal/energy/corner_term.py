@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import CORNERS
-from ..kernel import parallel_ranges
+from ..kernel import CellChunks, parallel_ranges
 from .corner_kernels import corner_densities, corner_sums
 from .term import Patch, SummedTerm
 
@@ -111,11 +111,11 @@ class CornerTerm(SummedTerm):
     scales: Field = field(default_factory=lambda: np.empty(0))
     slender: Field = field(default_factory=lambda: np.empty(0))
 
-    def _sums(self, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
+    def _sums(self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
         w = self.weights
         settings = self.scales, w.eps, w.distortion, w.angle, w.stiffness, w.proportion, self.slender, order
         where = gradient, data, places
-        return float(corner_sums(points, self.cells, _TABLE, self.inverses, *settings, *where))
+        return chunks.total(corner_sums, points, self.cells, _TABLE, self.inverses, *settings, *where)
 
     def restricted(self, patch: Patch) -> CornerTerm:
         """The same of the cells of a patch."""

@@ -141,11 +141,11 @@ class DistortionTerm(Term):
         """Add gradient and convex blocks, equation (11); of the quaternionic energy the frozen ones, equation (5)."""
         _, weights, scales, inverses = self._rule
         shapes = shape_gradients(QUADRATURE_RULES[self.quadrature]()[0])
-        value = convex_sums(
-            points, self.cells, shapes, weights, scales, inverses, self._kind,
+        value = assembly.chunks.total(
+            convex_sums, points, self.cells, shapes, weights, scales, inverses, self._kind,
             gradient, assembly.matrix.data, assembly.places,
         )  # fmt: skip
-        return float(value), self
+        return value, self
 
     def scaled(self, factor: float) -> DistortionTerm:
         """The same with every cell counting more."""

@@ -56,37 +56,42 @@ def _gather(s: Field, shapes: Field, local: Field) -> None:
 
 
 @loop
-def convex_sums(points, cells, shapes, weights, scales, inverses, eps, forces, data, places):  # type: ignore[no-untyped-def]
+def convex_sums(  # type: ignore[no-untyped-def]
+    first, last, chunks, size, sums, points, cells, shapes, weights, scales, inverses, eps, forces, data, places
+):
     """Sum of the densities times weights (8,) of the points and scales of the cells; infinite where one is folded.
 
     Adds the first derivative to forces (n, 3) and the convex Hessian to the 3 x 3 blocks data at places (m, 36). The
-    sign of eps tells the energy: negative is the quaternionic one.
+    sign of eps tells the energy: negative is the quaternionic one. A sum for each of some chunks of cells, see
+    :class:`hexconformal.kernel.CellChunks`.
     """
     s, local = np.empty((ROWS, 8)), np.empty((36, 3, 3))
-    total = 0.0
-    for c in range(len(cells)):
-        _store_frames(points, cells, c, shapes, inverses, s)
-        scale = scales[c] if len(scales) > 1 else scales[0]
-        if eps < 0.0:
-            store_quaternionic(s, scale)
-        else:
-            store_distortion(s, eps, scale)
-        for q in range(8):
-            if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
-                return np.inf
-            total += weights[q] * s[DENSITY, q]
-        for row in range(COLUMN, BLOCKS + 54):
+    for n in range(first, last):
+        chunk, total = chunks[n], 0.0
+        for c in range(chunk * size, min((chunk + 1) * size, len(cells))):
+            _store_frames(points, cells, c, shapes, inverses, s)
+            scale = scales[c] if len(scales) > 1 else scales[0]
+            if eps < 0.0:
+                store_quaternionic(s, scale)
+            else:
+                store_distortion(s, eps, scale)
             for q in range(8):
-                s[row, q] *= weights[q]
-        if len(inverses) > 0:
-            pull_back(s)
-        for q in range(8):
-            for a in range(8):
-                for k in range(3):
-                    force = 0.0
-                    for i in range(3):
-                        force += shapes[q, a, i] * s[COLUMN + 3 * i + k, q]
-                    forces[cells[c, a], k] += force
-        _gather(s, shapes, local)
-        add_local(cells, c, places, local, data)
-    return total
+                if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
+                    sums[chunk] = np.inf
+                    return
+                total += weights[q] * s[DENSITY, q]
+            for row in range(COLUMN, BLOCKS + 54):
+                for q in range(8):
+                    s[row, q] *= weights[q]
+            if len(inverses) > 0:
+                pull_back(s)
+            for q in range(8):
+                for a in range(8):
+                    for k in range(3):
+                        force = 0.0
+                        for i in range(3):
+                            force += shapes[q, a, i] * s[COLUMN + 3 * i + k, q]
+                        forces[cells[c, a], k] += force
+            _gather(s, shapes, local)
+            add_local(cells, c, places, local, data)
+        sums[chunk] = total

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernel import CellChunks
 from .block_matrix import Assembly
 
 __all__ = ["Patch", "SummedTerm", "Term"]
@@ -110,19 +111,21 @@ class Term(ABC):
 class SummedTerm(Term):
     """A term that one compiled loop over cells sums up, to any order of its derivatives."""
 
+    cells: Ints
+
     @abstractmethod
-    def _sums(self, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
+    def _sums(self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
         """The value; from order 1 on adds the gradient, from 2 on the convex blocks to the data at places (m, 36)."""
 
     def value(self, points: Field) -> float:
         """The value at some points (n, 3)."""
-        return self._sums(points, 0, np.empty((0, 3)), *_NO_BLOCKS)
+        return self._sums(CellChunks.unshared(len(self.cells)), points, 0, np.empty((0, 3)), *_NO_BLOCKS)
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """The value, and the gradient (n, 3)."""
         gradient = np.zeros_like(points)
-        return self._sums(points, 1, gradient, *_NO_BLOCKS), gradient
+        return self._sums(CellChunks.of(self.cells, len(points)), points, 1, gradient, *_NO_BLOCKS), gradient
 
     def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
         """Add gradient and convex blocks."""
-        return self._sums(points, 2, gradient, assembly.matrix.data, assembly.places), self
+        return self._sums(assembly.chunks, points, 2, gradient, assembly.matrix.data, assembly.places), self

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernel import CellChunks
 from .term import Patch, SummedTerm
 from .volume_kernel import volume_sums
 
@@ -41,8 +42,8 @@ class VolumeTerm(SummedTerm):
     targets: Field
     weight: float = 1.0
 
-    def _sums(self, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
-        return float(volume_sums(points, self.cells, self.targets, self.weight, order, gradient, data, places))
+    def _sums(self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
+        return chunks.total(volume_sums, points, self.cells, self.targets, self.weight, order, gradient, data, places)
 
     def restricted(self, patch: Patch) -> VolumeTerm:
         """The same of the cells of a patch."""

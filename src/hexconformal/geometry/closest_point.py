@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..common import MeshError, OptionError, first_ids
 from ..kernel import parallel_ranges
 from ..mesh import morton_codes
-from .closest_point_kernels import closest_range, face_range, segment_range, walk_range
+from .closest_point_kernels import boxes_range, closest_range, face_range, segment_range, triangles_range, walk_range
 
 __all__ = ["ClosestPoints", "CurveLocator", "SurfaceLocator"]
 
@@ -125,12 +125,8 @@ class SurfaceLocator:
     @cached_property
     def triangles(self) -> Floats:
         """(f, t, 3, 3) corners of the one or four triangles of each face."""
-        x = self.points[self.faces]
-        if x.shape[1] == 3:
-            return x[:, None]
-        out = np.empty((len(x), 4, 3, 3))
-        out[:, :, 0], out[:, :3, 1], out[:, 3, 1] = x, x[:, 1:], x[:, 0]
-        out[:, :, 2] = (0.25 * (x[:, 0] + x[:, 1] + x[:, 2] + x[:, 3]))[:, None]
+        out = np.empty((len(self.faces), 4 if self.faces.shape[1] == 4 else 1, 3, 3))
+        parallel_ranges(triangles_range, len(out), self.points, self.faces, out)
         return out
 
     @cached_property
@@ -148,11 +144,9 @@ class SurfaceLocator:
     @cached_property
     def boxes(self) -> Floats:
         """(f, 2, 3) lower and upper corner of the box around each face."""
-        # Corner by corner: minima along a short axis are slow.
-        low, *rest = high, *_ = np.moveaxis(self.points[self.faces], 1, 0)
-        for corner in rest:
-            low, high = np.minimum(low, corner), np.maximum(high, corner)
-        return np.stack([low, high], axis=1)
+        out = np.empty((len(self.faces), 2, 3))
+        parallel_ranges(boxes_range, len(out), self.points, self.faces, out)
+        return out
 
     def _codes(self, places: Floats) -> Ints:
         """Places on the space-filling curve (Morton's) through the box of the centres of the faces."""

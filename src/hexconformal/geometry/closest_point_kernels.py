@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..kernel import algebra, combine, cross, dot, loop, subtract
+from ..kernel import algebra, combine, cross, dot, loop, strict_loop, subtract
 
 __all__ = ["closest_on_segment", "closest_on_triangle", "closest_range", "face_range", "segment_range"]
-__all__ += ["walk", "walk_parts_range", "walk_range"]
+__all__ += ["boxes_range", "triangles_range", "walk", "walk_parts_range", "walk_range"]
 
 # Steps of a walk: more than any mesh is wide between two positions of a point.
 _MOST_STEPS = 1000
@@ -253,3 +253,31 @@ def segment_range(  # type: ignore[no-untyped-def]
         for i in range(3):
             positions[k, i] = (1.0 - share) * x[0, i] + share * x[1, i]
         distances[k], edges[k], weights[k, 0], weights[k, 1] = np.sqrt(best), edge, 1.0 - share, share
+
+
+@strict_loop
+def triangles_range(first, last, points, faces, out):  # type: ignore[no-untyped-def]
+    """Corners (f, t, 3, 3) of the one or four triangles of each face, and of these the mean of the nodes the last."""
+    corners = faces.shape[1]
+    for f in range(first, last):
+        for t in range(out.shape[1]):
+            a, b = faces[f, t], faces[f, (t + 1) % corners]
+            for r in range(3):
+                out[f, t, 0, r], out[f, t, 1, r] = points[a, r], points[b, r]
+                if corners == 3:
+                    out[f, t, 2, r] = points[faces[f, 2], r]
+                else:
+                    total = points[faces[f, 0], r] + points[faces[f, 1], r] + points[faces[f, 2], r]
+                    out[f, t, 2, r] = 0.25 * (total + points[faces[f, 3], r])
+
+
+@loop
+def boxes_range(first, last, points, faces, out):  # type: ignore[no-untyped-def]
+    """Lower and upper corners (f, 2, 3) of the boxes around faces."""
+    for f in range(first, last):
+        for r in range(3):
+            low = high = points[faces[f, 0], r]
+            for a in range(1, faces.shape[1]):
+                x = points[faces[f, a], r]
+                low, high = min(low, x), max(high, x)
+            out[f, 0, r], out[f, 1, r] = low, high

@@ -18,7 +18,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..energy import Assembly, Patch, Term
+from ..energy import Assembly, BlockMatrix, Patch, Term
+from ..kernel import parallel_ranges
 from .barrier_schedule import BarrierSchedule, Steep
 from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import CurveLocator, SurfaceLocator
@@ -32,6 +33,8 @@ __all__ = ["DistanceBarrier"]
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+_NO_BLOCKS = np.empty((0, 3, 3)), BlockMatrix(np.zeros(1, np.int64), np.empty(0, np.int32))
 
 
 @dataclass(frozen=True, eq=False)
@@ -328,15 +331,8 @@ class DistanceBarrier(Term):
         for kind in steep:
             value, slopes, curvatures = kind.penalty(self.steepness, self.wall)
             total += value
-            force = slopes[:, None] * kind.residuals
-            nodes = np.where(kind.nodes < len(gradient), kind.nodes, -1)
-            if assembly is None:
-                inside = nodes >= 0
-                np.add.at(gradient, nodes[inside], (kind.weights[..., None] * force[:, None])[inside])
-            else:
-                matrix = assembly.matrix
-                add_samples(
-                    nodes, kind.weights, force, curvatures[:, None, None] * kind.directions(),
-                    matrix.indptr, matrix.indices, matrix.data, gradient,
-                )  # fmt: skip
+            directions, matrix = _NO_BLOCKS if assembly is None else (kind.directions(), assembly.matrix)
+            penalties = slopes, kind.residuals, curvatures, directions
+            blocks = matrix.indptr, matrix.indices, matrix.data
+            parallel_ranges(add_samples, len(gradient), kind.nodes, kind.weights, *penalties, *blocks, gradient)
         return float(total)

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import Patch
+from ..kernel import parallel_ranges
 from .bilinear_surface import BilinearSurface
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
+from .sample_sums import outward_projections, sample_places
 
 __all__ = ["Curves", "Distances", "PartOfSkin", "Samples", "distance_projectors", "identities", "moved_by"]
 __all__ += ["normal_projectors", "part_of_skin"]
@@ -126,7 +128,8 @@ class Samples:
         """
         if len(self.faces):
             nodes, weights = moved.faces[self.faces[which]], self.weights[which]
-            places = np.einsum("kj,kji->ki", weights, moved.points[nodes])
+            places = np.empty((len(which), 3))
+            parallel_ranges(sample_places, len(which), nodes, weights, moved.points, places)
             there = _closest(other, places, self.near[which], far)
             return Distances(nodes, weights, places - there.positions, there.distances, other, there.faces)
         if len(which) == 0:  # the moved surface is new each time: nothing is prepared for nothing
@@ -280,12 +283,10 @@ def distance_projectors(
     residuals: Field, distances: Field, bound: float, surface: SurfaceLocator | BilinearSurface, faces: Ints
 ) -> Field:
     """n n^T of the direction in which the distance grows; the normal of the face where there is no distance."""
-    x = surface.points[surface.faces[faces]]
-    normals = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
-    far = distances > 1e-9 * bound
-    normals[far] = residuals[far]
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    return np.einsum("ki,kj->kij", normals, normals)
+    out = np.empty((len(faces), 3, 3))
+    where = surface.points, surface.faces, faces
+    parallel_ranges(outward_projections, len(faces), residuals, distances, 1e-9 * bound, *where, out)
+    return out
 
 
 def normal_projectors(ends: Field, weights: Field) -> Field:

@@ -1,9 +1,10 @@
 """The kernel of the quaternionic distortion, and the compiling and threading of loops.
 
 Belongs here: algebra of single vectors, quaternions and frames, equations (2) to (8), which serves numpy and compiled
-loops alike. Imports no other room.
+loops alike. Imports `common`.
 """
 
+from .cell_chunks import CellChunks
 from .distortion import (
     Frame,
     barrier_factor,
@@ -23,9 +24,10 @@ from .jit import algebra, loop, strict_loop
 from .quaternion import Vector, add, combine, cross, dot, polar, scale, subtract
 from .simd_frames import frame_at, store, store_inverses, vector_at
 from .small_matrices import cross_matrix, matrix_product, orthogonal_projection, outer_sum, plus, times, transpose
-from .threads import parallel_ranges
+from .threads import parallel_ranges, use_threads
 
 __all__ = [
+    "CellChunks",
     "Frame",
     "Vector",
     "add",
@@ -61,5 +63,6 @@ __all__ = [
     "subtract",
     "times",
     "transpose",
+    "use_threads",
     "vector_at",
 ]

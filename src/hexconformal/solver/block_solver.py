@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
-from ..kernel import algebra, loop
+from ..kernel import algebra, loop, parallel_ranges
 from .conjugate_gradients import conjugate_gradients
 from .coupled_nodes import UNCOUPLED, CoupledNodes
+from .row_parts import RowParts
 from .space import SERIAL, Space
 
 __all__ = ["BlockPreconditioner", "solve_blocks"]
 
 Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 def solve_blocks(
@@ -26,7 +31,7 @@ def solve_blocks(
     space: Space = SERIAL,
     coupled: CoupledNodes = UNCOUPLED,
 ) -> Field:
-    """Solve P A P x = P rhs by conjugate gradients, preconditioned by symmetric block Gauss-Seidel.
+    """Solve P A P x = P rhs by conjugate gradients, preconditioned by symmetric block Gauss-Seidel in parts.
 
     Uses the blocks up: fill them anew before the next solve.
 
@@ -54,13 +59,18 @@ def solve_blocks(
 
     Notes
     -----
-    Matrix and preconditioner share their triangles, A = L + D + L^T. What is solved is
+    Rows are taken in parts, some thousand consecutive ones each, which threads work on at once: the number of parts
+    depends on that of the rows alone, and so does the result. With A = L + D + L^T + R, L the lower triangle within the
+    parts and R what is between them, the preconditioner is M = (E + L) E^-1 (E + L^T), symmetric Gauss-Seidel in every
+    part. E is D with half of the norms of a row's blocks of R added, so that M is hardly below A anywhere: with E = D
+    it takes half as many iterations more (A. Baker, R. Falgout, T. Kolev and U. Yang, Multigrid smoothers for
+    ultraparallel computing, SIAM J. Sci. Comput. 33 (2011)). It shares its triangles with the matrix: what is solved is
 
-        (D + L)^-1 A (D + L^T)^-1 y = (D + L)^-1 rhs,    x = (D + L^T)^-1 y,
+        (E + L)^-1 A (E + L^T)^-1 y = (E + L)^-1 rhs,    x = (E + L^T)^-1 y,
 
-    preconditioned by D; since A = (D + L) + (D + L^T) - D, one forward and one backward substitution make a product
-    (S. Eisenstat, Efficient implementation of a class of preconditioned conjugate gradient methods, SIAM J. Sci. Stat.
-    Comput. 2 (1981)).
+    preconditioned by E. With t = (E + L^T)^-1 p the product is t + (E + L)^-1 (p - E t - (E - D) t + R t): one
+    substitution each way (S. Eisenstat, Efficient implementation of a class of preconditioned conjugate gradient
+    methods, SIAM J. Sci. Stat. Comput. 2 (1981)).
     """
     sweeps = BlockPreconditioner(matrix, projectors, shift, coupled)
     y = conjugate_gradients(sweeps.product, sweeps.scaled, sweeps.forward(rhs), tolerance, max_iterations, space)
@@ -68,12 +78,12 @@ def solve_blocks(
 
 
 class BlockPreconditioner:
-    """Symmetric block Gauss-Seidel: forward and backward substitution with P A P, shifted; uses the blocks up.
+    """Symmetric block Gauss-Seidel in parts: substitutions with P A P, shifted; uses the blocks up.
 
     Parameters
     ----------
     matrix
-        The matrix A = L + D + L^T.
+        The matrix A = L + D + L^T + R.
     projectors
         (n, 3, 3) orthogonal projections P onto the admissible directions.
     shift
@@ -87,46 +97,55 @@ class BlockPreconditioner:
         matrix = coupled.condensed(matrix)
         whole = (projectors == np.eye(3)).all(axis=(1, 2))
         self._projectors, self._coupled = projectors, coupled
-        _project(matrix.indptr, matrix.indices, matrix.data, projectors, whole, shift)
-        self._inverses = np.zeros((len(projectors), 3, 3))
-        _invert(matrix.indptr, matrix.data, self._inverses)
-        self._rows = matrix.indptr, matrix.indices, matrix.data
+        count = len(projectors)
+        parallel_ranges(_project, count, matrix.indptr, matrix.indices, matrix.data, projectors, whole, shift)
+        self._parts = parts = RowParts.of(matrix.indptr, matrix.indices)
+        self._between = parts.offsets, parts.rows, parts.places
+        self._added, inverses = np.empty(count), np.zeros((count, 3, 3))
+        parallel_ranges(_add_between, count, matrix.indptr, matrix.data, parts.inner, *self._between, self._added)
+        parallel_ranges(_invert, count, matrix.indptr, matrix.data, inverses)
+        self._rows = matrix.indptr, matrix.indices, matrix.data, inverses
 
     def __call__(self, gradient: Field) -> Field:
-        """(D + L^T)^-1 D (D + L)^-1 times an admissible field (n, 3)."""
+        """(E + L^T)^-1 E (E + L)^-1 times an admissible field (n, 3)."""
         return self.backward(self.scaled(self.forward(gradient)))
 
     def forward(self, field: Field) -> Field:
-        """(D + L)^-1 P times a field (n, 3)."""
+        """(E + L)^-1 P times a field (n, 3)."""
         out = np.empty_like(field)
-        own = self._coupled.gathered(field)
-        _forward(*self._rows, self._inverses, np.einsum("nij,nj->ni", self._projectors, own), out)
+        own = np.einsum("nij,nj->ni", self._projectors, self._coupled.gathered(field))
+        self._in_parts(_forward, own, out)
         return out
 
     def scaled(self, field: Field) -> Field:
-        """D times a field (n, 3)."""
+        """E times a field (n, 3)."""
         out = np.empty_like(field)
-        _scale(self._rows[0], self._rows[2], field, out)
+        parallel_ranges(_scale, len(field), self._rows[0], self._rows[2], field, out)
         return out
 
     def backward(self, field: Field) -> Field:
-        """P (D + L^T)^-1 times a field (n, 3)."""
+        """P (E + L^T)^-1 times a field (n, 3)."""
         out = np.empty_like(field)
-        _backward(*self._rows, self._inverses, field.copy(), out)
+        self._in_parts(_backward, field.copy(), out)
         return self._coupled.spread(np.einsum("nij,nj->ni", self._projectors, out))
 
     def product(self, field: Field) -> Field:
-        """(D + L)^-1 A (D + L^T)^-1 times a field (n, 3)."""
-        out = np.empty_like(field)
-        _product(*self._rows, self._inverses, field, out)
+        """(E + L)^-1 A (E + L^T)^-1 times a field (n, 3)."""
+        left, t, out = field.copy(), np.empty_like(field), np.empty_like(field)
+        self._in_parts(_backward, left, t)
+        self._in_parts(_forward_between, *self._between, self._added, field, left, t, out)
         return out
+
+    def _in_parts(self, function: Callable[..., None], *fields: NDArray[Any]) -> None:
+        bounds = self._parts.bounds
+        parallel_ranges(function, len(bounds) - 1, bounds, self._parts.inner, *self._rows, *fields, smallest=1)
 
 
 @loop
-def _project(indptr, indices, data, projectors, whole, shift):  # type: ignore[no-untyped-def]
+def _project(first, last, indptr, indices, data, projectors, whole, shift):  # type: ignore[no-untyped-def]
     """Blocks become P_i A_ij P_j; the diagonal gets the shift, and what P takes away as an identity."""
     t = np.empty((3, 3))
-    for i in range(len(indptr) - 1):
+    for i in range(first, last):
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
             if not (whole[i] and whole[j]):
@@ -171,44 +190,39 @@ def _inverse(data, k, out, i):  # type: ignore[no-untyped-def]
 
 
 @algebra
-def _substitute_forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
-    """Solve (D + L) x = b."""
-    for i in range(len(indptr) - 1):
-        a0, a1, a2 = b[i, 0], b[i, 1], b[i, 2]
-        for k in range(indptr[i], indptr[i + 1] - 1):
-            j = indices[k]
-            a0 -= data[k, 0, 0] * x[j, 0] + data[k, 0, 1] * x[j, 1] + data[k, 0, 2] * x[j, 2]
-            a1 -= data[k, 1, 0] * x[j, 0] + data[k, 1, 1] * x[j, 1] + data[k, 1, 2] * x[j, 2]
-            a2 -= data[k, 2, 0] * x[j, 0] + data[k, 2, 1] * x[j, 1] + data[k, 2, 2] * x[j, 2]
+def _norm(data, k):  # type: ignore[no-untyped-def]
+    square = 0.0
+    for r in range(3):
         for c in range(3):
-            x[i, c] = inverses[i, c, 0] * a0 + inverses[i, c, 1] * a1 + inverses[i, c, 2] * a2
-
-
-@algebra
-def _substitute_backward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
-    """Solve (D + L^T) x = b; b becomes D x."""
-    for i in range(len(indptr) - 2, -1, -1):
-        for c in range(3):
-            x[i, c] = inverses[i, c, 0] * b[i, 0] + inverses[i, c, 1] * b[i, 1] + inverses[i, c, 2] * b[i, 2]
-        x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
-        for k in range(indptr[i], indptr[i + 1] - 1):
-            j = indices[k]
-            b[j, 0] -= data[k, 0, 0] * x0 + data[k, 1, 0] * x1 + data[k, 2, 0] * x2
-            b[j, 1] -= data[k, 0, 1] * x0 + data[k, 1, 1] * x1 + data[k, 2, 1] * x2
-            b[j, 2] -= data[k, 0, 2] * x0 + data[k, 1, 2] * x1 + data[k, 2, 2] * x2
+            square += data[k, r, c] * data[k, r, c]
+    return np.sqrt(square)
 
 
 @loop
-def _invert(indptr, data, inverses):  # type: ignore[no-untyped-def]
-    for i in range(len(indptr) - 1):
+def _add_between(first, last, indptr, data, inner, offsets, rows, places, added):  # type: ignore[no-untyped-def]
+    """Add to each diagonal block half of the norms of the blocks that join its row with other parts."""
+    for i in range(first, last):
+        added[i] = 0.0
+        for k in range(indptr[i], inner[i]):
+            added[i] += 0.5 * _norm(data, k)
+        for n in range(offsets[i], offsets[i + 1]):
+            added[i] += 0.5 * _norm(data, places[n])
+        if indptr[i + 1] > indptr[i]:
+            for r in range(3):
+                data[indptr[i + 1] - 1, r, r] += added[i]
+
+
+@loop
+def _invert(first, last, indptr, data, inverses):  # type: ignore[no-untyped-def]
+    for i in range(first, last):
         if indptr[i + 1] > indptr[i]:
             _inverse(data, indptr[i + 1] - 1, inverses, i)
 
 
 @loop
-def _scale(indptr, data, x, out):  # type: ignore[no-untyped-def]
-    """out = D x; zero in empty rows."""
-    for i in range(len(indptr) - 1):
+def _scale(first, last, indptr, data, x, out):  # type: ignore[no-untyped-def]
+    """out = E x; zero in empty rows."""
+    for i in range(first, last):
         k = indptr[i + 1] - 1
         for c in range(3):
             out[i, c] = 0.0
@@ -216,25 +230,58 @@ def _scale(indptr, data, x, out):  # type: ignore[no-untyped-def]
                 out[i, c] = data[k, c, 0] * x[i, 0] + data[k, c, 1] * x[i, 1] + data[k, c, 2] * x[i, 2]
 
 
-@loop
-def _forward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
-    _substitute_forward(indptr, indices, data, inverses, b, x)
+@algebra
+def _solve_row(indptr, indices, data, inverses, start, i, a0, a1, a2, x):  # type: ignore[no-untyped-def]
+    """x_i = E_i^-1 (a - entries of L in the row, times x)."""
+    for k in range(start, indptr[i + 1] - 1):
+        j = indices[k]
+        a0 -= data[k, 0, 0] * x[j, 0] + data[k, 0, 1] * x[j, 1] + data[k, 0, 2] * x[j, 2]
+        a1 -= data[k, 1, 0] * x[j, 0] + data[k, 1, 1] * x[j, 1] + data[k, 1, 2] * x[j, 2]
+        a2 -= data[k, 2, 0] * x[j, 0] + data[k, 2, 1] * x[j, 1] + data[k, 2, 2] * x[j, 2]
+    for c in range(3):
+        x[i, c] = inverses[i, c, 0] * a0 + inverses[i, c, 1] * a1 + inverses[i, c, 2] * a2
 
 
 @loop
-def _backward(indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
-    _substitute_backward(indptr, indices, data, inverses, b, x)
+def _forward(first, last, bounds, inner, indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
+    """Solve (E + L) x = b."""
+    for i in range(bounds[first], bounds[last]):
+        _solve_row(indptr, indices, data, inverses, inner[i], i, b[i, 0], b[i, 1], b[i, 2], x)
 
 
 @loop
-def _product(indptr, indices, data, inverses, p, out):  # type: ignore[no-untyped-def]
-    """out = t + (D + L)^-1 (p - D t) with t = (D + L^T)^-1 p."""
-    w, t = p.copy(), np.empty_like(p)
-    _substitute_backward(indptr, indices, data, inverses, w, t)
-    for i in range(len(p)):
+def _backward(first, last, bounds, inner, indptr, indices, data, inverses, b, x):  # type: ignore[no-untyped-def]
+    """Solve (E + L^T) x = b; b becomes E x."""
+    for i in range(bounds[last] - 1, bounds[first] - 1, -1):
         for c in range(3):
-            w[i, c] = p[i, c] - w[i, c]
-    _substitute_forward(indptr, indices, data, inverses, w, out)
-    for i in range(len(p)):
+            x[i, c] = inverses[i, c, 0] * b[i, 0] + inverses[i, c, 1] * b[i, 1] + inverses[i, c, 2] * b[i, 2]
+        x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
+        for k in range(inner[i], indptr[i + 1] - 1):
+            j = indices[k]
+            b[j, 0] -= data[k, 0, 0] * x0 + data[k, 1, 0] * x1 + data[k, 2, 0] * x2
+            b[j, 1] -= data[k, 0, 1] * x0 + data[k, 1, 1] * x1 + data[k, 2, 1] * x2
+            b[j, 2] -= data[k, 0, 2] * x0 + data[k, 1, 2] * x1 + data[k, 2, 2] * x2
+
+
+@loop
+def _forward_between(  # type: ignore[no-untyped-def]
+    first, last, bounds, inner, indptr, indices, data, inverses, offsets, rows, places, added, p, left, t, out
+):
+    """out = t + (E + L)^-1 (p - left - (E - D) t + R t), with left = E t, which is overwritten part by part."""
+    for i in range(bounds[first], bounds[last]):
+        a0 = p[i, 0] - left[i, 0] - added[i] * t[i, 0]
+        a1 = p[i, 1] - left[i, 1] - added[i] * t[i, 1]
+        a2 = p[i, 2] - left[i, 2] - added[i] * t[i, 2]
+        for k in range(indptr[i], inner[i]):
+            j = indices[k]
+            a0 += data[k, 0, 0] * t[j, 0] + data[k, 0, 1] * t[j, 1] + data[k, 0, 2] * t[j, 2]
+            a1 += data[k, 1, 0] * t[j, 0] + data[k, 1, 1] * t[j, 1] + data[k, 1, 2] * t[j, 2]
+            a2 += data[k, 2, 0] * t[j, 0] + data[k, 2, 1] * t[j, 1] + data[k, 2, 2] * t[j, 2]
+        for n in range(offsets[i], offsets[i + 1]):
+            j, k = rows[n], places[n]
+            a0 += data[k, 0, 0] * t[j, 0] + data[k, 1, 0] * t[j, 1] + data[k, 2, 0] * t[j, 2]
+            a1 += data[k, 0, 1] * t[j, 0] + data[k, 1, 1] * t[j, 1] + data[k, 2, 1] * t[j, 2]
+            a2 += data[k, 0, 2] * t[j, 0] + data[k, 1, 2] * t[j, 1] + data[k, 2, 2] * t[j, 2]
+        _solve_row(indptr, indices, data, inverses, inner[i], i, a0, a1, a2, left)
         for c in range(3):
-            out[i, c] += t[i, c]
+            out[i, c] = t[i, c] + left[i, c]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, edge_lengths
+from ..kernel import loop
 from .coupled_nodes import UNCOUPLED, CoupledNodes
 
 __all__ = ["round_direction"]
@@ -41,10 +42,22 @@ def round_direction(
     """
     thickness = np.clip(np.abs(corner_scaled_jacobian(points, cells)), _THINNEST, _THIN) / _THIN
     smallest = np.full(len(points), np.inf)
-    np.minimum.at(smallest, cells, (edge_lengths(points, cells).min(axis=1) * thickness)[:, None])
+    _least_at_nodes(cells, edge_lengths(points, cells), thickness, smallest)
     smallest = coupled.least(smallest)
     apart = np.isfinite(smallest) & (smallest > 0.0)
     unit = np.exp2(np.floor(np.log2(rounding * smallest[apart])))[:, None]
     result = direction.copy()
     result[apart] = unit * np.round(direction[apart] / unit)
     return result
+
+
+@loop
+def _least_at_nodes(cells, lengths, thickness, out):  # type: ignore[no-untyped-def]
+    """The least, over the cells at each node, of the shortest edge times the thickness."""
+    for c in range(len(cells)):
+        least = lengths[c, 0]
+        for k in range(1, lengths.shape[1]):
+            least = min(least, lengths[c, k])
+        least *= thickness[c]
+        for a in range(cells.shape[1]):
+            out[cells[c, a]] = min(out[cells[c, a]], least)
