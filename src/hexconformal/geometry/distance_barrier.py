@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import CurveLocator, SurfaceLocator
 from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors, part_of_skin
 from .features import Features
-from .hausdorff import hausdorff, peaks, surface_samples
+from .hausdorff import hausdorff, peaks_between, surface_samples
 from .sample_sums import add_samples
 
 __all__ = ["DistanceBarrier"]
@@ -153,12 +153,12 @@ class DistanceBarrier(Term):
     # ------------------------------------------------------------------------------------------ the term
     def value(self, points: Field) -> float:
         """The barrier at some points (n, 3); infinite beyond the wall."""
-        steep, *_ = self._looked(self._with_beside(points), everywhere=False)
+        steep, *_ = self._looked(points, everywhere=False)
         return float(sum(kind.penalty(self.steepness, self.wall)[0] for kind in steep))
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """The barrier, and its gradient (n, 3)."""
-        steep, *_ = self._looked(self._with_beside(points), everywhere=False)
+        steep, *_ = self._looked(points, everywhere=False)
         gradient = np.zeros_like(points)
         return self._add(steep, gradient, None), gradient
 
@@ -237,15 +237,9 @@ class DistanceBarrier(Term):
         forward = replace(self.forward, weights=np.concatenate([weights, self.forward.weights[count:]]))
         backward = replace(self.backward, places=np.concatenate([places, self.backward.places[count:]]))
         moved = original.with_points(points)
-        edges = np.linalg.norm(points[quads] - np.roll(points[quads], 1, axis=1), axis=2)
         least = self.schedule.watched * self.bound
-        reach = self.schedule.reach * edges.max(axis=1)
-        found = []
-        for this, that in ((moved, original), (original, moved)):
-            places = np.einsum("sj,sji->si", weights, this.points[quads[faces]])
-            may_be = that.closest(places, faces).distances > (least - reach)[faces]
-            found.append(peaks(this, that, np.unique(faces[may_be]), self.spacing * self.bound, least))
-        (ahead, ahead_weights), (behind, behind_weights) = found
+        looked = faces, weights, self.spacing * self.bound, least, self.schedule.reach
+        (ahead, ahead_weights), (behind, behind_weights) = peaks_between(moved, original, *looked)
         places = np.einsum("sj,sji->si", behind_weights, x[quads[behind]])
         return replace(
             self,
@@ -271,27 +265,25 @@ class DistanceBarrier(Term):
         """The distances from points (n, 3), and the barrier as it is seen from there."""
         if self.skin is None:
             return [], self
-        x = self._with_beside(points)
-        steep, looks, curves = self._looked(x, everywhere=True)
+        steep, looks, curves = self._looked(points, everywhere=True)
         forward, backward = (
             samples.seen(*look) for samples, look in zip((self.forward, self.backward), looks, strict=True)
         )
         wall = max((kind.wall_beyond(self.schedule) for kind in steep), default=self.schedule.wall)
+        x = self._with_beside(points)
         return steep, replace(self, measured_at=x, wall=wall, forward=forward, backward=backward, curves=curves)
 
-    def _looked(self, x: Field, everywhere: bool) -> tuple[list[Steep], list[tuple[Ints, Distances, Field]], Curves]:
+    def _looked(
+        self, points: Field, everywhere: bool
+    ) -> tuple[list[Steep], list[tuple[Ints, Distances, Field]], Curves]:
         """Distances of samples that may be beyond the onset, or are drawn back; what that tells of them."""
         if self.skin is None:
             return [], [], self.curves
-        moved = moved_by(x - self.measured_at, self.skin.faces)
-        surfaces, onset = self._surfaces(self.skin, x), self.schedule.onset * self.bound
-        far = self.schedule.wall * self.bound if everywhere else None
+        x, far = self._with_beside(points), self.schedule.wall * self.bound
         steep, looks = [], []
-        for samples in (self.forward, self.backward):
-            # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
-            most = samples.most(moved)
-            which = np.flatnonzero((samples.attraction > 0.0) | (most >= onset))
-            found = samples.measured(which, *surfaces, far)
+        for samples, (which, found, most) in zip((self.forward, self.backward), self._walked(points), strict=True):
+            if everywhere and (found.distances > far).any():
+                found = samples.measured(which, *self._surfaces(self.skin, x), far)
             steep.append(self._steep(found, self.schedule.attraction * samples.attraction[which]))
             looks.append((which, found, most))
         curves = self.curves
@@ -311,6 +303,26 @@ class DistanceBarrier(Term):
             growing, slack = partial(identities, len(nodes)), curves.slack_corners
             steep.append(self._of_curves(nodes, weights, residuals, distances, slack, growing))
         return steep, looks, curves
+
+    def _walked(self, points: Field) -> list[tuple[Ints, Distances, Field]]:
+        """What a walk finds, forward and backward; kept, as a step is taken to where the line search has looked."""
+        if (last := self._last) and np.array_equal(last[0][0], points):
+            return last[0][1]
+        assert self.skin is not None
+        x, onset = self._with_beside(points), self.schedule.onset * self.bound
+        moved, surfaces = moved_by(x - self.measured_at, self.skin.faces), self._surfaces(self.skin, x)
+        looks = []
+        for samples in (self.forward, self.backward):
+            # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
+            most = samples.most(moved)
+            which = np.flatnonzero((samples.attraction > 0.0) | (most >= onset))
+            looks.append((which, samples.measured(which, *surfaces), most))
+        last[:] = [(points.copy(), looks)]
+        return looks
+
+    @cached_property
+    def _last(self) -> list[tuple[Field, list[tuple[Ints, Distances, Field]]]]:
+        return []
 
     def _steep(self, found: Distances, attraction: Field) -> Steep:
         growing = partial(found.directions, self.bound)

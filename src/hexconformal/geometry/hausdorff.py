@@ -16,7 +16,7 @@ from .bilinear_surface import BilinearSurface, bilinear_grid, needed_parts
 from .closest_point import ClosestPoints, SurfaceLocator
 from .faces import Faces
 
-__all__ = ["distance_between", "faces_beyond", "hausdorff", "peaks", "surface_samples"]
+__all__ = ["distance_between", "faces_beyond", "hausdorff", "peaks", "peaks_between", "surface_samples"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -96,6 +96,30 @@ def peaks(
         faces.append(own[np.nonzero(found)[0]])
         weights.append(grid[np.nonzero(found)[1]])
     return np.concatenate(faces), np.concatenate(weights)
+
+
+def peaks_between(
+    one: SurfaceLocator | BilinearSurface,
+    other: SurfaceLocator | BilinearSurface,
+    faces: Ints,
+    weights: Floats,
+    spacing: float,
+    least: float,
+    reach: float,
+) -> list[tuple[Ints, Floats]]:
+    """The :func:`peaks` of each of two surfaces beyond the other, on quads that may have one.
+
+    That is told by samples (s,) of quads with weights (s, 4), which peaks are no higher above than a share of the
+    longest edge of the quad of `one`.
+    """
+    x = one.points[one.faces]
+    rise = reach * np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1)
+    found = []
+    for this, that in ((one, other), (other, one)):
+        places = np.einsum("sj,sji->si", weights, this.points[this.faces[faces]])
+        may_be = that.closest(places, faces).distances > (least - rise)[faces]
+        found.append(peaks(this, that, np.unique(faces[may_be]), spacing, least))
+    return found
 
 
 def hausdorff(

@@ -95,15 +95,16 @@ class BlockPreconditioner:
 
     def __init__(self, matrix: BlockMatrix, projectors: Field, shift: float, coupled: CoupledNodes = UNCOUPLED) -> None:
         matrix = coupled.condensed(matrix)
-        whole = (projectors == np.eye(3)).all(axis=(1, 2))
         self._projectors, self._coupled = projectors, coupled
         count = len(projectors)
+        whole = np.empty(count, dtype=bool)
+        parallel_ranges(_find_whole, count, projectors, whole)
         parallel_ranges(_project, count, matrix.indptr, matrix.indices, matrix.data, projectors, whole, shift)
         self._parts = parts = RowParts.of(matrix.indptr, matrix.indices)
         self._between = parts.offsets, parts.rows, parts.places
-        self._added, inverses = np.empty(count), np.zeros((count, 3, 3))
+        self._added, self._diagonal, inverses = np.empty(count), np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
         parallel_ranges(_add_between, count, matrix.indptr, matrix.data, parts.inner, *self._between, self._added)
-        parallel_ranges(_invert, count, matrix.indptr, matrix.data, inverses)
+        parallel_ranges(_invert, count, matrix.indptr, matrix.data, inverses, self._diagonal)
         self._rows = matrix.indptr, matrix.indices, matrix.data, inverses
 
     def __call__(self, gradient: Field) -> Field:
@@ -113,21 +114,18 @@ class BlockPreconditioner:
     def forward(self, field: Field) -> Field:
         """(E + L)^-1 P times a field (n, 3)."""
         out = np.empty_like(field)
-        own = np.einsum("nij,nj->ni", self._projectors, self._coupled.gathered(field))
-        self._in_parts(_forward, own, out)
+        self._in_parts(_forward, _applied(self._projectors, self._coupled.gathered(field)), out)
         return out
 
     def scaled(self, field: Field) -> Field:
         """E times a field (n, 3)."""
-        out = np.empty_like(field)
-        parallel_ranges(_scale, len(field), self._rows[0], self._rows[2], field, out)
-        return out
+        return _applied(self._diagonal, field)
 
     def backward(self, field: Field) -> Field:
         """P (E + L^T)^-1 times a field (n, 3)."""
         out = np.empty_like(field)
         self._in_parts(_backward, field.copy(), out)
-        return self._coupled.spread(np.einsum("nij,nj->ni", self._projectors, out))
+        return self._coupled.spread(_applied(self._projectors, out))
 
     def product(self, field: Field) -> Field:
         """(E + L)^-1 A (E + L^T)^-1 times a field (n, 3)."""
@@ -139,6 +137,16 @@ class BlockPreconditioner:
     def _in_parts(self, function: Callable[..., None], *fields: NDArray[Any]) -> None:
         bounds = self._parts.bounds
         parallel_ranges(function, len(bounds) - 1, bounds, self._parts.inner, *self._rows, *fields, smallest=1)
+
+
+@loop
+def _find_whole(first, last, projectors, whole):  # type: ignore[no-untyped-def]
+    """Rows whose projection is the identity."""
+    for i in range(first, last):
+        whole[i] = True
+        for r in range(3):
+            for c in range(3):
+                whole[i] &= projectors[i, r, c] == (1.0 if r == c else 0.0)
 
 
 @loop
@@ -213,21 +221,28 @@ def _add_between(first, last, indptr, data, inner, offsets, rows, places, added)
 
 
 @loop
-def _invert(first, last, indptr, data, inverses):  # type: ignore[no-untyped-def]
+def _invert(first, last, indptr, data, inverses, diagonal):  # type: ignore[no-untyped-def]
+    """Inverses of the diagonal blocks, and these in one array; zero in empty rows."""
     for i in range(first, last):
         if indptr[i + 1] > indptr[i]:
             _inverse(data, indptr[i + 1] - 1, inverses, i)
+            for r in range(3):
+                for c in range(3):
+                    diagonal[i, r, c] = data[indptr[i + 1] - 1, r, c]
+
+
+def _applied(blocks: Field, field: Field) -> Field:
+    """Blocks (n, 3, 3) times a field (n, 3)."""
+    out = np.empty_like(field)
+    parallel_ranges(_apply, len(field), blocks, field, out)
+    return out
 
 
 @loop
-def _scale(first, last, indptr, data, x, out):  # type: ignore[no-untyped-def]
-    """out = E x; zero in empty rows."""
+def _apply(first, last, blocks, x, out):  # type: ignore[no-untyped-def]
     for i in range(first, last):
-        k = indptr[i + 1] - 1
         for c in range(3):
-            out[i, c] = 0.0
-            if indptr[i + 1] > indptr[i]:
-                out[i, c] = data[k, c, 0] * x[i, 0] + data[k, c, 1] * x[i, 1] + data[k, c, 2] * x[i, 2]
+            out[i, c] = blocks[i, c, 0] * x[i, 0] + blocks[i, c, 1] * x[i, 1] + blocks[i, c, 2] * x[i, 2]
 
 
 @algebra
