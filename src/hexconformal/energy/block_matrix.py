@@ -91,3 +91,14 @@ class Assembly:
         """An empty assembly for cells (m, 8); see :meth:`BlockMatrix.of_cells`."""
         matrix = BlockMatrix.of_cells(cells, free, diagonals)
         return cls(matrix, block_places(cells, free, matrix), CellChunks.of(cells, len(free)))
+
+    def clear(self) -> None:
+        """Set all blocks to zero."""
+        data = self.matrix.data.reshape(-1)
+        parallel_ranges(_clear, len(data), data, smallest=1 << 20)
+
+
+@loop
+def _clear(first, last, data):  # type: ignore[no-untyped-def]
+    for k in range(first, last):
+        data[k] = 0.0

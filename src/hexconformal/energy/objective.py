@@ -57,7 +57,7 @@ class Objective:
     def convex(self, points: Field, assembly: Assembly) -> tuple[float, Field, Objective]:
         """Value, gradient (n, 3), and the objective as it is seen from here; the assembly gets the convex blocks."""
         gradient, total, terms = np.zeros_like(points), 0.0, []
-        assembly.matrix.data[:] = 0.0
+        assembly.clear()
         for term in self.terms:
             value, seen = term.add_convex(points, gradient, assembly)
             total += value

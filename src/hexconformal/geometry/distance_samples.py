@@ -127,7 +127,9 @@ class Samples:
         a walk may end in a dead end.
         """
         if len(self.faces):
-            nodes, weights = moved.faces[self.faces[which]], self.weights[which]
+            every = len(which) == len(self)
+            faces, weights = (self.faces, self.weights) if every else (self.faces[which], self.weights[which])
+            nodes = moved.faces[faces]
             places = np.empty((len(which), 3))
             parallel_ranges(sample_places, len(which), nodes, weights, moved.points, places)
             there = _closest(other, places, self.near[which], far)
