@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import (
+    Frame,
     algebra,
     barrier_factor,
     determinant,
@@ -32,7 +33,7 @@ from .convex_frames import (
 )
 from .corner_blocks import COLUMN, INVERSE, SIGN, add_blocks, add_forces, pull_back, to_nodes
 
-__all__ = ["corner_densities", "corner_sums"]
+__all__ = ["corner_densities", "corner_fullness", "corner_sums"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -118,6 +119,27 @@ def corner_sums(  # type: ignore[no-untyped-def]
         sums[chunk] = total
 
 
+@algebra
+def _fullness(f: Frame, determinant_of: float) -> float:
+    """det f / (|f|^2 / 3)^(3/2)."""
+    square = (dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2])) / 3.0
+    return determinant_of / (square * np.sqrt(square) + 1e-300)
+
+
+@loop
+def corner_fullness(first, last, points, cells, corners, inverses, fullness):  # type: ignore[no-untyped-def]
+    """Per cell, of f = J W^-1 at the corners, see :class:`CornerMeasures`."""
+    s = np.empty((ROWS, 8))
+    for c in range(first, last):
+        _store_frames(points, cells, c, corners, inverses, s)
+        for q in range(8):
+            f = frame_at(s, FRAME, q)
+            s[MARGIN, q] = _fullness(f, determinant(f))
+        fullness[c] = np.inf
+        for q in range(8):
+            fullness[c] = min(fullness[c], s[MARGIN, q])
+
+
 @loop
 def corner_densities(first, last, points, cells, corners, inverses, smallest, fullness, slenderness, distortion, angle):  # type: ignore[no-untyped-def]
     """Per cell, of f = J W^-1 at the corners, see :class:`CornerMeasures`."""
@@ -129,9 +151,8 @@ def corner_densities(first, last, points, cells, corners, inverses, smallest, fu
             u, _ = directions(f)
             s[MARGIN, q] = determinant(f)
             a, b, d = dot(f[0], f[0]), dot(f[1], f[1]), dot(f[2], f[2])
-            square = (a + b + d) / 3.0
             s[FRAME + 1, q] = np.sqrt(max(a, max(b, d)) / min(a, min(b, d)))
-            s[FRAME, q] = s[MARGIN, q] / (square * np.sqrt(square) + 1e-300)
+            s[FRAME, q] = _fullness(f, s[MARGIN, q])
             s[DENSITY, q] = frame_density(f) * barrier_factor(determinant(f), 0.0)[0]
             s[COLUMN, q] = (frame_density(u) + JACOBIAN_WEIGHT) * barrier_factor(determinant(u), 0.0)[
                 0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..elements import CORNERS
 from ..kernel import CellChunks, parallel_ranges
-from .corner_kernels import corner_densities, corner_sums
+from .corner_kernels import corner_densities, corner_fullness, corner_sums
 from .term import Patch, SummedTerm
 
 __all__ = ["CornerMeasures", "CornerTerm", "CornerWeights"]
@@ -130,3 +130,9 @@ class CornerTerm(SummedTerm):
         columns = np.empty((5, len(self.cells)))
         parallel_ranges(corner_densities, len(self.cells), points, self.cells, _TABLE, self.inverses, *columns)
         return CornerMeasures(*columns)
+
+    def fullness(self, points: Field) -> Field:
+        """(m,) that of :class:`CornerMeasures` alone, in a quarter of the time."""
+        out = np.empty(len(self.cells))
+        parallel_ranges(corner_fullness, len(out), points, self.cells, _TABLE, self.inverses, out)
+        return out

@@ -131,6 +131,10 @@ class Formulation:
         """Determinants and densities of every cell at its corners."""
         return CornerTerm(self.cells, self.inverses).measures(points)
 
+    def fullness(self, points: Field) -> Field:
+        """Fullness (m,) of every cell, which the measures tell too."""
+        return CornerTerm(self.cells, self.inverses).fullness(points)
+
     def spoiled(self, valid: ValidCells, stiffness: float = 0.0) -> Callable[[Field], Mask]:
         """What tells nodes (n,) of cells that are folded, invalid though they must not be, or worse than is allowed."""
         most = 1.0 / stiffness if stiffness > 0.0 else np.inf

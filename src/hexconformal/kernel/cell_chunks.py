@@ -22,7 +22,7 @@ __all__ = ["CellChunks"]
 
 Ints = NDArray[np.int64]
 
-_SIZE = 256  # cells of a chunk: some thousand nanoseconds each, far above what it costs to hand one over
+_SIZE = 128  # cells of a chunk: some hundred microseconds each, far above what it costs to hand one over
 _FEWEST = 8  # chunks: fewer cells are one
 _COLOURS = 64  # bits of a mask; where cells are in no order chunks may need more, and get one of their own
 

@@ -131,14 +131,13 @@ class Minimization:
         Returns the points at which the thinnest cell is thickest.
         """
         points, schedule = self._start, self._formulation.schedules.thin
-        measures = self._formulation.measures(points)
-        thinnest, since = measures.fullness.min(initial=1.0), 0
+        thinnest, since = self._formulation.fullness(points).min(initial=1.0), 0
         if thinnest >= schedule.steep:
             return points
-        eps = schedule.steep_eps * float(np.median(measures.determinant))
+        eps = schedule.steep_eps * float(np.median(self._formulation.measures(points).determinant))
         at = self._problem(Objective((replace(self._distortion, eps=eps),)), valid).at(points)
         for following in lbfgs(at, self._preconditioner(at)):
-            now, since = self._formulation.measures(following.points).fullness.min(), since + 1
+            now, since = self._formulation.fullness(following.points).min(), since + 1
             if now > thinnest:
                 points, thinnest, since = following.points, now, 0
                 valid.grow(points)

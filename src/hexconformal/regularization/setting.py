@@ -96,7 +96,7 @@ class Setting:
 
     def flat(self, points: Field) -> Mask:
         """(m,) cells with a corner that is folded, or as good as flat beside its target: with next to no volume."""
-        return self.schedules.untangling.are_flat(self._corners.measures(points).fullness)
+        return self.schedules.untangling.are_flat(self._corners.fullness(points))
 
     @cached_property
     def is_tangled(self) -> bool:

@@ -49,6 +49,16 @@ def _smooth(first, last, indptr, indices, data, relaxation, x, b, out):  # type:
         out[row, 2] = x[row, 2] + relaxation[row] * s2
 
 
+@loop
+def _relax(first, last, indptr, data, damping, out):  # type: ignore[no-untyped-def]
+    """out = damping over the sums of the absolute values of rows."""
+    for row in range(first, last):
+        total = 0.0
+        for k in range(indptr[row], indptr[row + 1]):
+            total += abs(data[k])
+        out[row] = damping / total
+
+
 @dataclass(frozen=True)
 class _Sparse:
     """A compressed-row matrix in single precision: a preconditioner needs no more, and memory is its cost."""
@@ -169,8 +179,10 @@ class Multigrid:
         for level in hierarchy.levels[:-1]:
             # The row sums of |A|, as a diagonal matrix, are not below A: where cells are bad the smoother is
             # damped, and only there.
-            relaxation = schedule.damping / np.asarray(abs(level.A).sum(axis=1)).ravel()
-            self._levels.append(_Level(_Sparse.of(level.A), relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
+            fine = _Sparse.of(level.A)
+            relaxation = np.empty(level.A.shape[0])
+            parallel_ranges(_relax, len(relaxation), fine.indptr, fine.data, schedule.damping, relaxation)
+            self._levels.append(_Level(fine, relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
 
     def __call__(self, residual: Field) -> Field:
         """Apply the cycle to an (n, 3) field."""
@@ -194,10 +206,30 @@ class Multigrid:
 
 
 def _principal(matrix: sparse.csr_matrix, free: NDArray[np.bool_]) -> sparse.csr_matrix:
-    """The rows and columns that are free; scipy's indexing takes four times as long."""
-    kept = np.repeat(free, np.diff(matrix.indptr)) & free[matrix.indices]
-    number = np.cumsum(free, dtype=matrix.indices.dtype) - 1
-    ends = np.concatenate([[0], np.cumsum(kept)])[matrix.indptr]
-    indptr = np.concatenate([[0], np.cumsum(np.diff(ends)[free])])
-    count = len(indptr) - 1
-    return sparse.csr_matrix((matrix.data[kept], number[matrix.indices[kept]], indptr), shape=(count, count))
+    """The rows and columns that are free; scipy's indexing takes ten times as long."""
+    rows, number = np.flatnonzero(free), np.cumsum(free, dtype=matrix.indices.dtype) - 1
+    counts = np.empty(len(rows), matrix.indptr.dtype)
+    parallel_ranges(_count_free, len(rows), rows, free, matrix.indptr, matrix.indices, counts)
+    indptr = np.concatenate([[0], np.cumsum(counts)]).astype(matrix.indptr.dtype)
+    indices, data = np.empty(indptr[-1], matrix.indices.dtype), np.empty(indptr[-1])
+    table = matrix.indptr, matrix.indices, matrix.data
+    parallel_ranges(_copy_free, len(rows), rows, free, number, *table, indptr, indices, data)
+    return sparse.csr_matrix((data, indices, indptr), shape=(len(rows), len(rows)))
+
+
+@loop
+def _count_free(first, last, rows, free, indptr, indices, counts):  # type: ignore[no-untyped-def]
+    for n in range(first, last):
+        counts[n] = 0
+        for k in range(indptr[rows[n]], indptr[rows[n] + 1]):
+            counts[n] += free[indices[k]]
+
+
+@loop
+def _copy_free(first, last, rows, free, number, indptr, indices, data, ends, columns, out):  # type: ignore[no-untyped-def]
+    for n in range(first, last):
+        place = ends[n]
+        for k in range(indptr[rows[n]], indptr[rows[n] + 1]):
+            if free[indices[k]]:
+                columns[place], out[place] = number[indices[k]], data[k]
+                place += 1

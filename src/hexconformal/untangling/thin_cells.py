@@ -25,16 +25,16 @@ Field = NDArray[np.float64]
 def thicken(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     """Thicken the thin cells of a valid mesh and what is around them, as far as that makes the thinnest thicker."""
     schedule, cells = formulation.schedules.thin, formulation.cells
-    fullness = formulation.measures(points).fullness
+    fullness = formulation.fullness(points)
     if not 0.0 < fullness.min(initial=1.0) < schedule.thin:
         return
     region = node_rings(cells, len(points), fullness < schedule.thin, schedule.rings)
     patch, nodes = formulation.seen_from(points).restricted(region, points)
     if not patch.free.any():
         return
-    thinnest, since = patch.measures(points[nodes]).fullness.min(), 0
+    thinnest, since = patch.fullness(points[nodes]).min(), 0
     for local in _thickened(patch, points[nodes]):
-        now = patch.measures(local).fullness.min()
+        now = patch.fullness(local).min()
         since += 1
         if now > thinnest:
             points, thinnest, since = points.copy(), now, 0
