@@ -1,11 +1,16 @@
-"""Time, memory and growth of a run from 40^3 to 100^3 cells: a cube twisted by 60 degrees, jittered.
+"""Time, memory and growth of runs up to some million cells, with one thread and with several.
 
-    python benchmarks/scaling.py                    # writes benchmarks/scaling.md
-    python benchmarks/scaling.py --sizes 16 24      # quick look, printed only
+    python benchmarks/scaling.py --part part.vtu            # writes benchmarks/scaling.md
+    python benchmarks/scaling.py --only fixed --sizes 16 24 # quick look, printed only
 
-The boundary is fixed, the worst cells are not raised, the tolerance is a relative gradient of 1e-6. Every size
-runs in a process of its own, after a small mesh that loads the compiled kernels. Wall and CPU seconds are those
-of ``regularize``, checks and reports included, the making of the mesh not; peak memory is that of the process.
+fixed      a cube twisted by 60 degrees, jittered; fixed boundary, mean distortion, relative gradient 1e-6
+part       a real part with a curved boundary, plain defaults, cut in 8^k cells (benchmarks/cut.py)
+tangled    a jittered box of which a tenth of the cells is inverted, fixed boundary, plain defaults
+flow       a step of mean curvature flow of a sphere of triangles
+
+Every run is a process of its own, after a small mesh that loads the compiled kernels. Wall and CPU seconds are those
+of the call, checks and reports included, the making of the mesh not; peak memory is that of the process. Bandwidth is
+that of a STREAM triad (a = b + s c, 3 x 8 bytes an entry) with the same threads, measured after each run.
 """
 
 from __future__ import annotations
@@ -17,42 +22,124 @@ import os
 import resource
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from machine import described, run
 
-SIZES = (40, 64, 100)
-ENERGIES = ("barrier", "quaternionic")
-HEADER = "| cells | smallest SJ before | iterations | wall s | CPU s | set-up s | peak GB | SJ min / mean | ended |"
+SIZES = {"fixed": (40, 64, 100), "part": (0, 1, 2), "tangled": (32, 64, 100), "flow": (20_000, 100_000)}
+TITLES = {
+    "fixed": "Cube twisted by 60 degrees, jittered by 0.1; fixed boundary, mean distortion, relative gradient 1e-6",
+    "part": "A part with a curved boundary, cut in 8^k; plain defaults",
+    "tangled": "Box with a tenth of its cells inverted, fixed boundary; plain defaults",
+    "flow": "A step of mean curvature flow of a sphere, with remeshing",
+}
+HEADER = (
+    "| cells | threads | triad GB/s | inverted before | SJ before | iterations | wall s | CPU s | peak GB | "
+    "SJ min / mean | ended |"
+)
 
 
-def measured(n: int, energy: str, jitter: float) -> dict[str, Any]:
+def triad(threads: int) -> float:
+    """GB/s of a = b + s c with so many threads, the best of several."""
+    from hexconformal.kernel import loop, parallel_ranges
+
+    @loop
+    def add(first, last, a, b, c):  # type: ignore[no-untyped-def]
+        for i in range(first, last):
+            a[i] = b[i] + 3.0 * c[i]
+
+    count, best = 20_000_000, math.inf
+    a, b, c = np.zeros(count), np.ones(count), np.ones(count)
+    for _ in range(6):
+        began = time.perf_counter()
+        parallel_ranges(add, count, a, b, c)
+        best = min(best, time.perf_counter() - began)
+    return 24e-9 * count / best
+
+
+def regularized(mesh: tuple[Any, Any], **options: Any) -> Callable[[], dict[str, Any]]:
+    """A run of regularize, to be timed."""
+    import hexconformal as hc
+
+    def call() -> dict[str, Any]:
+        report = hc.regularize(mesh, **options).report
+        return {
+            "cells": len(mesh[1]),
+            "inverted": report.before.inverted,
+            "before": f"{report.before.scaled_jacobian.min:.3f}",
+            "iterations": report.iterations,
+            "after": f"{report.after.scaled_jacobian.min:.3f} / {report.after.scaled_jacobian.mean:.3f}",
+            "ended": report.reason,
+        }
+
+    return call
+
+
+def prepared(case: str, size: int, part: str) -> Callable[[], dict[str, Any]]:
+    """What is timed, with its mesh made."""
+    from cut import cut_in_eight
+
+    import hexconformal as hc
+    import surface
+    from hexconformal import generate
+
+    if case == "fixed":
+        mesh = generate.jittered(*generate.twisted_cube(size), 0.1)
+        return regularized(mesh, boundary="fixed", emphasis="mean", gradient_tolerance=1e-6)
+    if case == "part":
+        points, cells = generate.jittered(*generate.ball(10, 5), 0.3, seed=1)
+        if part:
+            mesh = hc.read(part)
+            points, cells = mesh.points, mesh.cells
+        for _ in range(size):
+            points, cells = cut_in_eight(points, cells)
+        return regularized((points, cells))
+    if case == "tangled":
+        mesh = generate.jittered(*generate.box((size, size, size)), 0.36, valid=False)
+        return regularized(mesh, boundary="fixed")
+    points, faces = surface_of_ball(round(math.sqrt(size / 12)))
+    flow = surface.MeanCurvature((points, faces))
+
+    def call() -> dict[str, Any]:
+        moments = list(surface.evolve(flow, steps=1, remesh=True))
+        figures = {"cells": len(faces), "inverted": 0, "before": "", "iterations": len(moments) - 1, "after": ""}
+        return {**figures, "ended": f"area {moments[-1].record.area / moments[0].record.area:.4f} of what it was"}
+
+    return call
+
+
+def surface_of_ball(n: int) -> tuple[Any, Any]:
+    """The boundary of a cube of n^3 cells on the unit sphere, every quad two triangles."""
+    from hexconformal import generate
+    from hexconformal.mesh import boundary_quads
+
+    points, cells = generate.box((n, n, n))
+    quads = boundary_quads(cells)[0]
+    used, quads = np.unique(quads, return_inverse=True)
+    points, quads = 2.0 * points[used] / points.max() - 1.0, quads.reshape(-1, 4)
+    points = points / np.linalg.norm(points, axis=1)[:, None]
+    return points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def measured(case: str, size: int, threads: int, part: str) -> dict[str, Any]:
     """Figures of one run in this process."""
     import hexconformal as hc
-    from hexconformal.generate import jittered, twisted_cube
 
-    options = {"boundary": "fixed", "energy": energy, "emphasis": "mean", "gradient_tolerance": 1e-6}
-    hc.regularize(jittered(*twisted_cube(6), jitter), **options)
-    mesh = jittered(*twisted_cube(n), jitter)
-    first = []
+    hc.use_threads(threads)
+    small = {"fixed": 6, "part": 0, "tangled": 6, "flow": 300}
+    if case == "part":
+        hc.regularize(hc.generate.jittered(*hc.generate.ball(3, 2), 0.2))
+    else:
+        prepared(case, small[case], part)()
+    call = prepared(case, size, part)
     wall, cpu = time.perf_counter(), time.process_time()
-    result = hc.regularize(mesh, callback=lambda record: first.append(record.seconds), **options)
+    figures = call()
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    report = result.report
-    return {
-        "cells": n**3,
-        "before": report.before.scaled_jacobian.min,
-        "iterations": report.iterations,
-        "wall": wall,
-        "cpu": cpu,
-        # Up to the end of the first iteration, less what the others take on average.
-        "setup": first[1] - (first[-1] - first[1]) / max(len(first) - 2, 1),
-        "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9,
-        "min": report.after.scaled_jacobian.min,
-        "mean": report.after.scaled_jacobian.mean,
-        "ended": report.reason,
-    }
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
+    return {**figures, "threads": threads, "triad": triad(threads), "wall": wall, "cpu": cpu, "peak": peak}
 
 
 def growth(rows: list[dict[str, Any]], key: str) -> float:
@@ -60,40 +147,47 @@ def growth(rows: list[dict[str, Any]], key: str) -> float:
     return math.log(rows[-1][key] / rows[0][key]) / math.log(rows[-1]["cells"] / rows[0]["cells"])
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sizes", type=int, nargs="+", help="cells along an edge; prints instead of writing")
-    parser.add_argument("--energy", choices=ENERGIES, nargs="+", default=ENERGIES)
-    parser.add_argument("--jitter", type=float, default=0.1, help="of the shortest edge around a node")
-    parser.add_argument("--limit", type=float, default=1200.0, help="wall seconds of a run")
-    parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
-    asked = parser.parse_args()
-    if asked.one:
-        print(json.dumps(measured(asked.sizes[0], asked.energy[0], asked.jitter)))
-        return
-    load = os.getloadavg()
-    lines = ["# Scaling", "", described(load), ""]
-    lines += [f"Cube twisted by 60 degrees, jittered by {asked.jitter:g}; fixed boundary; relative gradient 1e-6.", ""]
-    for energy in asked.energy:
-        lines += [f"## energy = {energy!r}", "", HEADER, "|" + "--:|" * 8 + "---|"]
-        rows = []
-        for n in asked.sizes or SIZES:
-            one = ["--one", "--sizes", str(n), "--energy", energy, "--jitter", str(asked.jitter)]
+def table(case: str, sizes: list[int], asked: argparse.Namespace) -> list[str]:
+    """Lines of the table of a case."""
+    lines = [f"## {TITLES[case]}", "", HEADER, "|" + "--:|" * 10 + "---|"]
+    rows: dict[int, list[dict[str, Any]]] = {threads: [] for threads in asked.threads}
+    for size in sizes:
+        for threads in asked.threads:
+            one = ["--one", case, "--sizes", str(size), "--threads", str(threads), "--part", asked.part]
             ended = run([sys.executable, __file__, *one], asked.limit)
             if ended.code != 0:
-                lines.append(f"| {n**3} | {'over time' if ended.code is None else ended.output.splitlines()[-1]} |")
+                said = "over time" if ended.code is None else ended.output.splitlines()[-1]
+                lines.append(f"| {size} | {threads} | {said} |")
                 continue
             row = json.loads(ended.output.splitlines()[-1])
-            rows.append(row)
+            rows[threads].append(row)
             lines.append(
-                "| {cells} | {before:.3f} | {iterations} | {wall:.1f} | {cpu:.1f} | {setup:.1f} | {peak:.2f} | "
-                "{min:.3f} / {mean:.3f} | {ended} |".format(**row)
+                "| {cells} | {threads} | {triad:.0f} | {inverted} | {before} | {iterations} | {wall:.1f} | {cpu:.1f} | "
+                "{peak:.2f} | {after} | {ended} |".format(**row)
             )
             print(lines[-1], flush=True)
-        if len(rows) > 1:
-            lines += ["", f"Growth exponent: wall {growth(rows, 'wall'):.2f}, CPU {growth(rows, 'cpu'):.2f}.", ""]
+    found = [f"{threads} threads {growth(of, 'wall'):.2f}" for threads, of in rows.items() if len(of) > 1]
+    return [*lines, "", *([f"Growth exponent of wall seconds: {', '.join(found)}.", ""] if found else [])]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", choices=SIZES, nargs="+", default=list(SIZES), help="prints instead of writing")
+    parser.add_argument("--part", default="", help="the part; without, a generated one")
+    parser.add_argument("--sizes", type=int, nargs="+", help="other sizes: edges of cubes, cuts, triangles; prints")
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--limit", type=float, default=1200.0, help="wall seconds of a run")
+    parser.add_argument("--one", choices=SIZES, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.one:
+        print(json.dumps(measured(asked.one, asked.sizes[0], asked.threads[0], asked.part)))
+        return
+    lines = ["# Scaling", "", described(os.getloadavg()), ""]
+    lines += [f"Part: {Path(asked.part).stem or 'generated, a ball with a rough surface'}.", ""]
+    for case in asked.only:
+        lines += table(case, asked.sizes or list(SIZES[case]), asked)
     text = "\n".join(lines).rstrip() + "\n"
-    if asked.sizes:
+    if asked.sizes or asked.only != list(SIZES):
         print(text)
     else:
         Path(__file__).with_suffix(".md").write_text(text)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from .term import Patch, Term
 
@@ -33,13 +33,13 @@ class ComposedTerm(Term):
     >>> from hexconformal.energy import DistortionTerm
     >>> from hexconformal.generate import box
     >>> points, cells = box((6, 6, 6), (1.0, 1.0, 2.0))
-    >>> halved = sparse.csr_array(0.5 * sparse.eye_array(len(points)))
+    >>> halved = scipy.sparse.csr_array(0.5 * scipy.sparse.eye_array(len(points)))
     >>> round(ComposedTerm(DistortionTerm(cells, len(points)), halved).value(points), 10)
     6.0
     """
 
     term: Term
-    matrix: sparse.csr_array
+    matrix: scipy.sparse.csr_array
     offset: Field | float = 0.0
 
     def _places(self, points: Field) -> Field:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from hexconformal.energy import quadrature_kernels as kernels
 
@@ -162,7 +162,7 @@ class DistortionTerm(Term):
         part = self.of_cells(patch.cells)
         return replace(part, cells=patch.local[part.cells], count=len(patch.nodes))
 
-    def laplacian(self, scales: Field | None = None) -> sparse.csr_matrix:
+    def laplacian(self, scales: Field | None = None) -> scipy.sparse.csr_matrix:
         """Scalar Laplacian L on the target shapes; 8 L is the frozen Hessian for constant normals.
 
         Parameters

@@ -135,23 +135,21 @@ class ReturnSchedule(Schedule):
     steps
         Of Newton's method in each.
     watches
-        Rounds that take in samples.
-    keeping
-        The first of these, which let no cell get worse than the worst is.
+        Rounds that take in samples, and let no cell get worse than the worst is.
     steeper
         Factor of the steepness where samples stay outside.
-    rings_back, tries_back
-        Rings of cells around what stays out of the bound that go back to earlier points within it, in turn, and how
-        often those are taken in that are out of it then.
+    parts_back, rings_back, tries_back
+        Shares of the way back to earlier points within the bound, and rings of cells around what is out of it that go
+        so far, in turn, and how often those are taken in that are out of it then.
     shares_back
-        Of the way there of the whole mesh, where all that has not been enough.
+        The same of the whole mesh, where all that has not been enough.
     """
 
     rounds: int = tuned(24)
     steps: int = tuned(8)
     watches: int = tuned(8)
-    keeping: int = tuned(4)
     steeper: float = tuned(4.0, 1.0)
+    parts_back: tuple[float, ...] = tuned((0.05, 0.1, 0.3, 1.0), 0.0, 1.0)
     rings_back: tuple[int, ...] = tuned((2, 4, 8, 16))
     tries_back: int = tuned(4)
     shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9), 0.0, 1.0)

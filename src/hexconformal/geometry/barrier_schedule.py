@@ -38,10 +38,11 @@ class BarrierSchedule(Schedule):
         Of feature curves and corners, as a share of the bound: they are what one sees.
     curve_attraction, curve_onset
         As of the surface.
-    within
-        Share of the bound that leaves room for rounding.
+    within, measuring
+        Share of the bound that the whole surface is kept in, and how far below the distance the one measured then may
+        be, in bounds: the former leaves room for the latter twice.
     tolerance
-        Of measured distances, in bounds.
+        How near warped quads are followed where samples are taken, in bounds.
     watched
         Bounds from which on places between the samples are watched.
     spacing, least_spacing
@@ -62,7 +63,8 @@ class BarrierSchedule(Schedule):
     curve_bound: float = tuned(0.2, 0.0, 1.0)
     curve_attraction: float = tuned(0.1)
     curve_onset: float = tuned(0.7, 0.0, 1.0)
-    within: float = tuned(0.995, 0.0, 1.0)
+    within: float = tuned(0.99, 0.0, 1.0)
+    measuring: float = tuned(5e-3, 0.0, 1.0)
     tolerance: float = tuned(0.02, 0.0, 1.0)
     watched: float = tuned(0.9, 0.0, 1.0)
     spacing: float = tuned(2.0)

@@ -218,8 +218,8 @@ class DistanceBarrier(Term):
         return self._hausdorff(points, least) > least
 
     def _hausdorff(self, points: Field, least: float = 0.0) -> float:
-        x, quads, sheets = self.original.points, self.original.faces, self.original.sheets
-        return hausdorff(points, x, quads, self.schedule.tolerance * self.bound, least, sheets=sheets)
+        at, measuring = self.original, self.schedule.measuring
+        return hausdorff(points, at.points, at.faces, measuring * self.bound, least, measuring, at.sheets)
 
     def watching(self, points: Field) -> DistanceBarrier:
         """The barrier with samples where quads, or the original, are nearly out of the bound; warped ones followed."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from ..mesh import face_edges, unique_edges
 from .area_vectors import face_area_vectors, unit_vectors
@@ -91,7 +91,7 @@ def peaks(
         own, (grid, _) = which[parts == n], bilinear_grid(int(n))
         places = np.einsum("sj,qji->qsi", grid, this.points[this.faces[own]]).reshape(-1, 3)
         distances = that.closest(places, np.repeat(own, len(grid))).distances.reshape(len(own), n + 1, n + 1)
-        highest = distances == maximum_filter(distances, size=(1, 3, 3))
+        highest = distances == scipy.ndimage.maximum_filter(distances, size=(1, 3, 3))
         found = (highest & (distances > least)).reshape(len(own), -1)
         faces.append(own[np.nonzero(found)[0]])
         weights.append(grid[np.nonzero(found)[1]])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from ..kernel import algebra, loop, parallel_ranges
 
@@ -31,7 +31,7 @@ def corner_incidences(cells: NDArray[np.int64], count: int) -> tuple[NDArray[np.
     (array([0, 1, 3, 4]), array([0, 1, 2, 3]))
     """
     m, k = cells.shape
-    table = sparse.csr_matrix(
+    table = scipy.sparse.csr_matrix(
         (np.arange(m * k), cells.ravel(), np.arange(0, m * k + 1, k, dtype=np.int64)), shape=(m, count)
     ).tocsc()
     return table.indptr.astype(np.int64), np.ascontiguousarray(table.data, dtype=np.int64)
@@ -110,7 +110,7 @@ def scalar_matrix(
     offsets: NDArray[np.int64],
     incidences: NDArray[np.int64],
     pattern: tuple[NDArray[np.int64], NDArray[np.int32]],
-) -> sparse.csr_matrix:
+) -> scipy.sparse.csr_matrix:
     """Assemble cell matrices into a compressed-row matrix.
 
     Parameters
@@ -131,6 +131,6 @@ def scalar_matrix(
     data = np.empty(len(indices))
     parallel_ranges(_scalar_rows, count, cells, matrices, scales, offsets, incidences, indptr, indices, data)
     index_type = np.int32 if indptr[-1] < 2**31 else np.int64
-    return sparse.csr_matrix(
+    return scipy.sparse.csr_matrix(
         (data, indices.astype(index_type, copy=False), indptr.astype(index_type)), shape=(count, count)
     )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from ..elements import cell_volumes, gauss_rule, shape_gradients
 from ..energy import DistortionTerm, jacobian_matrices
@@ -79,7 +79,7 @@ class Elastic(Harmonic):
         return self._solve(lambda v: np.asarray(matrix @ v.ravel()).reshape(-1, 3), self.preconditioner, field)
 
 
-def _stiffness(points: Field, cells: NDArray[np.int64], young: Field) -> sparse.bsr_matrix:
+def _stiffness(points: Field, cells: NDArray[np.int64], young: Field) -> scipy.sparse.bsr_matrix:
     """(3 n, 3 n) stiffness matrix of isotropic elasticity in 3 x 3 blocks, 2 x 2 x 2 Gauss points."""
     count = len(points)
     gauss_points, weights = gauss_rule()
@@ -91,7 +91,7 @@ def _stiffness(points: Field, cells: NDArray[np.int64], young: Field) -> sparse.
     data = np.empty((len(indices), 3, 3))
     lame, shear = _POISSON_RATIO / ((1 + _POISSON_RATIO) * (1 - 2 * _POISSON_RATIO)), 0.5 / (1 + _POISSON_RATIO)
     parallel_ranges(_rows, count, cells, gradients, measures, lame, shear, *incidences, indptr, indices, data)
-    return sparse.bsr_matrix((data, indices, indptr), shape=(3 * count, 3 * count))
+    return scipy.sparse.bsr_matrix((data, indices, indptr), shape=(3 * count, 3 * count))
 
 
 @loop

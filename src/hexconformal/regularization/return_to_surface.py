@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +55,7 @@ def return_to_surface(
             # What the samples see comes back by itself; only then others are looked for.
             barrier, watched = barrier.watching(points), watched + 1
         formulation = formulation.with_barrier(barrier)
-        kept = keeps_worst and 0 < watched <= schedule.keeping
-        weights = stiffened(formulation, points) if kept else CornerWeights()
+        weights = stiffened(formulation, points) if keeps_worst and watched else CornerWeights()
         for iterate in islice(convex_newton(formulation, points, weights), schedule.steps):
             points = iterate.points
             yield points, formulation
@@ -67,17 +66,16 @@ def return_to_surface(
 def towards(barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, schedule: ReturnSchedule) -> Field:
     """Points on the way back to others that are within the bound: the first that are so, without spoiling a cell.
 
-    At first only those around places out of the bound go back, all of the way and the less the farther they are; then
-    all of them.
+    At first only those around places out of the bound go back, the less the farther they are; then all of them.
     """
     valid = is_valid(points, cells)
-    for rings in schedule.rings_back:
+    for share, rings in product(schedule.parts_back, schedule.rings_back):
         trial, left = points, np.zeros(len(points), dtype=bool)
         for _ in range(schedule.tries_back):
             if not (beyond := _beyond(barrier, trial)).any():
                 return trial
             left |= beyond
-            trial = points + _falling(cells, left, rings)[:, None] * (back - points)
+            trial = points + share * _falling(cells, left, rings)[:, None] * (back - points)
             if not is_valid(trial, cells)[valid].all():
                 break
     for share in schedule.shares_back:
@@ -92,7 +90,7 @@ def _beyond(barrier: DistanceBarrier, points: Field) -> Mask:
     x, quads, sheets = barrier.original.points, barrier.original.faces, barrier.original.sheets
     near, nodes, schedule = np.arange(len(quads)), np.zeros(len(points), dtype=bool), barrier.schedule
     one, other = (SurfaceLocator(y, quads, sheets) for y in (points, x))
-    bound, tolerance = schedule.within * barrier.bound, schedule.tolerance * barrier.bound
+    bound, tolerance = schedule.within * barrier.bound, schedule.measuring * barrier.bound
     nodes[quads[faces_beyond(one, other, bound, (near, near), tolerance)]] = True
     return nodes
 

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from ..energy import BlockMatrix
 from ..kernel import loop
@@ -162,15 +162,15 @@ class CoupledNodes:
         starts = (np.cumsum(sizes) - sizes).astype(np.int64)
         return CoupledNodes(local[self.nodes[members]], starts, self.rotations[members], self.normals[members])
 
-    def condensed_scalar(self, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
+    def condensed_scalar(self, matrix: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
         """T^T A T of a matrix (n, n) that is the same for all components, where no member is turned."""
         if len(self.nodes) == 0:
             return matrix
         columns = np.arange(matrix.shape[0])
         columns[self.nodes] = self.roots
         rows = np.arange(len(columns))
-        spread = sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=matrix.shape)
-        return sparse.csr_matrix(spread.T @ matrix @ spread)
+        spread = scipy.sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=matrix.shape)
+        return scipy.sparse.csr_matrix(spread.T @ matrix @ spread)
 
     def condensed(self, matrix: BlockMatrix) -> BlockMatrix:
         """T^T A T; the rows of members that are no roots are empty. The matrix itself, where there are no groups."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from ..mesh import NormalizedMesh, connected_components, find_couplings
 from .coupled_nodes import UNCOUPLED, CoupledNodes
@@ -93,7 +93,7 @@ def _composed(ends: Ints, rotations: Field, roots: Ints) -> Field:
     # One more vertex is joined to all roots: a single search finds the way from each.
     joined = np.column_stack([np.full(count, count), roots])
     rows, columns = np.concatenate([both, joined]).T
-    graph = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(count + 1, count + 1))
+    graph = scipy.sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(count + 1, count + 1))
     before = csgraph.breadth_first_order(graph, count, directed=False)[1].astype(np.int64)[:count]
     is_root = roots == np.arange(count)
     before[is_root] = np.flatnonzero(is_root)

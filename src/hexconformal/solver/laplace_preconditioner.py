@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from .admissible import AdmissibleDirections
 from .multigrid import Multigrid, MultigridSchedule
@@ -35,7 +35,7 @@ class LaplacePreconditioner:
 
     def __init__(
         self,
-        laplacian: sparse.csr_matrix,
+        laplacian: scipy.sparse.csr_matrix,
         admissible: AdmissibleDirections,
         referenced: NDArray[np.bool_],
         schedule: MultigridSchedule | None = None,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg, sparse
 from threadpoolctl import threadpool_limits
 
 from ..common import Schedule, tuned
@@ -69,8 +69,8 @@ class _Sparse:
     columns: int
 
     @classmethod
-    def of(cls, matrix: sparse.csr_matrix) -> _Sparse:
-        matrix = sparse.csr_matrix(matrix)
+    def of(cls, matrix: scipy.sparse.csr_matrix) -> _Sparse:
+        matrix = scipy.sparse.csr_matrix(matrix)
         return cls(
             matrix.indptr.astype(np.int64),
             matrix.indices.astype(np.int32),
@@ -133,7 +133,7 @@ class Multigrid:
     Examples
     --------
     >>> n = 1000
-    >>> A = sparse.diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]).tocsr()
+    >>> A = scipy.sparse.diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]).tocsr()
     >>> cycle = Multigrid(A, np.ones(n, dtype=bool))
     >>> b = np.ones((n, 3))
     >>> x = np.zeros((n, 3))
@@ -144,7 +144,7 @@ class Multigrid:
     """
 
     def __init__(
-        self, matrix: sparse.csr_matrix, free: NDArray[np.bool_], schedule: MultigridSchedule | None = None
+        self, matrix: scipy.sparse.csr_matrix, free: NDArray[np.bool_], schedule: MultigridSchedule | None = None
     ) -> None:
         import pyamg
 
@@ -154,17 +154,17 @@ class Multigrid:
         self._rows = None if free.all() else np.flatnonzero(free)
         if self._rows is not None:
             matrix = _principal(matrix, free)
-        matrix = sparse.csr_matrix(matrix)
+        matrix = scipy.sparse.csr_matrix(matrix)
         self._levels: list[_Level] = []
         if matrix.shape[0] == 0:
             self._coarse = np.zeros((0, 0))
             return
-        matrix = matrix + sparse.diags_array(_SHIFT * matrix.diagonal(), format="csr")
+        matrix = matrix + scipy.sparse.diags_array(_SHIFT * matrix.diagonal(), format="csr")
         matrix.sort_indices()
         # BLAS threads would wait for each other over so small a matrix, for longer than its inverse takes.
         with threadpool_limits(1, "blas"):
             hierarchy = pyamg.smoothed_aggregation_solver(
-                sparse.csr_matrix(matrix),
+                scipy.sparse.csr_matrix(matrix),
                 strength=("symmetric", {"theta": schedule.strong}),
                 # Weak entries would fill the coarse matrices of stretched cells. Row sums need no estimate of
                 # a spectral radius, for which pyamg draws random numbers.
@@ -175,7 +175,7 @@ class Multigrid:
                 max_coarse=schedule.coarsest,
             )
             # Where nothing is strong, pyamg ends with a single unknown that nothing depends on.
-            self._coarse = linalg.pinvh(hierarchy.levels[-1].A.toarray())
+            self._coarse = scipy.linalg.pinvh(hierarchy.levels[-1].A.toarray())
         for level in hierarchy.levels[:-1]:
             # The row sums of |A|, as a diagonal matrix, are not below A: where cells are bad the smoother is
             # damped, and only there.
@@ -205,7 +205,7 @@ class Multigrid:
         return level.matrix.smooth(level.relaxation, x, b)
 
 
-def _principal(matrix: sparse.csr_matrix, free: NDArray[np.bool_]) -> sparse.csr_matrix:
+def _principal(matrix: scipy.sparse.csr_matrix, free: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
     """The rows and columns that are free; scipy's indexing takes ten times as long."""
     rows, number = np.flatnonzero(free), np.cumsum(free, dtype=matrix.indices.dtype) - 1
     counts = np.empty(len(rows), matrix.indptr.dtype)
@@ -214,7 +214,7 @@ def _principal(matrix: sparse.csr_matrix, free: NDArray[np.bool_]) -> sparse.csr
     indices, data = np.empty(indptr[-1], matrix.indices.dtype), np.empty(indptr[-1])
     table = matrix.indptr, matrix.indices, matrix.data
     parallel_ranges(_copy_free, len(rows), rows, free, number, *table, indptr, indices, data)
-    return sparse.csr_matrix((data, indices, indptr), shape=(len(rows), len(rows)))
+    return scipy.sparse.csr_matrix((data, indices, indptr), shape=(len(rows), len(rows)))
 
 
 @loop

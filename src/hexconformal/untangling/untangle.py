@@ -12,10 +12,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse import csgraph
-from scipy.sparse.linalg import cg
 
 from ..elements import EDGES, corner_scaled_jacobian, is_valid
 from ..energy import CornerMeasures, CornerWeights
@@ -123,18 +121,21 @@ def pull_back(
 
 def harmonic(formulation: Formulation, points: Field, region: Mask) -> Field:
     """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
+    from scipy.sparse import csgraph
+    from scipy.sparse.linalg import cg
+
     inner = region & formulation.inner
     rows = np.flatnonzero(inner)
     if len(rows) == 0:
         return points
     ends = unique_edges(formulation.cells[:, EDGES].reshape(-1, 2)).nodes
     ones = np.ones(len(ends))
-    graph = sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
-    laplacian: Any = csgraph.laplacian(sparse.csr_array(graph + graph.T))
+    graph = scipy.sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
+    laplacian: Any = csgraph.laplacian(scipy.sparse.csr_array(graph + graph.T))
     laplacian = laplacian.tocsr()[rows]
     inside, outside = laplacian[:, rows], laplacian[:, np.flatnonzero(~inner)]
     load = -(outside @ points[~inner])
-    jacobi = sparse.diags_array(1.0 / inside.diagonal())
+    jacobi = scipy.sparse.diags_array(1.0 / inside.diagonal())
     points = points.copy()
     for k in range(3):
         points[rows, k] = cg(inside, load[:, k], x0=points[rows, k], rtol=1e-3, maxiter=300, M=jacobi)[0]

@@ -10,8 +10,8 @@ from __future__ import annotations
 from itertools import islice, product
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from ..elements import CORNERS, is_valid, minimum_jacobian
 from ..energy import ComposedTerm, DistortionTerm
@@ -76,13 +76,15 @@ def _unfold(patch: Formulation, points: Field) -> Field:
     return points
 
 
-def _parts(cells: Ints, count: int) -> tuple[sparse.csr_array, Ints]:
+def _parts(cells: Ints, count: int) -> tuple[scipy.sparse.csr_array, Ints]:
     """S, (27 m, n), that takes nodes to those of the parts, and the parts, (8 m, 8); nodes are not shared by cells."""
     grid = np.array([[i, j, k] for k in range(3) for j in range(3) for i in range(3)])
     shares = np.where(CORNERS[None] == 1, grid[:, None] / 2, 1 - grid[:, None] / 2).prod(axis=2)
     rows = np.repeat(np.arange(27 * len(cells)), 8)
     columns = np.repeat(cells[:, None], 27, axis=1).ravel()
-    weights = sparse.csr_array((np.tile(shares.ravel(), len(cells)), (rows, columns)), shape=(27 * len(cells), count))
+    weights = scipy.sparse.csr_array(
+        (np.tile(shares.ravel(), len(cells)), (rows, columns)), shape=(27 * len(cells), count)
+    )
     firsts = grid[(grid < 2).all(axis=1)]
     parts = ((firsts[:, None] + CORNERS[None]) * [1, 3, 9]).sum(axis=2)
     return weights, (parts[None] + 27 * np.arange(len(cells))[:, None, None]).reshape(-1, 8).astype(np.int64)

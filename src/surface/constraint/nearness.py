@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from hexconformal.geometry import (
     ClosestPoints,
@@ -64,7 +64,7 @@ class Nearness:
         vertices, faces, _ = fan_triangles(start, cells)
         self._input, self._fan = SurfaceLocator(vertices, faces), _fan(cells, len(start))
         moved, table = self._input.with_points(self._fan @ points), edge_table(faces)
-        self._places = sparse.csr_array(_places(faces, table, len(vertices)) @ self._fan)
+        self._places = scipy.sparse.csr_array(_places(faces, table, len(vertices)) @ self._fan)
         # A face on which each place lies.
         owners = np.unique(faces, return_index=True)[1] // 3
         beside = np.unique(table.of_corners, return_index=True)[1] // 3
@@ -104,7 +104,7 @@ class Nearness:
         """The energy."""
         return 0.5 * self.stiffness * float(self._weights.sum()) * self.mean_square(points)
 
-    def derivatives(self, points: Floats) -> tuple[Floats, sparse.csr_array]:
+    def derivatives(self, points: Floats) -> tuple[Floats, scipy.sparse.csr_array]:
         """(n, 3) gradient, and (3 n, 3 n) second derivative, along the distances only.
 
         What is closest is looked for from here in what follows.
@@ -113,8 +113,10 @@ class Nearness:
         self._below = at.ahead.faces, at.behind.faces
         rows, size = len(self._owners), len(self._input.points)
         corners = at.moved.faces[at.behind.faces]
-        behind = sparse.csr_array((at.behind.weights.ravel(), corners.ravel(), 3 * np.arange(rows + 1)), (rows, size))
-        matrix = sparse.csr_array(sparse.vstack([self._places, behind @ self._fan]))
+        behind = scipy.sparse.csr_array(
+            (at.behind.weights.ravel(), corners.ravel(), 3 * np.arange(rows + 1)), (rows, size)
+        )
+        matrix = scipy.sparse.csr_array(scipy.sparse.vstack([self._places, behind @ self._fan]))
         lengths = np.linalg.norm(at.vectors, axis=1)
         sides = [
             face_area_vectors(x.points, x.faces)[found.faces]
@@ -127,26 +129,26 @@ class Nearness:
         factors = np.sqrt(stiffness * (1 + 6 * relative))[:, None] * normals
         entries = matrix.data[:, None] * np.repeat(factors, np.diff(matrix.indptr), axis=0)
         columns = 3 * matrix.indices[:, None] + np.arange(3)
-        along = sparse.csr_array((entries.ravel(), columns.ravel(), 3 * matrix.indptr), (2 * rows, points.size))
-        return np.asarray(gradient), sparse.csr_array(along.T @ along)
+        along = scipy.sparse.csr_array((entries.ravel(), columns.ravel(), 3 * matrix.indptr), (2 * rows, points.size))
+        return np.asarray(gradient), scipy.sparse.csr_array(along.T @ along)
 
 
-def _fan(cells: Faces, count: int) -> sparse.csr_array:
+def _fan(cells: Faces, count: int) -> scipy.sparse.csr_array:
     """The nodes, and behind them the centres of the quadrilaterals, from the nodes."""
     q = len(cells.quads)
     weights = np.full(4 * q, 0.25), cells.quads.ravel(), 4 * np.arange(q + 1)
-    return sparse.csr_array(
-        sparse.vstack([sparse.eye_array(count, format="csr"), sparse.csr_array(weights, (q, count))])
+    return scipy.sparse.csr_array(
+        scipy.sparse.vstack([scipy.sparse.eye_array(count, format="csr"), scipy.sparse.csr_array(weights, (q, count))])
     )
 
 
-def _places(faces: Ints, table: EdgeTable, count: int) -> sparse.csr_array:
+def _places(faces: Ints, table: EdgeTable, count: int) -> scipy.sparse.csr_array:
     """Places at the nodes, on the edges and in the centres of triangles, from their nodes."""
-    node = sparse.eye_array(count, format="csr")
+    node = scipy.sparse.eye_array(count, format="csr")
     first, second = node[table.nodes[:, 0]], node[table.nodes[:, 1]]
     on_edges = [(1 - share) * first + share * second for share in _SHARES]
     centres = (node[faces[:, 0]] + node[faces[:, 1]] + node[faces[:, 2]]) / 3
-    return sparse.csr_array(sparse.vstack([node[np.unique(faces)], *on_edges, centres]))
+    return scipy.sparse.csr_array(scipy.sparse.vstack([node[np.unique(faces)], *on_edges, centres]))
 
 
 def _shared(areas: Floats, faces: Ints, table: EdgeTable) -> Floats:

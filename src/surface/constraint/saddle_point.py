@@ -13,9 +13,8 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from hexconformal.energy import BlockMatrix
 from hexconformal.geometry import Faces, Features, nodal_area_vectors, nodal_areas, simpson_mean
@@ -75,7 +74,7 @@ def displacement(
 
 
 def constrained_system(
-    hessian: sparse.bsr_matrix,
+    hessian: scipy.sparse.bsr_matrix,
     points: Floats,
     v: Floats,
     cells: Faces,
@@ -126,7 +125,7 @@ class ConstrainedSystem:
     """
 
     def __init__(
-        self, hessian: sparse.bsr_matrix, held: Floats, stiffness: Floats | None, moving: NDArray[np.bool_]
+        self, hessian: scipy.sparse.bsr_matrix, held: Floats, stiffness: Floats | None, moving: NDArray[np.bool_]
     ) -> None:
         count = len(held)
         rows = np.repeat(np.arange(count), np.diff(hessian.indptr))
@@ -154,18 +153,20 @@ class ConstrainedSystem:
 
     def solve_directly(self, rhs: Floats) -> Floats:
         """(n, 3) solution by a sparse factorization up to 120 000 nodes; all held directions must have a stiffness."""
+        from scipy.sparse.linalg import splu
+
         indptr, indices = self._pattern
         if np.count_nonzero(np.diff(indptr)) > _DIRECT:
             return self.solve_iteratively(rhs, _CG_TOLERANCE)
         rows = np.repeat(np.arange(len(rhs)), np.diff(indptr))
         data = np.where((indices == rows)[:, None, None], 0.5 * self._data, self._data)
-        lower = sparse.bsr_matrix((data, indices, indptr), shape=(rhs.size, rhs.size))
+        lower = scipy.sparse.bsr_matrix((data, indices, indptr), shape=(rhs.size, rhs.size))
         matrix = (lower + lower.T).tocsc()
         diagonal = self._diagonal
         # Unused nodes have empty rows; a surface that nothing holds may be shifted and turned.
         shift = np.where(diagonal > 0, 1e-11 * np.median(diagonal[diagonal > 0]), 1.0)
         factors = splu(
-            matrix + sparse.diags_array(shift, format="csc"),
+            matrix + scipy.sparse.diags_array(shift, format="csc"),
             permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=0.0,
             options={"SymmetricMode": True},

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from hexconformal.geometry import Faces, corner_triangles
 from hexconformal.kernel import (
@@ -175,7 +175,7 @@ class SurfaceEnergy:
             result[:, x] = np.bincount(self.frames.nodes.ravel(), forces[:, :, x].ravel(), self._count)
         return result
 
-    def hessian(self, points: Floats) -> sparse.bsr_matrix:
+    def hessian(self, points: Floats) -> scipy.sparse.bsr_matrix:
         """(3 n, 3 n) positive semidefinite second derivative, in 3 x 3 blocks."""
         indptr, indices = self._pattern
         data = np.empty((len(indices), 3, 3))
@@ -184,7 +184,7 @@ class SurfaceEnergy:
             _blocks, self._count, frames.nodes, frames.gradients, self.density_hessians(points), *self._incidences,
             indptr, indices, data,
         )  # fmt: skip
-        return sparse.bsr_matrix((data, indices, indptr), shape=(3 * self._count, 3 * self._count))
+        return scipy.sparse.bsr_matrix((data, indices, indptr), shape=(3 * self._count, 3 * self._count))
 
 
 class Quaternionic(SurfaceEnergy):

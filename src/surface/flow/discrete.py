@@ -13,8 +13,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
+import scipy
 
 from hexconformal.geometry import Faces
 
@@ -82,10 +81,10 @@ class Elements:
         self._rows = np.repeat(self.nodes, k, axis=1).ravel()
         self._columns = np.tile(self.nodes, (1, k)).ravel()
 
-    def assemble_matrix(self, local: Floats) -> sparse.csr_matrix:
+    def assemble_matrix(self, local: Floats) -> scipy.sparse.csr_matrix:
         """(n, n) matrix, the sum of local ones (f, k, k)."""
         shape = (self.count, self.count)
-        return sparse.csr_matrix((local.ravel(), (self._rows, self._columns)), shape=shape)
+        return scipy.sparse.csr_matrix((local.ravel(), (self._rows, self._columns)), shape=shape)
 
     def assemble_vector(self, local: Floats) -> Floats:
         """(n, 3) nodal sums of local vectors (f, k, 3)."""
@@ -151,7 +150,7 @@ class DiscreteSurface:
         b = elements.gradients
         return elements.assemble_vector(b[:, :, :1] * g1[:, None] + b[:, :, 1:] * g2[:, None])
 
-    def mass(self, factor: Floats | None = None) -> sparse.csr_matrix:
+    def mass(self, factor: Floats | None = None) -> scipy.sparse.csr_matrix:
         """(n, n) mass matrix, with a factor (f, r) at the points."""
         e = self.elements
         weights = e.weights * self.area_elements[:, None]
@@ -160,7 +159,7 @@ class DiscreteSurface:
         )
 
     @cached_property
-    def stiffness(self) -> sparse.csr_matrix:
+    def stiffness(self) -> scipy.sparse.csr_matrix:
         """(n, n) stiffness matrix K of the Laplace-Beltrami operator."""
         e = self.elements
         e11, e12, e22 = ((a * b).sum(axis=1) for a, b in ((self.f1, self.f1), (self.f1, self.f2), (self.f2, self.f2)))
@@ -169,7 +168,7 @@ class DiscreteSurface:
         return e.assemble_matrix(np.einsum("fia,fab,fjb->fij", e.gradients, inverse, e.gradients))
 
     @cached_property
-    def mass_matrix(self) -> sparse.csr_matrix:
+    def mass_matrix(self) -> scipy.sparse.csr_matrix:
         """(n, n) mass matrix M."""
         return self.mass()
 
@@ -201,9 +200,11 @@ class DiscreteSurface:
         return factorize(self.mass_matrix)
 
 
-def factorize(matrix: sparse.csr_matrix):  # type: ignore[no-untyped-def]
+def factorize(matrix: scipy.sparse.csr_matrix):  # type: ignore[no-untyped-def]
     """Sparse factors of a symmetric matrix that needs no pivoting (definite, or quasi-definite)."""
+    from scipy.sparse.linalg import splu
+
     unused = matrix.diagonal() == 0.0
     if unused.any():
-        matrix = matrix + sparse.diags_array(unused.astype(np.float64))
+        matrix = matrix + scipy.sparse.diags_array(unused.astype(np.float64))
     return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

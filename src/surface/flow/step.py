@@ -17,8 +17,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from hexconformal.geometry import enclosed_volume, nodal_area_vectors
 
@@ -107,12 +107,12 @@ def restore_conserved(
     """
     if not conserved.names:
         return surface
-    free_nodes = sparse.diags_array((~fixed).astype(np.float64))
+    free_nodes = scipy.sparse.diags_array((~fixed).astype(np.float64))
     smoothing = smoothing_length**2 * surface.area / len(surface.elements.cells)
-    matrix = free_nodes @ (surface.mass_matrix + smoothing * surface.stiffness) @ free_nodes + sparse.diags_array(
+    matrix = free_nodes @ (surface.mass_matrix + smoothing * surface.stiffness) @ free_nodes + scipy.sparse.diags_array(
         fixed * 1.0
     )
-    factors = factorize(sparse.csr_matrix(matrix))
+    factors = factorize(scipy.sparse.csr_matrix(matrix))
     directions = [factors.solve(np.where(fixed[:, None], 0.0, -gradient)) for gradient in conserved.gradients(surface)]
     found = _solve_multipliers(surface, conserved, np.zeros_like(surface.points), directions)
     return None if found is None else found[0]
@@ -150,16 +150,16 @@ def _implicit_solver(
     free = ~fixed
     parts = [term.stiffness(curvature_at_points(surface, terms)) for term in terms]
     bending, tension = sum(part[0] for part in parts), sum(part[1] for part in parts)
-    free_nodes = sparse.diags_array(free.astype(np.float64))
+    free_nodes = scipy.sparse.diags_array(free.astype(np.float64))
     # Rows of nodes that stay are those of the identity.
-    identity = sparse.diags_array(fixed.astype(np.float64))
+    identity = scipy.sparse.diags_array(fixed.astype(np.float64))
     matrix: Any = free_nodes @ (surface.mass_matrix / tau + tension * surface.stiffness) @ free_nodes + identity
     curved = bool(np.any(np.asarray(bending) > 0))
     if curved:
         coupling = free_nodes @ surface.stiffness
         inner = surface.mass(1.0 / np.broadcast_to(bending, surface.elements.weights.shape))
-        matrix = sparse.bmat([[matrix, coupling], [coupling.T, -inner]])
-    factors = factorize(sparse.csr_matrix(matrix))
+        matrix = scipy.sparse.bmat([[matrix, coupling], [coupling.T, -inner]])
+    factors = factorize(scipy.sparse.csr_matrix(matrix))
 
     def solve(loads: Floats) -> Floats:
         loads = loads * free[:, None]

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from ...elements import EDGES
 from ...mesh import unique_edges
@@ -183,10 +182,12 @@ class _Graph:
     costs_of_edges: Floats
     dearest: float
 
-    def _matrix(self, keep: Mask) -> csr_array:
+    def _matrix(self, keep: Mask) -> scipy.sparse.csr_array:
         edges, costs = self.edges[keep], self.costs_of_edges[keep]
         size = len(self.nodes)
-        return csr_array((np.append(costs, costs), (edges.T.ravel(), edges[:, ::-1].T.ravel())), shape=(size, size))
+        return scipy.sparse.csr_array(
+            (np.append(costs, costs), (edges.T.ravel(), edges[:, ::-1].T.ravel())), shape=(size, size)
+        )
 
     def _local(self, nodes: Ints) -> Ints:
         at = np.minimum(np.searchsorted(self.nodes, nodes), len(self.nodes) - 1)
@@ -194,6 +195,8 @@ class _Graph:
 
     def costs(self, one: Ints, other: Ints) -> Floats:
         """(k, l) costs of the ways from some nodes (k,) to others (l,); infinite where there is none."""
+        from scipy.sparse.csgraph import dijkstra
+
         table = np.full((len(one), len(other)), np.inf)
         if len(self.edges) == 0:
             return table
@@ -206,6 +209,8 @@ class _Graph:
 
     def path(self, one: int, other: int, taken: Mask, used: set[tuple[int, int]]) -> Ints | None:
         """The cheapest way between two nodes past nodes that are taken and edges that are used; None for none."""
+        from scipy.sparse.csgraph import dijkstra
+
         a, b = self._local(np.array([one, other])).tolist()
         if min(a, b) < 0:
             return None
