@@ -108,3 +108,18 @@ def test_a_patch_has_the_value_and_gradient_of_the_whole_where_its_nodes_move():
     assert change == pytest.approx(barrier.value(HERE + shift) - barrier.value(HERE), rel=1e-9)
     gradients = own.value_gradient((HERE + shift)[part.nodes])[1], barrier.value_gradient(HERE + shift)[1]
     np.testing.assert_allclose(gradients[0][part.local[rim]], gradients[1][rim], rtol=1e-9)
+
+
+@pytest.mark.parametrize("reference", [None, "ball"])
+def test_what_a_walk_has_found_is_for_those_points_alone(reference):
+    barrier, points = around(reference), HERE.copy()
+    barrier.value(points)
+    points[:] = THERE
+    assert barrier.value(points) == around(reference).value(THERE)
+    # Where it has looked before it does what it would have done then: far samples are looked for everywhere.
+    barrier.value(AFAR)
+    one, other = (np.zeros_like(POINTS), np.zeros_like(POINTS))
+    found = barrier.add_convex(AFAR, one, Assembly.of_cells(CELLS, np.ones(len(POINTS), dtype=bool)))[0]
+    fresh = around(reference).add_convex(AFAR, other, Assembly.of_cells(CELLS, np.ones(len(POINTS), dtype=bool)))[0]
+    assert found == fresh
+    np.testing.assert_array_equal(one, other)
