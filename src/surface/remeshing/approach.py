@@ -161,12 +161,16 @@ def approach(problem: RemeshingProblem, points: Floats, limits: AngleLimits, sch
     near, price = on_its_way.near, max(float(limits.angles(points).mean()) - limits.mean, _TINY)
     first = near.mean_square(points)
     nearest = (1 - schedule.least_gain) ** 2 * first
-    for _ in range(schedule.max_steps if first > _TINY**2 else 0):
-        step = on_its_way.step()
+    last, slow = first, 0
+    for _ in range(schedule.max_steps):
+        step = on_its_way.step() if last > schedule.near_enough**2 and slow < schedule.patience else None
         if step is None:
             return
         largest, distance = on_its_way.accept(step), near.mean_square(step.points)
         left = (float(limits.angles(step.points).mean()) - limits.mean) / price
+        # With an overdrawn price the distance gives way to the angles.
+        slow = slow + 1 if left >= 0 and distance > (1 - schedule.slow) ** 2 * last else 0
+        last = distance
         if left >= 0 and distance < nearest:
             nearest = distance
             yield Iterate(step.points, step.decrease, largest, step.held)

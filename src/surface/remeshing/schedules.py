@@ -214,6 +214,10 @@ class ApproachSchedule(Schedule):
         Factor of the weight of a cell that would be too thin, each time, and the largest.
     max_steps
         Newton steps.
+    near_enough
+        Root mean square of the distance, in mean edges, below which nothing is left to see.
+    slow, patience
+        Relative decrease of that in a step, and how many steps in a row may bring less while some of the price is left.
     least_decrease, spent
         Relative decrease in a step below which it is the last one, if no more than this share of the price is left.
     degrees, share
@@ -232,6 +236,9 @@ class ApproachSchedule(Schedule):
     emphasis: float = tuned(2.0, 1.0)
     max_emphasis: float = tuned(64.0, 1.0)
     max_steps: int = tuned(20)
+    near_enough: float = tuned(0.01, 0.0, 1.0)
+    slow: float = tuned(0.02, 0.0, 1.0)
+    patience: int = tuned(3)
     least_decrease: float = tuned(0.002, 0.0, 1.0)
     spent: float = tuned(0.05, 0.0, 1.0)
     degrees: float = tuned(0.49)
