@@ -148,6 +148,8 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "returning": {
         "rounds": (0, OFF),
         "watches": (0, OFF),
+        "keeping": (0, OFF, 8),
+        "slow": (0.0, OFF),
         "steeper": (1.0, OFF),
         "rings_back": ((), OFF),
         "shares_back": ((), OFF),

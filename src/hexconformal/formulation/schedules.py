@@ -134,8 +134,10 @@ class ReturnSchedule(Schedule):
         With other samples or another steepness, at most.
     steps
         Of Newton's method in each.
-    watches
-        Rounds that take in samples, and let no cell get worse than the worst is.
+    slow, patience
+        Relative decrease of the distance in a step, and how many of them in a row may bring less.
+    watches, keeping
+        Rounds that take in samples, and the first of these, which let no cell get worse than the worst is.
     steeper
         Factor of the steepness where samples stay outside.
     parts_back, rings_back, tries_back
@@ -147,7 +149,10 @@ class ReturnSchedule(Schedule):
 
     rounds: int = tuned(24)
     steps: int = tuned(8)
+    slow: float = tuned(0.01, 0.0, 1.0)
+    patience: int = tuned(2)
     watches: int = tuned(8)
+    keeping: int = tuned(4)
     steeper: float = tuned(4.0, 1.0)
     parts_back: tuple[float, ...] = tuned((0.05, 0.1, 0.3, 1.0), 0.0, 1.0)
     rings_back: tuple[int, ...] = tuned((2, 4, 8, 16))

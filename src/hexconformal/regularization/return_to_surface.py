@@ -35,7 +35,7 @@ def return_to_surface(
     points
         (n, 3) where to begin.
     keeps_worst
-        True where no cell may get much worse than the worst one is, if that can be.
+        True where no cell may get much worse than the worst one is: there are fewer rounds then.
 
     Yields
     ------
@@ -43,23 +43,28 @@ def return_to_surface(
     within its bound.
     """
     schedule, barrier, watched = formulation.schedules.returning, formulation.barrier, 0
+    watches = schedule.keeping if keeps_worst else schedule.watches
     formulation = formulation.within(formulation.schedules.work.returning)
     for _ in range(schedule.rounds):
         if barrier is None:
             return
         if barrier.relative_distance(points) > 1.0:
             barrier = replace(barrier, steepness=schedule.steeper * barrier.steepness)
-        elif watched == schedule.watches or not barrier.exceeded(points):
+        elif watched == watches or not barrier.exceeded(points):
             return
         else:
             # What the samples see comes back by itself; only then others are looked for.
             barrier, watched = barrier.watching(points), watched + 1
         formulation = formulation.with_barrier(barrier)
         weights = stiffened(formulation, points) if keeps_worst and watched else CornerWeights()
+        distance, slow = barrier.relative_distance(points), 0
         for iterate in islice(convex_newton(formulation, points, weights), schedule.steps):
             points = iterate.points
             yield points, formulation
-            if watched and barrier.relative_distance(points) < 1.0:
+            before, distance = distance, barrier.relative_distance(points)
+            slow = slow + 1 if distance > (1.0 - schedule.slow) * before else 0
+            # Steeper, or with other samples, it gets on again.
+            if distance < 1.0 or slow == schedule.patience:
                 break
 
 

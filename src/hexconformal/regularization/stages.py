@@ -65,7 +65,7 @@ class Stages:
 
     def __init__(self, setting: Setting, boundary: Boundary) -> None:
         self.state = State(boundary)
-        self._setting = setting
+        self._setting, self._earlier = setting, [setting.normalized.points]
 
     def __iter__(self) -> Iterator[Iteration]:
         kept = self._setting.normalized.points
@@ -119,7 +119,11 @@ class Stages:
         if found.bad.any():
             found = hold_folded(setting, found)
             yield Iteration("hold what stays inverted", found.points)
-        formulation, points, earlier = found.formulation, found.points, [found.points]
+        formulation, points, self._earlier = (
+            found.formulation,
+            found.points,
+            [self._setting.normalized.points, found.points],
+        )
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
         alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
@@ -130,12 +134,10 @@ class Stages:
         for iteration in self._minimize(formulation, points, found.bad, alone):
             points = iteration.points
             yield iteration
-        earlier.append(points)
+        self._earlier.append(points)
         if options.raises_worst and formulation.free.any() and len(formulation.cells) > 0:
             formulation, points = yield from self._raise_worst(formulation, points)
-        for iteration in self._return_to_surface(formulation, points, earlier):
-            points = iteration.points
-            yield iteration
+        points = yield from self._return_to_surface(formulation, points)
         if options.energy == "barrier":
             unfolded = untangle_interior(formulation, points)
             if unfolded is not points:
@@ -145,9 +147,7 @@ class Stages:
                 for iteration in raise_worst_patches(again, points) if options.raises_worst else ():
                     points = iteration.points
                     yield iteration
-                for iteration in self._return_to_surface(formulation, points, earlier):
-                    points = iteration.points
-                    yield iteration
+                points = yield from self._return_to_surface(formulation, points)
         if found.bad.any():
             points = improve_folded(whole.formulation, points, found.bad)
             yield Iteration("improve what stays inverted", points)
@@ -197,18 +197,30 @@ class Stages:
         yield from minimization
         self._ended(minimization.reason, minimization.converged)
 
-    def _return_to_surface(self, formulation: Formulation, points: Field, earlier: list[Field]) -> Iterator[Iteration]:
+    def _return_to_surface(self, formulation: Formulation, points: Field) -> Generator[Iteration, None, Field]:
         """Bring back what is out of its bound; with another surface to slide on that is told, not changed."""
         barrier = formulation.barrier
-        if barrier is not None and barrier.reference is None:
-            for points, _ in return_to_surface(formulation, points, self._raises_worst):
-                yield Iteration("return to the surface", points)
-            if barrier.exceeded(points):
-                yield Iteration("return to the surface", self._towards_earlier(barrier, points, earlier))
+        if barrier is None or barrier.reference is not None:
+            return points
+        for seen in return_to_surface(formulation, points, self._raises_worst):
+            points, formulation = seen
+            yield Iteration("return to the surface", points)
+        if not barrier.exceeded(points):
+            return points
+        # The worst cell stands in the way: it is let go, or all goes back a little, whatever makes it better.
+        best = self._towards_earlier(barrier, points)
+        if self._raises_worst:
+            for seen in return_to_surface(formulation, points, keeps_worst=False):
+                points = seen[0]
+                yield Iteration("return to the surface", best)
+            one, other = (corner_scaled_jacobian(x, formulation.cells).min() for x in (points, best))
+            best = points if one > other and not barrier.exceeded(points) else best
+        yield Iteration("return to the surface", best)
+        return best
 
-    def _towards_earlier(self, barrier: DistanceBarrier, points: Field, earlier: list[Field]) -> Field:
+    def _towards_earlier(self, barrier: DistanceBarrier, points: Field) -> Field:
         """Points on the way back to the last ones within the bound: the first that are so, without spoiling a cell."""
-        back = next((before for before in reversed(earlier) if within_bound(barrier, before)), points)
+        back = next((before for before in reversed(self._earlier) if within_bound(barrier, before)), points)
         return towards(barrier, points, back, self._setting.normalized.cells, self._setting.schedules.returning)
 
     def brought_back(self, points: Field) -> Field:
@@ -216,10 +228,9 @@ class Stages:
         formulation, barrier = self.state.formulation, self.state.boundary.barrier
         if formulation is None:
             if barrier is not None and barrier.reference is None and barrier.exceeded(points):
-                return self._towards_earlier(barrier, points, [self._setting.normalized.points])
+                return self._towards_earlier(barrier, points)
             return points
-        if formulation.barrier is None or self.state.converged:
-            return points
-        if formulation.barrier.reference is None:
-            points = [points, *(x for x, _ in return_to_surface(formulation, points, self._raises_worst))][-1]
+        if formulation.barrier is not None and not self.state.converged:
+            for iteration in self._return_to_surface(formulation, points):
+                points = iteration.points
         return points

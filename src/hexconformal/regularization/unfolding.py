@@ -69,7 +69,8 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
     found = Unfolded(boundary, formulation, points, folded_cells(formulation, points))
     if boundary.barrier is not None and boundary.barrier.reference is None:
         for bound in (share * normalized.diagonal for share in setting.schedules.unfolding.wider_bounds):
-            if found.bad.any() and boundary.barrier.bound < bound:
+            # Where all could be unfolded, and not brought back, still more room is of no use.
+            if found.bad.any() and boundary.barrier.bound < bound and found.sufficient == np.inf:
                 found = yield from _with_wider_bound(setting, found, boundary.barrier, bound)
     for features in others[: setting.schedules.unfolding.other_features]:
         if not found.bad.any():
@@ -105,7 +106,7 @@ def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrie
     for back in return_to_surface(closer, afar, keeps_worst=False):
         afar, closer = back
         yield Iteration("return to the surface", found.points)
-    if closer.barrier is not None and not closer.barrier.exceeded(afar):
+    if closer.barrier is not None and closer.barrier.farthest(afar) <= 1.0:
         boundary = replace(found.boundary, barrier=closer.barrier)
         return replace(found, boundary=boundary, formulation=closer).at(afar)
     needed = barrier.farthest(afar) * setting.options.hausdorff

@@ -128,13 +128,13 @@ def _raised(formulation: Formulation, points: Field, region: Mask) -> Field:
         return points
     local = points[nodes]
     worst = float(corner_scaled_jacobian(local, patch.cells).min())
-    for _ in range(schedule.patch_passes):
+    for number in range(schedule.patch_passes):
         steps = convex_newton(patch, local, stiffened(patch, local))
         for iterate in islice(steps, schedule.patch_steps):
             local = iterate.points
         before, worst = worst, float(corner_scaled_jacobian(local, patch.cells).min())
-        # All passes together would not come to a gain either.
-        if worst < before + schedule.least_gain / schedule.patch_passes:
+        # The first may lose something to begin with.
+        if number > 0 and worst < before + schedule.least_gain / schedule.patch_passes:
             break
     moved = points.copy()
     moved[nodes] = local
