@@ -11,10 +11,11 @@ from ..elements import FACES
 from ..kernel import CellChunks, loop, parallel_ranges
 from ..mesh import binary_search, corner_incidences, node_pattern
 
-__all__ = ["Assembly", "BlockMatrix", "block_places"]
+__all__ = ["Assembly", "BlockMatrix", "Places", "block_places"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Places = NDArray[np.int32]  # half of the memory; more blocks than these can count no memory holds
 
 
 @loop
@@ -31,9 +32,9 @@ def _places(first, last, cells, free, indptr, indices, places):  # type: ignore[
                 places[c, a * (a + 1) // 2 + b] = place
 
 
-def block_places(cells: Ints, free: NDArray[np.bool_], matrix: BlockMatrix) -> Ints:
+def block_places(cells: Ints, free: NDArray[np.bool_], matrix: BlockMatrix) -> Places:
     """Places (m, 36) in the matrix of the blocks of the pairs a >= b of every cell's nodes; -1 for none."""
-    places = np.empty((len(cells), 36), np.int64)
+    places = np.empty((len(cells), 36), np.int32)
     parallel_ranges(_places, len(cells), cells, free, matrix.indptr, matrix.indices, places)
     return places
 
@@ -83,7 +84,7 @@ class Assembly:
     """
 
     matrix: BlockMatrix
-    places: Ints
+    places: Places
     chunks: CellChunks
 
     @classmethod

@@ -22,6 +22,7 @@ __all__ = [
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Places = NDArray[np.int32]
 
 # First rows of what the work array (hexconformal.kernel.simd_frames) of the corners holds here: first derivatives;
 # second ones, of the pairs of columns 11, 12, 13, 22, 23, 33, nine rows each; those of each neighbour with the corner
@@ -120,14 +121,14 @@ def add_forces(s: Field, cells: Ints, c: int, corners: Ints, forces: Field) -> N
 
 
 @algebra
-def add_blocks(s: Field, cells: Ints, c: int, corners: Ints, places: Ints, local: Field, data: Field) -> None:
+def add_blocks(s: Field, cells: Ints, c: int, corners: Ints, places: Places, local: Field, data: Field) -> None:
     """Add the second derivatives of a cell to the blocks data at places (m, 36); local (36, 3, 3) is for use here."""
     _gather(s, corners, local)
     add_local(cells, c, places, local, data)
 
 
 @algebra
-def add_local(cells: Ints, c: int, places: Ints, local: Field, data: Field) -> None:
+def add_local(cells: Ints, c: int, places: Places, local: Field, data: Field) -> None:
     """Add the blocks local (36, 3, 3) of a cell to the blocks data at places (m, 36), where there are any."""
     for a in range(8):
         for b in range(a + 1):

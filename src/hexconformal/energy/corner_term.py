@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..elements import CORNERS
 from ..kernel import CellChunks, parallel_ranges
+from .block_matrix import Places
 from .corner_kernels import corner_densities, corner_fullness, corner_sums
 from .term import Patch, SummedTerm
 
@@ -111,7 +112,9 @@ class CornerTerm(SummedTerm):
     scales: Field = field(default_factory=lambda: np.empty(0))
     slender: Field = field(default_factory=lambda: np.empty(0))
 
-    def _sums(self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
+    def _sums(
+        self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Places
+    ) -> float:
         w = self.weights
         settings = self.scales, w.eps, w.distortion, w.angle, w.stiffness, w.proportion, self.slender, order
         where = gradient, data, places

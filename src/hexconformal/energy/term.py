@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import CellChunks
-from .block_matrix import Assembly
+from .block_matrix import Assembly, Places
 
 __all__ = ["Patch", "SummedTerm", "Term"]
 
@@ -18,7 +18,7 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_NO_BLOCKS = np.empty((0, 3, 3)), np.empty((0, 36), np.int64)
+_NO_BLOCKS = np.empty((0, 3, 3)), np.empty((0, 36), np.int32)
 _DIFFERENCE = 1e-6  # step of differences of gradients where edges are about 1: half of the digits are left
 
 
@@ -114,7 +114,9 @@ class SummedTerm(Term):
     cells: Ints
 
     @abstractmethod
-    def _sums(self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
+    def _sums(
+        self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Places
+    ) -> float:
         """The value; from order 1 on adds the gradient, from 2 on the convex blocks to the data at places (m, 36)."""
 
     def value(self, points: Field) -> float:

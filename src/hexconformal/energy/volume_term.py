@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import CellChunks
+from .block_matrix import Places
 from .term import Patch, SummedTerm
 from .volume_kernel import volume_sums
 
@@ -42,7 +43,9 @@ class VolumeTerm(SummedTerm):
     targets: Field
     weight: float = 1.0
 
-    def _sums(self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Ints) -> float:
+    def _sums(
+        self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Places
+    ) -> float:
         return chunks.total(volume_sums, points, self.cells, self.targets, self.weight, order, gradient, data, places)
 
     def restricted(self, patch: Patch) -> VolumeTerm:

@@ -126,6 +126,10 @@ class Formulation:
     def _assembly(self) -> Assembly:
         return Assembly.of_cells(self.cells, self.free)
 
+    def release(self) -> None:
+        """Let go of the matrix of all cells, which is made again where it is needed."""
+        self.__dict__.pop("_assembly", None)
+
     # ------------------------------------------------------------------------------------------ measures
     def measures(self, points: Field) -> CornerMeasures:
         """Determinants and densities of every cell at its corners."""

@@ -167,7 +167,10 @@ class Stages:
                 self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
             return formulation, points
         self._ended("interrupted", False)
-        raise_cells = raise_worst if len(quality) <= schedules.worst_cells.many_cells else raise_worst_patches
+        raise_cells = raise_worst
+        if len(quality) > schedules.worst_cells.many_cells:
+            raise_cells = raise_worst_patches
+            formulation.release()
         bounded = formulation.within(schedules.work.patches)
         for iteration in raise_cells(bounded, points):
             points = iteration.points
