@@ -5,7 +5,7 @@
 
 fixed      a cube twisted by 60 degrees, jittered; fixed boundary, mean distortion, relative gradient 1e-6
 part       a real part with a curved boundary, plain defaults, cut in 8^k cells (benchmarks/cut.py)
-tangled    a jittered box of which a tenth of the cells is inverted, fixed boundary, plain defaults
+tangled    a jittered box of which 6 % of the cells are inverted, fixed boundary, plain defaults
 flow       a step of mean curvature flow of a sphere of triangles
 
 Every run is a process of its own, after a small mesh that loads the compiled kernels. Wall and CPU seconds are those
@@ -33,7 +33,7 @@ SIZES = {"fixed": (40, 64, 100), "part": (0, 1, 2), "tangled": (32, 64, 100), "f
 TITLES = {
     "fixed": "Cube twisted by 60 degrees, jittered by 0.1; fixed boundary, mean distortion, relative gradient 1e-6",
     "part": "A part with a curved boundary, cut in 8^k; plain defaults",
-    "tangled": "Box with a tenth of its cells inverted, fixed boundary; plain defaults",
+    "tangled": "Jittered box with 6 % of its cells inverted, fixed boundary; plain defaults",
     "flow": "A step of mean curvature flow of a sphere, with remeshing",
 }
 HEADER = (

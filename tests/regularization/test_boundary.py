@@ -83,7 +83,10 @@ COARSE = {
 }
 
 
-@pytest.mark.parametrize(("name", "options"), [*((name, {}) for name in COARSE), ("bar", {"max_iterations": 16})])
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [*((name, {}) for name in COARSE), *(("bar", {"max_iterations": most}) for most in (14, 16, 18))],
+)
 def test_coarse_warped_quads_keep_the_bound_everywhere(name, options):
     points, cells = COARSE[name]
     result = hc.regularize((points, cells), **options)

@@ -119,11 +119,8 @@ class Stages:
         if found.bad.any():
             found = hold_folded(setting, found)
             yield Iteration("hold what stays inverted", found.points)
-        formulation, points, self._earlier = (
-            found.formulation,
-            found.points,
-            [self._setting.normalized.points, found.points],
-        )
+        formulation, points = found.formulation, found.points
+        self._earlier = [normalized.points, points]
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
         alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes

@@ -157,6 +157,11 @@ class InputSurface:
         """Largest distance, both ways, of the surface that was accepted last, at the samples of a step."""
         return float(max(distances.max(initial=0.0) for distances in self._accepted))
 
+    @property
+    def centre_distance(self) -> float:
+        """Root mean square distance of the centres of the cells of that surface."""
+        return float(np.sqrt((self._accepted[0] ** 2).mean()))
+
     def turned_over(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) cells whose normal points against the input's below their centre, on an edge against either side's."""
         return self._turned if points is self._measured else self._against(points, self._closest_to_centres(points))

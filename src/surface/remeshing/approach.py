@@ -69,9 +69,6 @@ class _Approach:
         self._problem.energy, self._frames = energy, energy.frames
         self._emphasis, self._damping = np.ones(len(problem.cells)), np.full(len(points), self._step.min_damping)
         self.near = Nearness(problem.start, problem.cells, points, self._schedule.stiffness, self._schedule.knee)
-        problem.input_surface.forbid_turning = True
-        problem.input_surface.cells_out_of_bounds(points, bound, np.zeros(len(problem.cells), dtype=bool))
-        problem.input_surface.accept()
 
     def step(self) -> _Step | None:
         """A step that lowers the sum of both energies and violates nothing, or None."""
@@ -156,6 +153,12 @@ def approach(problem: RemeshingProblem, points: Floats, limits: AngleLimits, sch
     """
     schedule = schedules.approach
     if problem.projection is None or problem.bound is None:
+        return
+    problem.input_surface.forbid_turning = True
+    problem.input_surface.cells_out_of_bounds(points, problem.bound, np.zeros(len(problem.cells), dtype=bool))
+    problem.input_surface.accept()
+    # Centres are what is farthest from where a surface bends.
+    if problem.input_surface.centre_distance < schedule.near_enough:
         return
     on_its_way = _Approach(problem, points, limits, schedules, problem.projection, problem.bound)
     near, price = on_its_way.near, max(float(limits.angles(points).mean()) - limits.mean, _TINY)

@@ -8,7 +8,7 @@ from meshes.surfaces import as_arrays, grid, icosphere, no_cells, quad_cube, sca
 
 import surface
 from hexconformal.geometry import Faces, SurfaceLocator
-from surface.remeshing import Options, Record, Schedules
+from surface.remeshing import Options, Record, Schedules, approach
 from surface.remeshing.acceptance import Acceptance
 from surface.remeshing.schedules import ApproachSchedule
 
@@ -135,3 +135,16 @@ def test_what_it_cost_is_not_taken_back_when_the_result_is_remeshed():
     assert first.report.mean_distance > 0
     again = remeshed((first.points, cells.triangles))
     assert np.array_equal(again.points, first.points)
+
+
+def test_a_surface_that_is_near_enough_costs_no_steps(lumpy, monkeypatch):
+    mesh, far, near = lumpy
+    steps = []
+    step = approach._Approach.step
+    monkeypatch.setattr(approach._Approach, "step", lambda self: steps.append(1) or step(self))
+    assert np.array_equal(remeshed(mesh, near_enough=1.0).points, far.points)
+    assert not steps
+    # With some of the price left, a step that brings less than asked for ends it.
+    remeshed(mesh, slow=1.0, patience=1, degrees=5.0, share=1.0, deficit_share=1.0)
+    assert len(steps) == 1
+    assert near.report.iterations > far.report.iterations + 1
