@@ -231,7 +231,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         [
             ("mask |= taken[cells[c, a]]", "mask = taken[cells[c, a]]"),
             ("taken[cells[c, a]] |= np.uint64(1) << np.uint64(best)", "taken[cells[c, a]] = np.uint64(1)"),
-            ("if not np.isfinite(sums[chunks]).all():", "if False:"),
+            ("return float(sums.sum())", "return float(sums[1:].sum())"),
             ("self.order[first:last]", "self.order[: last - first]"),
         ],
     ),
@@ -349,7 +349,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("(samples.attraction > 0.0) | (most >= onset)", "(samples.attraction > 0.0) & (most >= onset)"),
             ("worst = max(worst, float(found.distances.max(", "worst = (float(found.distances.max("),
             ("measured_at=x, wall=wall", "wall=wall"),
-            ("np.concatenate([points, self.beside]) if", "np.concatenate([points, 0.0 * self.beside]) if"),
+            ("np.concatenate([points, self.beside]) if", "points if"),
             ("spacing=max(0.5 * self.spacing", "spacing=max(self.spacing"),
             ("if (last := self._last) and np.array_equal(last[0][0], points):", "if last := self._last:"),
             ("if everywhere and (found.distances > far).any():", "if False:"),
@@ -442,7 +442,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ("untangling/test_thin_cells.py",),
         [
             ("points[nodes] = local", "points[nodes] = points[nodes]"),
-            ("measures.fullness < schedule.thin", "measures.fullness > schedule.thin"),
+            ("if not thin.any():", "if thin.any():"),
             ("if since == schedule.patience:", "if since == 0:"),
         ],
     ),

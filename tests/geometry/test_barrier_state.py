@@ -123,3 +123,13 @@ def test_what_a_walk_has_found_is_for_those_points_alone(reference):
     fresh = around(reference).add_convex(AFAR, other, Assembly.of_cells(CELLS, np.ones(len(POINTS), dtype=bool)))[0]
     assert found == fresh
     np.testing.assert_array_equal(one, other)
+
+
+def test_samples_beyond_the_wall_are_looked_for_everywhere():
+    barrier = around(None)
+    seen = barrier.renewed(AFAR)
+    places = np.einsum("sj,sji->si", seen.forward.weights, AFAR[quads()[seen.forward.faces]])
+    exact = SurfaceLocator(POINTS, quads()).closest(places).distances
+    far = seen.forward.distances > barrier.schedule.wall * BOUND
+    assert far.sum() > 20
+    np.testing.assert_allclose(seen.forward.distances[far], exact[far], rtol=1e-12)

@@ -8,7 +8,7 @@ from hexconformal.elements import is_valid
 from hexconformal.formulation import ReturnSchedule
 from hexconformal.geometry import DistanceBarrier, SurfaceLocator
 from hexconformal.mesh import boundary_quads
-from hexconformal.regularization.return_to_surface import towards
+from hexconformal.regularization.return_to_surface import _falling, towards
 
 BOUND = 0.02
 
@@ -52,3 +52,23 @@ def test_points_within_the_bound_stay():
     points, _, cells, barrier = situation(1)
     inside = 1.001 * points
     assert towards(barrier, inside, points, cells, ReturnSchedule()) is inside
+
+
+def test_what_goes_back_spoils_no_cell():
+    points, cells = generate.box((12, 4, 4), (12.0, 4.0, 4.0))
+    barrier = DistanceBarrier.around(SurfaceLocator(points, boundary_quads(cells)[0]), BOUND)
+    # One end is pushed far out: to put back its nodes alone would fold the cells behind.
+    moved = points.copy()
+    moved[:, 0] += 1.5 * np.clip(points[:, 0] - 6.0, 0.0, None) / 6.0 * 4.0
+    schedule = ReturnSchedule(rings_back=(1, 2, 12), parts_back=(1.0,))
+    found = towards(barrier, moved, points, cells, schedule)
+    assert not barrier.exceeded(found)
+    assert is_valid(found, cells).all()
+
+
+def test_shares_fall_from_one_to_zero_over_the_rings():
+    points, cells = generate.box((12, 1, 1), (12.0, 1.0, 1.0))
+    shares = _falling(cells, points[:, 0] == 0.0, 8)
+    at = [shares[np.isclose(points[:, 0], x)] for x in range(13)]
+    assert all((share == share[0]).all() for share in at)
+    np.testing.assert_allclose([share[0] for share in at], [1, 1, 1, 1, 1, 0.75, 0.5, 0.25, 0, 0, 0, 0, 0])
