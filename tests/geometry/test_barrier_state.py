@@ -9,6 +9,7 @@ from hexconformal.energy import Assembly, Patch
 from hexconformal.geometry.closest_point import SurfaceLocator
 from hexconformal.geometry.distance_barrier import DistanceBarrier
 from hexconformal.geometry.features import find_features
+from hexconformal.kernel import threads
 from hexconformal.mesh.topology import boundary_quads
 
 POINTS, CELLS = generate.cylinder(4, 3, 6)
@@ -133,3 +134,15 @@ def test_samples_beyond_the_wall_are_looked_for_everywhere():
     far = seen.forward.distances > barrier.schedule.wall * BOUND
     assert far.sum() > 20
     np.testing.assert_allclose(seen.forward.distances[far], exact[far], rtol=1e-12)
+
+
+def test_samples_add_up_to_the_same_bits_with_any_number_of_threads(monkeypatch):
+    monkeypatch.setattr(threads, "_SMALLEST_RANGE", 1)
+    found = []
+    for count in (1, 2, 5):
+        monkeypatch.setattr(threads, "thread_count", lambda count=count: count)
+        assembly, gradient = Assembly.of_cells(CELLS, np.ones(len(POINTS), dtype=bool)), np.zeros_like(POINTS)
+        value = around(None).add_convex(HERE, gradient, assembly)[0]
+        found.append((value, gradient, assembly.matrix.data))
+    for other in found[1:]:
+        assert all(np.array_equal(one, same) for one, same in zip(found[0], other, strict=True))

@@ -70,11 +70,11 @@ def test_a_mesh_that_keeps_cells_without_volume_is_not_converged():
     assert "no volume, or next to none" in report.reason
 
 
-@pytest.mark.parametrize("shape", [(16, 16, 16), (32, 32, 32)], ids=str)
-@pytest.mark.parametrize("seed", [0, 2])
-def test_thin_cells_cost_no_iterations_where_only_the_distortion_counts(shape, seed):
-    points, cells = generate.jittered(*generate.box(shape), 0.25, seed=seed)
+@pytest.mark.parametrize(("edge", "seed"), [(16, 0), (32, 2), (48, 2)])
+def test_thin_cells_cost_no_iterations_where_only_the_distortion_counts(edge, seed):
+    points, cells = generate.jittered(*generate.box((edge, edge, edge)), 0.25, seed=seed)
     assert 0.0 < corner_scaled_jacobian(points, cells).min() < 0.05
-    report = hc.regularize((points, cells), boundary="fixed").report
-    assert report.after.scaled_jacobian.min > 0.9999
-    assert report.iterations < 22
+    result = hc.regularize((points, cells), boundary="fixed")
+    assert result.report.after.scaled_jacobian.min > 0.9999
+    assert result.report.iterations < 22
+    assert [record.phase for record in result.history].count("thicken") < 3
