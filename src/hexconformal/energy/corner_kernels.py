@@ -19,6 +19,7 @@ from ..kernel import (
     store_inverses,
     transpose,
 )
+from .block_matrix import Places
 from .convex_frames import (
     DENSITY,
     FOLDED,
@@ -73,6 +74,40 @@ def _store_densities(s: Field, eps: float, distortion: float, angle: float, stif
             s[MARGIN, q] = min(s[MARGIN, q], min(margin, d))
 
 
+@algebra
+def _sum(
+    first: int, last: int, points: Field, cells: Ints, corners: Ints, inverses: Field, scales: Field, eps: float,
+    distortion: float, angle: float, stiffness: float, proportion: float, slender: Field, order: int,
+    forces: Field, data: Field, places: Places,
+) -> float:  # fmt: skip
+    """That of cells first to last; see :func:`corner_sums`."""
+    s, local, total = np.empty((ROWS, 8)), np.empty((36, 3, 3)), 0.0
+    for c in range(first, last):
+        _store_frames(points, cells, c, corners, inverses, s)
+        weight = scales[c] if len(scales) > 0 else 1.0
+        if order > 0:
+            store_distortion(s, eps, weight * distortion)
+            if angle > 0.0:
+                add_angles(s, weight * angle, stiffness)
+        else:
+            _store_densities(s, eps, weight * distortion, weight * angle, stiffness)
+        if proportion > 0.0 and len(slender) > 0:
+            add_proportions(s, weight * proportion, slender[c], order)
+        for q in range(8):
+            if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
+                return np.inf
+            total += s[DENSITY, q]
+        if order == 0:
+            continue
+        if len(inverses) > 0:
+            pull_back(s)
+        to_nodes(s)
+        add_forces(s, cells, c, corners, forces)
+        if order > 1:
+            add_blocks(s, cells, c, corners, places, local, data)
+    return total
+
+
 @loop
 def corner_sums(  # type: ignore[no-untyped-def]
     first, last, chunks, size, sums,
@@ -89,34 +124,14 @@ def corner_sums(  # type: ignore[no-untyped-def]
     order 2 also the convex Hessian to the 3 x 3 blocks data at places (m, 36), those of
     :func:`hexconformal.energy.block_matrix.block_places`.
     """
-    s, local = np.empty((ROWS, 8)), np.empty((36, 3, 3))
     for n in range(first, last):
-        chunk, total = chunks[n], 0.0
-        for c in range(chunk * size, min((chunk + 1) * size, len(cells))):
-            _store_frames(points, cells, c, corners, inverses, s)
-            weight = scales[c] if len(scales) > 0 else 1.0
-            if order > 0:
-                store_distortion(s, eps, weight * distortion)
-                if angle > 0.0:
-                    add_angles(s, weight * angle, stiffness)
-            else:
-                _store_densities(s, eps, weight * distortion, weight * angle, stiffness)
-            if proportion > 0.0 and len(slender) > 0:
-                add_proportions(s, weight * proportion, slender[c], order)
-            for q in range(8):
-                if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
-                    sums[chunk] = np.inf
-                    return
-                total += s[DENSITY, q]
-            if order == 0:
-                continue
-            if len(inverses) > 0:
-                pull_back(s)
-            to_nodes(s)
-            add_forces(s, cells, c, corners, forces)
-            if order > 1:
-                add_blocks(s, cells, c, corners, places, local, data)
-        sums[chunk] = total
+        chunk = chunks[n]
+        sums[chunk] = _sum(
+            chunk * size, min((chunk + 1) * size, len(cells)), points, cells, corners, inverses, scales,
+            eps, distortion, angle, stiffness, proportion, slender, order, forces, data, places,
+        )  # fmt: skip
+        if sums[chunk] == np.inf:
+            return
 
 
 @algebra

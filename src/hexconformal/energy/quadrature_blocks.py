@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import algebra, frame_at, loop, matrix_product, store, store_inverses, transpose
+from .block_matrix import Places
 from .convex_frames import DENSITY, FOLDED, FRAME, MARGIN, ROWS, store_distortion, store_quaternionic
 from .corner_blocks import BLOCKS, COLUMN, INVERSE, add_local, pull_back
 
@@ -55,6 +56,41 @@ def _gather(s: Field, shapes: Field, local: Field) -> None:
                                 local[pair, r, k] += share * s[row + entry, q]
 
 
+@algebra
+def _sum(
+    first: int, last: int, points: Field, cells: Ints, shapes: Field, weights: Field, scales: Field, inverses: Field,
+    eps: float, forces: Field, data: Field, places: Places,
+) -> float:  # fmt: skip
+    """That of cells first to last; see :func:`convex_sums`."""
+    s, local, total = np.empty((ROWS, 8)), np.empty((36, 3, 3)), 0.0
+    for c in range(first, last):
+        _store_frames(points, cells, c, shapes, inverses, s)
+        scale = scales[c] if len(scales) > 1 else scales[0]
+        if eps < 0.0:
+            store_quaternionic(s, scale)
+        else:
+            store_distortion(s, eps, scale)
+        for q in range(8):
+            if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
+                return np.inf
+            total += weights[q] * s[DENSITY, q]
+        for row in range(COLUMN, BLOCKS + 54):
+            for q in range(8):
+                s[row, q] *= weights[q]
+        if len(inverses) > 0:
+            pull_back(s)
+        for q in range(8):
+            for a in range(8):
+                for k in range(3):
+                    force = 0.0
+                    for i in range(3):
+                        force += shapes[q, a, i] * s[COLUMN + 3 * i + k, q]
+                    forces[cells[c, a], k] += force
+        _gather(s, shapes, local)
+        add_local(cells, c, places, local, data)
+    return total
+
+
 @loop
 def convex_sums(  # type: ignore[no-untyped-def]
     first, last, chunks, size, sums, points, cells, shapes, weights, scales, inverses, eps, forces, data, places
@@ -65,33 +101,9 @@ def convex_sums(  # type: ignore[no-untyped-def]
     sign of eps tells the energy: negative is the quaternionic one. A sum for each of some chunks of cells, see
     :class:`hexconformal.kernel.CellChunks`.
     """
-    s, local = np.empty((ROWS, 8)), np.empty((36, 3, 3))
     for n in range(first, last):
-        chunk, total = chunks[n], 0.0
-        for c in range(chunk * size, min((chunk + 1) * size, len(cells))):
-            _store_frames(points, cells, c, shapes, inverses, s)
-            scale = scales[c] if len(scales) > 1 else scales[0]
-            if eps < 0.0:
-                store_quaternionic(s, scale)
-            else:
-                store_distortion(s, eps, scale)
-            for q in range(8):
-                if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
-                    sums[chunk] = np.inf
-                    return
-                total += weights[q] * s[DENSITY, q]
-            for row in range(COLUMN, BLOCKS + 54):
-                for q in range(8):
-                    s[row, q] *= weights[q]
-            if len(inverses) > 0:
-                pull_back(s)
-            for q in range(8):
-                for a in range(8):
-                    for k in range(3):
-                        force = 0.0
-                        for i in range(3):
-                            force += shapes[q, a, i] * s[COLUMN + 3 * i + k, q]
-                        forces[cells[c, a], k] += force
-            _gather(s, shapes, local)
-            add_local(cells, c, places, local, data)
-        sums[chunk] = total
+        chunk = chunks[n]
+        begin, end = chunk * size, min((chunk + 1) * size, len(cells))
+        sums[chunk] = _sum(begin, end, points, cells, shapes, weights, scales, inverses, eps, forces, data, places)
+        if sums[chunk] == np.inf:
+            return
