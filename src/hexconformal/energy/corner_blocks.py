@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import algebra, frame_at, matrix_product, plus, scale, store, times, transpose
+from .block_matrix import Places
 
 __all__ = [
     "BLOCKS",
@@ -22,7 +23,6 @@ __all__ = [
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Places = NDArray[np.int32]
 
 # First rows of what the work array (hexconformal.kernel.simd_frames) of the corners holds here: first derivatives;
 # second ones, of the pairs of columns 11, 12, 13, 22, 23, 33, nine rows each; those of each neighbour with the corner
