@@ -135,7 +135,7 @@ class CornerTerm(SummedTerm):
         return CornerMeasures(*columns)
 
     def fullness(self, points: Field) -> Field:
-        """(m,) that of :class:`CornerMeasures` alone, in a quarter of the time."""
+        """(m,) that of :class:`CornerMeasures` alone, in less than half of the time."""
         out = np.empty(len(self.cells))
         parallel_ranges(corner_fullness, len(out), points, self.cells, _TABLE, self.inverses, out)
         return out
