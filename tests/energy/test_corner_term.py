@@ -9,6 +9,7 @@ from corner_problems import CUBES, convex, formulation_of, jittered_cubes
 from hexconformal import generate
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS, CORNERS
 from hexconformal.energy import CornerTerm, CornerWeights, DistortionTerm, Patch
+from hexconformal.kernel import CellChunks
 from hexconformal.kernel.distortion import barrier_factor, cofactor, determinant, frame_frozen_second, frame_gradient
 from hexconformal.mesh.topology import node_rings
 from hexconformal.untangling.untangle import folded_cells
@@ -36,6 +37,17 @@ def test_gradient_agrees_with_differences_to_second_order(weights, target):
         errors.append(abs((ahead - behind) / (2 * step) - slope))
     assert errors[1] < 1e-4 * abs(slope) + 1e-6
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
+
+
+def test_cells_are_put_in_chunks_once(monkeypatch):
+    points, cells = jittered_cubes()
+    found = []
+    monkeypatch.setattr(CellChunks, "of", lambda *mesh, of=CellChunks.of: found.append(of(*mesh)) or found[-1])
+    term = CornerTerm(cells, CUBES)
+    first, second = (term.value_gradient(points) for _ in range(2))
+    assert len(found) == 1
+    assert first[0] == second[0]
+    np.testing.assert_array_equal(first[1], second[1])
 
 
 @pytest.mark.parametrize("target", TARGETS)

@@ -119,6 +119,11 @@ class SummedTerm(Term):
     ) -> float:
         """The value; from order 1 on adds the gradient, from 2 on the convex blocks to the data at places (m, 36)."""
 
+    @cached_property
+    def _chunks(self) -> CellChunks:
+        """The cells in chunks that threads may add to nodes at once."""
+        return CellChunks.of(self.cells, int(self.cells.max(initial=-1)) + 1)
+
     def value(self, points: Field) -> float:
         """The value at some points (n, 3)."""
         return self._sums(CellChunks.unshared(len(self.cells)), points, 0, np.empty((0, 3)), *_NO_BLOCKS)
@@ -126,7 +131,7 @@ class SummedTerm(Term):
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """The value, and the gradient (n, 3)."""
         gradient = np.zeros_like(points)
-        return self._sums(CellChunks.of(self.cells, len(points)), points, 1, gradient, *_NO_BLOCKS), gradient
+        return self._sums(self._chunks, points, 1, gradient, *_NO_BLOCKS), gradient
 
     def add_convex(self, points: Field, gradient: Field, assembly: Assembly) -> tuple[float, Term]:
         """Add gradient and convex blocks."""
