@@ -33,6 +33,7 @@ __all__ = ["DistanceBarrier"]
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Look = tuple[Ints, Distances, Field]  # which samples are looked at, what is found, how far all may be at most
 
 _NO_BLOCKS = np.empty((0, 3, 3)), BlockMatrix(np.zeros(1, np.int64), np.empty(0, np.int32))
 
@@ -273,15 +274,13 @@ class DistanceBarrier(Term):
         x = self._with_beside(points)
         return steep, replace(self, measured_at=x, wall=wall, forward=forward, backward=backward, curves=curves)
 
-    def _looked(
-        self, points: Field, everywhere: bool
-    ) -> tuple[list[Steep], list[tuple[Ints, Distances, Field]], Curves]:
+    def _looked(self, points: Field, everywhere: bool) -> tuple[list[Steep], list[Look], Curves]:
         """Distances of samples that may be beyond the onset, or are drawn back; what that tells of them."""
         if self.skin is None:
             return [], [], self.curves
         x, far = self._with_beside(points), self.schedule.wall * self.bound
-        steep, looks = [], []
-        for samples, (which, found, most) in zip((self.forward, self.backward), self._walked(points), strict=True):
+        steep, looks, walked = [], [], self._walked(self.skin, points)
+        for samples, (which, found, most) in zip((self.forward, self.backward), walked, strict=True):
             if everywhere and (found.distances > far).any():
                 found = samples.measured(which, *self._surfaces(self.skin, x), far)
             steep.append(self._steep(found, self.schedule.attraction * samples.attraction[which]))
@@ -304,13 +303,12 @@ class DistanceBarrier(Term):
             steep.append(self._of_curves(nodes, weights, residuals, distances, slack, growing))
         return steep, looks, curves
 
-    def _walked(self, points: Field) -> list[tuple[Ints, Distances, Field]]:
+    def _walked(self, skin: SurfaceLocator | BilinearSurface, points: Field) -> list[Look]:
         """What a walk finds, forward and backward; kept, as a step is taken to where the line search has looked."""
         if (last := self._last) and np.array_equal(last[0][0], points):
             return last[0][1]
-        assert self.skin is not None
         x, onset = self._with_beside(points), self.schedule.onset * self.bound
-        moved, surfaces = moved_by(x - self.measured_at, self.skin.faces), self._surfaces(self.skin, x)
+        moved, surfaces = moved_by(x - self.measured_at, skin.faces), self._surfaces(skin, x)
         looks = []
         for samples in (self.forward, self.backward):
             # A distance changes no faster than the nodes move: what was far from the bound need not be looked at.
@@ -321,7 +319,7 @@ class DistanceBarrier(Term):
         return looks
 
     @cached_property
-    def _last(self) -> list[tuple[Field, list[tuple[Ints, Distances, Field]]]]:
+    def _last(self) -> list[tuple[Field, list[Look]]]:
         return []
 
     def _steep(self, found: Distances, attraction: Field) -> Steep:
