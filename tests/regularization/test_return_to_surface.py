@@ -8,7 +8,8 @@ from hexconformal.elements import is_valid
 from hexconformal.formulation import ReturnSchedule
 from hexconformal.geometry import DistanceBarrier, SurfaceLocator
 from hexconformal.mesh import boundary_quads
-from hexconformal.regularization.return_to_surface import _falling, towards
+from hexconformal.regularization import return_to_surface
+from hexconformal.regularization.return_to_surface import _beyond, _falling, towards
 
 BOUND = 0.02
 
@@ -52,6 +53,15 @@ def test_points_within_the_bound_stay():
     points, _, cells, barrier = situation(1)
     inside = 1.001 * points
     assert towards(barrier, inside, points, cells, ReturnSchedule()) is inside
+
+
+def test_the_points_are_looked_at_once(monkeypatch):
+    points, moved, cells, barrier = situation(3)
+    looks = []
+    monkeypatch.setattr(return_to_surface, "_beyond", lambda of, x: looks.append(x is moved) or _beyond(of, x))
+    towards(barrier, moved, points, cells, ReturnSchedule(parts_back=(0.01, 1.0)))
+    assert len(looks) > 3
+    assert sum(looks) == 1
 
 
 def test_what_goes_back_spoils_no_cell():

@@ -73,16 +73,19 @@ def towards(barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, s
 
     At first only those around places out of the bound go back, the less the farther they are; then all of them.
     """
+    if not (beyond := _beyond(barrier, points)).any():
+        return points
     valid = is_valid(points, cells)
     for share, rings in product(schedule.parts_back, schedule.rings_back):
-        trial, left = points, np.zeros(len(points), dtype=bool)
-        for _ in range(schedule.tries_back):
-            if not (beyond := _beyond(barrier, trial)).any():
-                return trial
-            left |= beyond
+        left = beyond
+        # The first of the tries are the points themselves.
+        for _ in range(1, schedule.tries_back):
             trial = points + share * _falling(cells, left, rings)[:, None] * (back - points)
             if not is_valid(trial, cells)[valid].all():
                 break
+            if not (still := _beyond(barrier, trial)).any():
+                return trial
+            left = left | still
     for share in schedule.shares_back:
         trial = points + share * (back - points)
         if not barrier.exceeded(trial) and is_valid(trial, cells)[valid].all():
