@@ -130,7 +130,7 @@ def two_halves():
     points, cells = generate.jittered(*generate.cylinder(4, 3, 6), 0.3, seed=2)
     height = points[:, 2]
     mantle = np.isclose(np.hypot(*points[:, :2].T), 1.0) & (height > height.min()) & (height < height.max())
-    points[mantle] += 0.02 * np.random.default_rng(2).normal(size=(mantle.sum(), 3))
+    points[mantle] += 0.03 * np.random.default_rng(2).normal(size=(mantle.sum(), 3))
     upper = points[cells].mean(axis=1)[:, 2] > height.mean()
     return hc.HexMesh(points, cells, cell_data={"material": upper.astype(int)})
 
@@ -138,7 +138,7 @@ def two_halves():
 def test_a_run_conserves_the_volume_of_every_region_if_asked_to():
     mesh = two_halves()
     plain = hc.regularize(mesh).report
-    assert min(abs(row.volume_change) for row in plain.regions) > 1e-5
+    assert min(abs(row.volume_change) for row in plain.regions) > 1e-4
     report = hc.regularize(mesh, conserve_volume=True).report
     assert max(abs(row.volume_change) for row in report.regions) < 1e-10
     assert abs(report.volume_change) < 1e-10
