@@ -70,11 +70,14 @@ def test_a_mesh_that_keeps_cells_without_volume_is_not_converged():
     assert "no volume, or next to none" in report.reason
 
 
-@pytest.mark.parametrize(("edge", "seed"), [(16, 0), (32, 2), (48, 2)])
+@pytest.mark.parametrize(("edge", "seed"), [(16, 0), (20, 1), (28, 0)])
 def test_thin_cells_cost_no_iterations_where_only_the_distortion_counts(edge, seed):
     points, cells = generate.jittered(*generate.box((edge, edge, edge)), 0.25, seed=seed)
     assert 0.0 < corner_scaled_jacobian(points, cells).min() < 0.05
     result = hc.regularize((points, cells), boundary="fixed")
     assert result.report.after.scaled_jacobian.min > 0.9999
-    assert result.report.iterations < 22
-    assert [record.phase for record in result.history].count("thicken") < 3
+    # Without that phase they take 21, 30 and 38; with the barrier itself in it, eps = 0, the first goes an eighth.
+    assert result.report.iterations < 20
+    steps = [record.step for record in result.history if record.phase == "thicken"]
+    assert 0 < len(steps) < 3
+    assert min(steps) >= 0.5
