@@ -205,8 +205,9 @@ def _walked(surface: SurfaceLocator, places: Floats, start: Ints, bound: float) 
     found = surface.closest_by_walk(places, start)
     distances, faces = found.distances, found.faces.copy()
     far = np.flatnonzero(distances > bound)
-    exact = surface.closest(places[far], faces[far])
-    distances[far], faces[far] = exact.distances, exact.faces
+    if len(far):  # without any, the tree of the surface need not be made
+        exact = surface.closest(places[far], faces[far])
+        distances[far], faces[far] = exact.distances, exact.faces
     return found.faces, distances, faces
 
 

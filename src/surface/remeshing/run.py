@@ -247,8 +247,11 @@ class Remeshing:
         cells, acceptance = self.mesh.cells, self._acceptance
         limits = acceptance.angle_limits(self.history[self._best_iteration], self._schedules.approach)
         bound = self.options.hausdorff * self._diagonal
-        farthest = min(bound, problem.input_surface.hausdorff(self._best_points))
+        farthest: float | None = None
         for at in approach(problem, self._best_points, limits, self._schedules):
+            # Measured only once there is something to compare: a fine surface is near enough as it is.
+            if farthest is None:
+                farthest = min(bound, problem.input_surface.hausdorff(self._best_points))
             now = self._record(at, smallest_angles(at.points, cells), problem.input_surface.turned_over(at.points))
             # In between the places that the steps look at it may have gone farther away.
             nearer = problem.input_surface.hausdorff(at.points) <= farthest
