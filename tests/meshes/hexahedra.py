@@ -31,8 +31,8 @@ def block(k):
 
 
 def separate(x):
-    """Points and cells of cells that share no node, from their corners (m, 8, 3)."""
-    return x.reshape(-1, 3), np.arange(8 * len(x)).reshape(-1, 8)
+    """Points and cells of cells that share no node, from their corners (m, k, 3)."""
+    return x.reshape(-1, 3), np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
 
 
 def jittered_box(n=5, seed=0, amount=0.2):

@@ -1,40 +1,57 @@
-"""The hexahedron: its nodes, edges and faces, and measures of single cells.
+"""Types of cells, a module each: their nodes, edges and faces, their ideals, and measures of single cells.
 
 Belongs here: tables of a type of cell, loops over cells that look at one cell at a time, validity by Bernstein
-coefficients, equation (13). Imports `kernel`.
+coefficients, equations (13) and (13c). Imports `kernel`.
 """
 
 from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian, corner_shape
+from .cell_type import CellType
 from .hexahedron import (
     CORNER_NEIGHBOURS,
     CORNERS,
     EDGES,
     FACES,
+    HEXAHEDRON,
     QUADRATURE_RULES,
     edge_weights,
     gauss_rule,
     shape_gradients,
 )
 from .lengths_volumes import cell_volumes, edge_lengths
+from .linear_measures import measures_of
+from .linear_validity import determinant_bounds, valid_cells
+from .pyramid import PYRAMID
+from .registry import CELL_TYPES
+from .tetrahedron import TETRAHEDRON
 from .validity import all_valid, contiguous, is_valid, minimum_jacobian
+from .wedge import WEDGE
 
 __all__ = [
+    "CELL_TYPES",
     "CORNERS",
     "CORNER_NEIGHBOURS",
     "EDGES",
     "FACES",
+    "HEXAHEDRON",
     "MEASURES",
+    "PYRAMID",
     "QUADRATURE_RULES",
+    "TETRAHEDRON",
+    "WEDGE",
+    "CellType",
     "all_valid",
     "cell_measures",
     "cell_volumes",
     "contiguous",
     "corner_scaled_jacobian",
     "corner_shape",
+    "determinant_bounds",
     "edge_lengths",
     "edge_weights",
     "gauss_rule",
     "is_valid",
+    "measures_of",
     "minimum_jacobian",
     "shape_gradients",
+    "valid_cells",
 ]

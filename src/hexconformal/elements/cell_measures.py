@@ -9,6 +9,7 @@ from ..kernel import parallel_ranges, strict_loop
 from .validity import DEPTH, bracket_minimum, contiguous, edge_vectors, fill_coefficients
 
 __all__ = ["MEASURES", "cell_measures", "corner_scaled_jacobian", "corner_shape"]
+__all__ += ["mean_ratio", "scaled_jacobian"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -94,12 +95,14 @@ def _edge_lengths(edges, lengths):  # type: ignore[no-untyped-def]
 
 
 @strict_loop
-def _scaled_jacobian(det, product):  # type: ignore[no-untyped-def]
+def scaled_jacobian(det, product):  # type: ignore[no-untyped-def]
+    """Determinant of three edges over the product of their lengths."""
     return max(-1.0, min(1.0, det / product)) if product > 0.0 else 0.0
 
 
 @strict_loop
-def _mean_ratio(det, norm):  # type: ignore[no-untyped-def]
+def mean_ratio(det, norm):  # type: ignore[no-untyped-def]
+    """3 det^(2/3) over the sum of squared edges."""
     return 3.0 * max(det, 0.0) ** (2 / 3) / norm if norm > 0.0 else 0.0
 
 
@@ -121,9 +124,9 @@ def _corner_range(first, last, points, cells, shape, smallest):  # type: ignore[
                     )
                     if shape:
                         norm = lengths[i] ** 2 + lengths[j] ** 2 + lengths[k] ** 2
-                        worst = min(worst, _mean_ratio(det, norm))
+                        worst = min(worst, mean_ratio(det, norm))
                     else:
-                        worst = min(worst, _scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
+                        worst = min(worst, scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
         smallest[cell] = worst
 
 
@@ -152,10 +155,10 @@ def _measure_range(first, last, points, cells, columns):  # type: ignore[no-unty
                 for z in range(2):
                     i, j, k = y + 2 * z, 4 + x + 2 * z, 8 + x + 2 * y
                     det = stack[0, 18 * z + 6 * y + 2 * x]
-                    scaled = min(scaled, _scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
+                    scaled = min(scaled, scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
                     norm = lengths[i] ** 2 + lengths[j] ** 2 + lengths[k] ** 2
                     area = _face_area(edges, i, j) + _face_area(edges, j, k) + _face_area(edges, k, i)
-                    shape = min(shape, _mean_ratio(det, norm))
+                    shape = min(shape, mean_ratio(det, norm))
                     distortion = max(distortion, 1.0 - area / norm if norm > 0.0 else 1.0)
 
         longest = shortest = lengths[0]

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .cell_type import CellType
+
 __all__ = [
     "CORNERS",
     "CORNER_NEIGHBOURS",
     "EDGES",
     "FACES",
+    "HEXAHEDRON",
     "QUADRATURE_RULES",
     "corner_rule",
     "edge_weights",
@@ -34,6 +37,21 @@ EDGES = np.array(
 
 # Counter-clockwise seen from outside.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int64)
+
+HEXAHEDRON = CellType(
+    name="hexahedron",
+    singular="hexahedron",
+    plural="hexahedra",
+    vtk=12,
+    ideal=CORNERS.astype(np.float64),
+    axes=np.eye(3),
+    neighbours=CORNER_NEIGHBOURS.copy(),
+    samples=(0, 1, 2, 3, 4, 5, 6, 7),
+    edges=EDGES.copy(),
+    faces=tuple(tuple(face) for face in FACES.tolist()),
+    mirrored=(4, 5, 6, 7, 0, 1, 2, 3),
+    reference_volume=1.0,
+)
 
 
 def shape_gradients(xi: NDArray[np.float64]) -> NDArray[np.float64]:

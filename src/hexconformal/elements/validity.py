@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..kernel import parallel_ranges, strict_loop
 from .hexahedron import EDGES
 
-__all__ = ["DEPTH", "all_valid", "bernstein_coefficients", "contiguous", "is_valid", "minimum_jacobian"]
+__all__ = ["DEPTH", "ROUNDING", "all_valid", "bernstein_coefficients", "contiguous", "is_valid", "minimum_jacobian"]
 __all__ += ["bracket_minimum", "edge_vectors", "fill_coefficients"]
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,7 @@ DEPTH = 8  # largest number of times that a cell is halved in each direction
 # Bisections of one cell before it counts as undecided: only a det that touches zero comes near.
 _BUDGET = 4096
 # Rounding of a coefficient, relative to the product of the lengths along e1, e2, e3.
-_ROUNDING = 16 * float(np.finfo(np.float64).eps)
+ROUNDING = 16 * float(np.finfo(np.float64).eps)
 
 
 def bernstein_coefficients(x: Floats) -> Floats:
@@ -192,7 +192,7 @@ def fill_coefficients(edges, areas, coefficients):  # type: ignore[no-untyped-de
                         area = areas[y, x, z]
                         det = area[0] * c0 + area[1] * c1 + area[2] * c2
                         coefficients[9 * z + 3 * (y + ky) + x + kx] += weight * det
-    return _ROUNDING * scale
+    return ROUNDING * scale
 
 
 @strict_loop
