@@ -12,11 +12,11 @@ The main job is one call::
 from . import current_folder as current_folder  # before all others
 from . import generate
 from .common import MeshError, OptionError, ReadError, WriteError
-from .io import as_hex_mesh, read, write
+from .io import as_hex_mesh, as_volume_mesh, read, write
 from .kernel import use_threads
-from .mesh import HexMesh
+from .mesh import HexMesh, MixedMesh
 from .motion import MeshMotion, MotionReport, MotionStep
-from .quality import Quality, check, orient, quality
+from .quality import MixedQuality, Quality, check, orient, quality
 from .regularization import Options, Record, Regularization, Report, Result, regularize
 from .runs import Series
 from .version import __version__
@@ -25,6 +25,8 @@ __all__ = [
     "HexMesh",
     "MeshError",
     "MeshMotion",
+    "MixedMesh",
+    "MixedQuality",
     "MotionReport",
     "MotionStep",
     "OptionError",
@@ -39,6 +41,7 @@ __all__ = [
     "WriteError",
     "__version__",
     "as_hex_mesh",
+    "as_volume_mesh",
     "check",
     "generate",
     "orient",

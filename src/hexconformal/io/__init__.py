@@ -11,7 +11,7 @@ from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_n
 from .formats.vtk import write_vtk
 from .meshio_mesh import MeshioOrigin
 from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles, triangles_of
-from .read_write import as_hex_mesh, library_of, read, read_surface, write
+from .read_write import as_hex_mesh, as_volume_mesh, library_of, read, read_surface, write
 from .selection import Selection
 from .source_file import SourceFile
 from .vtk_mesh import cell_table, from_vtk, points_of, updated_dataset
@@ -26,6 +26,7 @@ __all__ = [
     "Selection",
     "SourceFile",
     "as_hex_mesh",
+    "as_volume_mesh",
     "cell_nodes",
     "cell_offsets",
     "cell_table",

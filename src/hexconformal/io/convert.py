@@ -1,4 +1,4 @@
-"""A HexMesh, whatever it was made from, as a meshio.Mesh or a pyvista grid, and what cannot go along."""
+"""A mesh, whatever it was made from, as a meshio.Mesh or a pyvista grid, and what cannot go along."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..common import WriteError
-from ..mesh import HexMesh
+from ..mesh import HexMesh, MixedMesh
 from .cell_types import MESHIO_TYPES, VTK_TYPES
 from .meshio_mesh import MeshioOrigin, meshio_from_arrays
 from .pyvista_mesh import PyvistaOrigin, cell_offsets, grid_from_arrays
@@ -18,7 +18,7 @@ __all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
 _PIXEL, _PIXEL_NODES = 8, [0, 1, 3, 2]
 
 
-def to_meshio(mesh: HexMesh) -> tuple[Any, list[str]]:
+def to_meshio(mesh: HexMesh | MixedMesh) -> tuple[Any, list[str]]:
     """A new meshio.Mesh, and what of the mesh it cannot hold, in words."""
     if isinstance(mesh.origin, MeshioOrigin):
         return mesh.origin.updated_source(mesh), []
@@ -27,7 +27,7 @@ def to_meshio(mesh: HexMesh) -> tuple[Any, list[str]]:
     return _meshio_from_grid(mesh.origin.updated_source(mesh).cast_to_unstructured_grid())
 
 
-def to_pyvista(mesh: HexMesh) -> tuple[Any, list[str]]:
+def to_pyvista(mesh: HexMesh | MixedMesh) -> tuple[Any, list[str]]:
     """A new pyvista grid, and what of the mesh it cannot hold, in words.
 
     Named sets become arrays of zeros and ones with the name of the set.

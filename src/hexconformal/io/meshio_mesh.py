@@ -1,8 +1,9 @@
-"""Hexahedral meshes from and to meshio.Mesh, which is never changed."""
+"""Meshes from and to meshio.Mesh, which is never changed."""
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..mesh import CarriedCells, HexMesh, NodePairs
+from ..mesh import CarriedCells, HexMesh, MixedMesh, NodePairs, blocks_of, cells_between
 from .carried_cells import of_meshio
 from .format_tools.tags import TAG_ARRAYS, tag_names
 from .node_groups import NodeGroups, meshio_groups, meshio_node_sets
-from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
+from .selection import HEXAHEDRA, Block, Selection, mesh_of, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
 __all__ = ["MeshioOrigin", "from_meshio", "meshio_from_arrays"]
@@ -61,7 +62,7 @@ class MeshioOrigin:
             found.append(NodePairs(np.asarray(nodes, dtype=np.int64).reshape(-1, 2), "$Periodic", matrix))
         return [*found, *(() if self.file is None else self.file.coupled_pairs)]
 
-    def updated_source(self, mesh: HexMesh) -> Any:
+    def updated_source(self, mesh: HexMesh | MixedMesh) -> Any:
         """A new meshio.Mesh that holds all of the source, with the points, cells and arrays of `mesh`."""
         import meshio
 
@@ -79,7 +80,7 @@ class MeshioOrigin:
             places = rows[mine] - start
             nodes = copy.deepcopy(block.data)
             if len(places) and not same:
-                nodes[places] = mesh.cells[mine]
+                nodes[places] = cells_between(mesh, mine)
             blocks.append(meshio.CellBlock(block.type, nodes, tags=list(block.tags)))
             for name, parts in cell_data.items():
                 before = np.asarray(old.cell_data[name][number]) if name in old.cell_data else None
@@ -119,32 +120,40 @@ class MeshioOrigin:
         return of_meshio(self.source, corners)
 
 
-def from_meshio(source: Any, other_cells: str, linearize: bool, file: SourceFile | None = None) -> HexMesh:
+def from_meshio(
+    source: Any,
+    other_cells: str,
+    linearize: bool,
+    file: SourceFile | None = None,
+    types: Collection[str] = HEXAHEDRA,
+) -> HexMesh | MixedMesh:
     """Take in a meshio.Mesh; see :func:`hexconformal.io.read_write.as_hex_mesh`."""
     blocks, start = [], 0
     for block in source.cells:
         rows = np.arange(start, start + len(block.data))
         blocks.append(Block(block.type, block.dim, _nodes(block), rows))
         start += len(rows)
-    selection = select(blocks, len(source.points), other_cells, linearize)
+    selection = select(blocks, len(source.points), other_cells, linearize, types=types)
     cell_data = {}
     for name, parts in source.cell_data.items():
         arrays = [np.asarray(part) for part in parts]
         # An array that differs in shape from block to block stays where it is.
         if len({array.shape[1:] for array in arrays}) == 1:
             cell_data[name] = np.concatenate(arrays)[selection.rows]
-    return HexMesh(source.points, selection.cells, source.point_data, cell_data, MeshioOrigin(source, selection, file))
+    origin = MeshioOrigin(source, selection, file)
+    return mesh_of(source.points, selection, source.point_data, cell_data, origin)
 
 
-def meshio_from_arrays(mesh: HexMesh) -> Any:
+def meshio_from_arrays(mesh: HexMesh | MixedMesh) -> Any:
     """A meshio.Mesh of a mesh that was made from arrays."""
     import meshio
 
+    blocks = blocks_of(mesh)
     return meshio.Mesh(
         mesh.points.copy(),
-        [("hexahedron", mesh.cells.copy())],
+        [(block.cell_type.name, block.cells.copy()) for block in blocks],
         point_data={name: array.copy() for name, array in mesh.point_data.items()},
-        cell_data={name: [array.copy()] for name, array in mesh.cell_data.items()},
+        cell_data={name: [array[block.places] for block in blocks] for name, array in mesh.cell_data.items()},
     )
 
 

@@ -1,7 +1,8 @@
-"""Hexahedral meshes from and to pyvista grids, which are never changed."""
+"""Meshes from and to pyvista grids, which are never changed."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -10,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids, unusable_points
-from ..mesh import CarriedCells, HexMesh
+from ..mesh import CarriedCells, HexMesh, MixedMesh, blocks_of
 from .carried_cells import of_grid
 from .node_groups import NodeGroups, cell_array_groups
-from .selection import Selection, scatter_to_cells, select, with_straight_edges
+from .selection import HEXAHEDRA, Selection, mesh_of, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 from .vtk_mesh import SOLIDS, cell_blocks, cell_table, ghost_cells
 
@@ -29,7 +30,7 @@ __all__ = [
     "triangles_of",
 ]
 
-_HEXAHEDRON, _POLYHEDRON = 12, 42
+_VOXEL, _HEXAHEDRON, _POLYHEDRON = 11, 12, 42
 # Numbers of nodes by VTK type, of types that have always the same.
 _NODE_COUNTS = {1: 1, 3: 2, 5: 3, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12}
 _NODE_COUNTS |= {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27}
@@ -43,7 +44,7 @@ class PyvistaOrigin:
     selection: Selection
     file: SourceFile | None = None
 
-    def updated_source(self, mesh: HexMesh) -> Any:
+    def updated_source(self, mesh: HexMesh | MixedMesh) -> Any:
         """A new grid that holds all of the source, with the points, cells and arrays of `mesh`."""
         rows = self.selection.rows
         grid = self.source.copy(deep=True)
@@ -95,11 +96,11 @@ class PyvistaOrigin:
     def _source_cells(self) -> NDArray[np.int64]:
         # The hexahedra as the source itself has them: voxels differ from those of the selection.
         cells, rows = self.selection.cells, self.selection.rows
-        if not hasattr(self.source, "celltypes") or not (self.source.celltypes[rows] == 11).any():
+        if not hasattr(self.source, "celltypes") or not (self.source.celltypes[rows] == _VOXEL).any():
             return cells
         return np.empty((0, 8), dtype=np.int64)
 
-    def _rebuilt(self, mesh: HexMesh) -> Any:
+    def _rebuilt(self, mesh: HexMesh | MixedMesh) -> Any:
         import pyvista as pv
 
         if self.selection.higher_order:
@@ -113,8 +114,9 @@ class PyvistaOrigin:
                 "the node order of hexahedra cannot be changed beside polyhedra: extract the hexahedra first"
             )
         nodes = np.array(grid.cell_connectivity, dtype=np.int64)
-        nodes[offsets[self.selection.rows][:, None] + np.arange(8)] = mesh.cells
-        types[self.selection.rows] = _HEXAHEDRON
+        rows = self.selection.rows
+        nodes[_node_places(offsets, rows)] = mesh.cells.ravel()
+        types[rows[types[rows] == _VOXEL]] = _HEXAHEDRON
         result = pv.UnstructuredGrid(np.insert(nodes, offsets[:-1], np.diff(offsets)), types, mesh.points.copy())
         result.GetPointData().DeepCopy(grid.GetPointData())
         result.GetCellData().DeepCopy(grid.GetCellData())
@@ -122,7 +124,13 @@ class PyvistaOrigin:
         return result
 
 
-def from_pyvista(source: Any, other_cells: str, linearize: bool, file: SourceFile | None = None) -> HexMesh:
+def from_pyvista(
+    source: Any,
+    other_cells: str,
+    linearize: bool,
+    file: SourceFile | None = None,
+    types: Collection[str] = HEXAHEDRA,
+) -> HexMesh | MixedMesh:
     """Take in a pyvista or VTK grid; see :func:`hexconformal.io.read_write.as_hex_mesh`."""
     import pyvista as pv
 
@@ -136,19 +144,24 @@ def from_pyvista(source: Any, other_cells: str, linearize: bool, file: SourceFil
         raise MeshError(f"{type(source).__name__} holds no hexahedra: pass a volume mesh")
     grid = source.cast_to_unstructured_grid()
     blocks = cell_blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
-    selection = select(blocks, grid.n_points, other_cells, linearize, ghost_cells(grid))
+    selection = select(blocks, grid.n_points, other_cells, linearize, ghost_cells(grid), types)
     cell_data = {name: np.asarray(grid.cell_data[name])[selection.rows] for name in grid.cell_data}
     point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
     origin = PyvistaOrigin(source, selection, file)
-    return HexMesh(np.asarray(grid.points), selection.cells, point_data, cell_data, origin)
+    return mesh_of(np.asarray(grid.points), selection, point_data, cell_data, origin)
 
 
-def grid_from_arrays(mesh: HexMesh) -> Any:
+def grid_from_arrays(mesh: HexMesh | MixedMesh) -> Any:
     """An unstructured grid of a mesh that was made from arrays."""
     import pyvista as pv
 
-    cells = np.column_stack([np.full(len(mesh.cells), 8), mesh.cells])
-    grid = pv.UnstructuredGrid(cells.ravel(), np.full(len(cells), _HEXAHEDRON, dtype=np.uint8), mesh.points.copy())
+    count = sum(len(block.cells) for block in blocks_of(mesh))
+    types, sizes = np.empty(count, dtype=np.uint8), np.empty(count, dtype=np.int64)
+    for block in blocks_of(mesh):
+        types[block.places], sizes[block.places] = block.cell_type.vtk, block.cells.shape[1]
+    grid = pv.UnstructuredGrid(
+        np.insert(mesh.cells.ravel(), np.cumsum(sizes) - sizes, sizes), types, mesh.points.copy()
+    )
     for name, array in mesh.point_data.items():
         grid.point_data.set_array(_flat(array), name)
     for name, array in mesh.cell_data.items():
@@ -253,9 +266,14 @@ def cell_offsets(grid: Any) -> NDArray[np.int64]:
 def cell_nodes(grid: Any, rows: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Sizes of some cells of an unstructured grid, and their nodes, one cell after the other."""
     offsets = cell_offsets(grid)
+    nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
+    return np.diff(offsets)[rows], nodes[_node_places(offsets, rows)]
+
+
+def _node_places(offsets: NDArray[np.int64], rows: Any) -> NDArray[np.int64]:
+    """Where the nodes of some cells are, one cell after the other."""
     sizes = np.diff(offsets)[rows]
-    places = np.repeat(offsets[rows] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
-    return sizes, np.asarray(grid.cell_connectivity, dtype=np.int64)[places]
+    return np.repeat(offsets[rows] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
 
 
 def to_polydata(grid: Any) -> Any:

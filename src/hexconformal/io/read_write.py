@@ -1,21 +1,25 @@
-"""Hexahedral meshes from files and other libraries, and to files, with what a format cannot keep."""
+"""Meshes from files and other libraries, and to files, with what a format cannot keep."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..common import OptionError, check_writable, reading, save_atomically
-from ..mesh import HexMesh
+from ..common import MeshError, OptionError, check_writable, reading, save_atomically
+from ..elements import CELL_TYPES
+from ..mesh import HexMesh, MixedMesh, counts_by_type
 from .convert import grid_from_meshio
 from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS, read_contents
 from .meshio_mesh import from_meshio
 from .pyvista_mesh import from_pyvista, triangles
+from .selection import HEXAHEDRA
 
 __all__ = [
     "as_hex_mesh",
+    "as_volume_mesh",
     "library_of",
     "read",
     "read_surface",
@@ -54,23 +58,70 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = F
     >>> as_hex_mesh((CORNERS, [range(8)]))
     HexMesh(8 points, 1 hexahedra)
     """
+    return _only_hexahedra(_taken_in(source, other_cells, linearize, HEXAHEDRA))
+
+
+def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = False) -> HexMesh | MixedMesh:
+    """Take in a mesh of hexahedra, wedges, pyramids and tetrahedra; what is handed in is never changed.
+
+    Parameters
+    ----------
+    source
+        What :func:`as_hex_mesh` takes, a MixedMesh, or ``(points, cells)`` with cells by the name of their type.
+    other_cells
+        Solid cells of other types, such as those of higher order: "refuse" raises, "keep" carries them along.
+    linearize
+        Take the corners of hexahedra with 20 or 27 nodes.
+
+    Returns
+    -------
+    A HexMesh if all of its cells are hexahedra, otherwise a MixedMesh.
+
+    Raises
+    ------
+    MeshError
+        If there is no cell of these types, or there are solid cells of others.
+    ReadError
+        If a file cannot be read.
+    OptionError
+        If `source` or `other_cells` is none of the above.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import TETRAHEDRON
+    >>> as_volume_mesh((TETRAHEDRON.ideal, {"tetra": [[0, 1, 2, 3]]}))
+    MixedMesh(4 points, 1 tetrahedron)
+    """
+    return _taken_in(source, other_cells, linearize, tuple(CELL_TYPES))
+
+
+def _taken_in(source: Any, other_cells: str, linearize: bool, types: Collection[str]) -> HexMesh | MixedMesh:
     if other_cells not in ("refuse", "keep"):
         raise OptionError(f"other_cells must be 'refuse' or 'keep', not {other_cells!r}")
-    if isinstance(source, HexMesh):
+    if isinstance(source, HexMesh | MixedMesh):
         return source
     if isinstance(source, (str, os.PathLike)):
-        return read(Path(source), other_cells=other_cells, linearize=linearize)
+        return _read(Path(source), other_cells, linearize, types)
     if isinstance(source, tuple) and len(source) == 2:
-        return HexMesh(*source)
+        points, cells = source
+        if not isinstance(cells, Mapping):
+            return HexMesh(points, cells)
+        return HexMesh(points, *cells.values()) if set(cells) == set(HEXAHEDRA) else MixedMesh.of_types(points, cells)
     library = library_of(source)
     if library == "meshio":
-        return from_meshio(source, other_cells, linearize)
+        return from_meshio(source, other_cells, linearize, types=types)
     if library == "pyvista":
-        return from_pyvista(source, other_cells, linearize)
+        return from_pyvista(source, other_cells, linearize, types=types)
     raise OptionError(
         f"cannot make a mesh of {type(source).__name__}: give a path, a meshio.Mesh, a pyvista grid, a HexMesh, "
         "or a tuple (points, cells)"
     )
+
+
+def _only_hexahedra(mesh: HexMesh | MixedMesh) -> HexMesh:
+    if isinstance(mesh, MixedMesh):
+        raise MeshError(f"a mesh must be of hexahedra alone here, and has {counts_by_type(mesh.blocks)}")
+    return mesh
 
 
 def library_of(mesh: Any) -> str:
@@ -108,11 +159,14 @@ def read(path: str | os.PathLike[str], *, other_cells: str = "refuse", linearize
     >>> read("cube.vtu")
     HexMesh(8 points, 1 hexahedra)
     """
-    path = Path(path)
+    return _only_hexahedra(_read(Path(path), other_cells, linearize, HEXAHEDRA))
+
+
+def _read(path: Path, other_cells: str, linearize: bool, types: Collection[str]) -> HexMesh | MixedMesh:
     with reading(path, READ_EXTENSIONS) as extension:
         contents = read_contents(path, extension)
         take_in = from_meshio if library_of(contents.data) == "meshio" else from_pyvista
-        mesh = take_in(contents.data, other_cells, linearize, contents.file)
+        mesh = take_in(contents.data, other_cells, linearize, contents.file, types)
         held = mesh.held.copy()
         if contents.held is not None:
             held[contents.held] = True
@@ -178,5 +232,5 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     """
     path = Path(path)
     check_writable(path, WRITE_EXTENSIONS)
-    whole = as_hex_mesh(mesh, other_cells="keep", linearize=True)
+    whole = mesh if isinstance(mesh, MixedMesh) else as_hex_mesh(mesh, other_cells="keep", linearize=True)
     return save_atomically(path, lambda target: FORMATS[path.suffix.lower()].save(target, whole))

@@ -1,7 +1,8 @@
-"""The hexahedra of a mixed mesh, which are worked on, and what becomes of its other cells."""
+"""The cells that are worked on or measured, hexahedra or all linear ones, and what becomes of the others."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import FACES
+from ..elements import CELL_TYPES, FACES
+from ..mesh import CellBlock, HexMesh, MixedMesh, flat_nodes
 
-__all__ = ["Block", "Selection", "scatter_to_cells", "select", "with_straight_edges"]
+__all__ = ["HEXAHEDRA", "Block", "Selection", "mesh_of", "scatter_to_cells", "select", "with_straight_edges"]
+
+HEXAHEDRA = ("hexahedron",)  # the types of cells that can be worked on
 
 _LARGEST = 2**53  # numbers of nodes up to which those that come as real numbers are exact
 
@@ -35,12 +39,12 @@ class Block:
 
 @dataclass(frozen=True)
 class Selection:
-    """The hexahedra found.
+    """The cells found.
 
     Attributes
     ----------
     cells
-        (m, 8) their corners in VTK order.
+        (m, 8) corners of hexahedra in VTK order; of cells of several types the nodes, one cell after the other.
     rows
         (m,) their places among all cells.
     held
@@ -49,6 +53,8 @@ class Selection:
         Per linearized type its (k, 20 or 27) nodes.
     notes
         What was changed, in words.
+    blocks
+        The cells by type, if there are others than hexahedra among them.
     """
 
     cells: NDArray[np.int64]
@@ -56,6 +62,7 @@ class Selection:
     held: NDArray[np.bool_]
     higher_order: tuple[NDArray[np.int64], ...]
     notes: tuple[str, ...]
+    blocks: tuple[CellBlock, ...] = ()
 
 
 def select(
@@ -64,8 +71,9 @@ def select(
     other_cells: str,
     linearize: bool,
     ghosts: NDArray[np.bool_] | None = None,
+    types: Collection[str] = HEXAHEDRA,
 ) -> Selection:
-    """Find the hexahedra among all cells.
+    """Find the hexahedra, or the cells of some linear types, among all cells.
 
     Ghost cells (m,), those of the neighbouring part of a mesh that is in parts, are carried along, their nodes held.
 
@@ -78,15 +86,16 @@ def select(
     """
     blocks, ghost_nodes, notes = _without_ghosts(blocks, ghosts)
     blocks = [part for block in blocks for part in _without_collapsed(block) if len(part.rows)]
-    hexes, others, higher_order, linearized = [], [], [], []
+    others, higher_order, linearized = [], [], []
+    found: dict[str, list[Block]] = {}
     for block in blocks:
-        if block.name == "hexahedron":
-            hexes.append((block.rows, block.nodes))
+        if block.name in types:
+            found.setdefault(block.name, []).append(block)
         elif block.name == "voxel":
-            hexes.append((block.rows, block.nodes[:, _VOXEL]))
+            found.setdefault("hexahedron", []).append(replace(block, nodes=block.nodes[:, _VOXEL]))
             notes.append(f"{len(block.rows)} voxels are taken as hexahedra")
         elif block.name in _HIGHER_ORDER and linearize:
-            hexes.append((block.rows, block.nodes[:, :8]))
+            found.setdefault("hexahedron", []).append(replace(block, nodes=block.nodes[:, :8]))
             higher_order.append(block.nodes)
             linearized.append(block)
         elif block.dimension == 3:
@@ -96,13 +105,14 @@ def select(
     curved = _counts_by_type([block for block in others if block.name in _HIGHER_ORDER])
     if curved:
         raise MeshError(f"cells of higher order: {curved}; linearize=True (--linearize) works with their corners")
-    if not hexes:
+    wanted = ", ".join(CELL_TYPES[name].plural for name in types)
+    if not found:
         flat = blocks and all(block.name in ("triangle", "quad") for block in blocks)
         hint = "; for surfaces there are surface.remesh, and the command remesh" if flat else ""
-        raise MeshError(f"there are no hexahedra, only: {_counts_by_type(blocks) or 'points'}{hint}")
+        raise MeshError(f"there are no {wanted}, only: {_counts_by_type(blocks) or 'points'}{hint}")
     if others and other_cells == "refuse":
         raise MeshError(
-            f"besides hexahedra there are other three-dimensional cells: {_counts_by_type(others)}; "
+            f"besides {wanted} there are other three-dimensional cells: {_counts_by_type(others)}; "
             "other_cells='keep' (--other-cells keep) carries them along and holds their nodes"
         )
     held = np.zeros(point_count, dtype=bool)
@@ -110,14 +120,29 @@ def select(
         held[nodes[(nodes >= 0) & (nodes < point_count)]] = True
     if others:
         notes.append(f"other cells are carried along, their nodes held: {_counts_by_type(others)}")
-    rows = np.concatenate([rows for rows, _ in hexes])
-    order = np.argsort(rows, kind="stable")
-    nodes = np.concatenate([nodes for _, nodes in hexes])[order]
+    rows = np.sort(np.concatenate([block.rows for parts in found.values() for block in parts]))
+    by_type = tuple(_cell_block(name, found[name], rows) for name in CELL_TYPES if name in found)
+    only_hexes = list(found) == ["hexahedron"]
+    cells = by_type[0].cells if only_hexes else flat_nodes(by_type)
+    return Selection(cells, rows, held, tuple(higher_order), tuple(notes), () if only_hexes else by_type)
+
+
+def _cell_block(name: str, parts: list[Block], rows: NDArray[np.int64]) -> CellBlock:
+    """The cells of a type, from several blocks of it, in the order of their rows, which are some of `rows`."""
+    own = np.concatenate([part.rows for part in parts])
+    order = np.argsort(own, kind="stable")
+    nodes = np.concatenate([part.nodes for part in parts])[order]
     bad = np.flatnonzero(~(np.abs(nodes) < _LARGEST).all(axis=1))
     if len(bad):
         raise MeshError(f"cells must have nodes that are numbers; others: {first_ids(bad)}")
-    cells = nodes.astype(np.int64)
-    return Selection(cells, rows[order], held, tuple(higher_order), tuple(notes))
+    return CellBlock(CELL_TYPES[name], nodes.astype(np.int64), np.searchsorted(rows, own[order]))
+
+
+def mesh_of(points: Any, selection: Selection, point_data: Any, cell_data: Any, origin: Any) -> HexMesh | MixedMesh:
+    """The mesh of the cells found: of hexahedra, or of several types."""
+    if selection.blocks:
+        return MixedMesh(points, selection.blocks, point_data, cell_data, origin)
+    return HexMesh(points, selection.cells, point_data, cell_data, origin)
 
 
 def _without_ghosts(

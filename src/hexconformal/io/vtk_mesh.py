@@ -32,7 +32,16 @@ __all__ = [
 ]
 
 SOLIDS = {*range(10, 17), 24, 25, 26, 27, 29, 31, 32, 33, 37, 41, 42, 64, 65, 66, 67, 71, 72, 73, 74, 78, 79, 80, 81}
-_NAMES = {11: "voxel", 12: "hexahedron", 25: "hexahedron20", 29: "hexahedron27"}
+# Types whose nodes are taken as a table.
+_NAMES = {
+    10: "tetra",
+    11: "voxel",
+    12: "hexahedron",
+    13: "wedge",
+    14: "pyramid",
+    25: "hexahedron20",
+    29: "hexahedron27",
+}
 # Quadrilaterals: pixels, and those of second order and of Lagrange, whose corners come first, are among them.
 QUADS = (8, 9, 23, 28, 70)
 

@@ -1,4 +1,5 @@
-"""Hexahedral meshes: the container, topology and adjacency, and a normalized copy that runs work on.
+"""Hexahedral meshes: the container, topology and adjacency, and a normalized copy that runs work on; and the container
+of meshes of several types of cells.
 
 Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `elements`.
 """
@@ -11,6 +12,8 @@ from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded
 from .hex_mesh import HexMesh
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
+from .mixed_faces import mixed_components, mixed_faces, split_quads
+from .mixed_mesh import CellBlock, MixedMesh, blocks_of, cells_between, counts_by_type, flat_nodes
 from .node_pairs import NodePairs
 from .normalized_mesh import NormalizedMesh
 from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, region_arrays
@@ -30,17 +33,21 @@ __all__ = [
     "REGION_ARRAYS",
     "SURFACE_ARRAYS",
     "CarriedCells",
+    "CellBlock",
     "Couplings",
     "Embedded",
     "FaceTable",
     "HexMesh",
     "Interfaces",
+    "MixedMesh",
     "NodePairs",
     "NormalizedMesh",
     "Regions",
     "binary_search",
+    "blocks_of",
     "boundary_depths",
     "boundary_quads",
+    "cells_between",
     "checked_cells",
     "checked_data",
     "checked_points",
@@ -48,6 +55,7 @@ __all__ = [
     "connected_components",
     "connected_regions",
     "corner_incidences",
+    "counts_by_type",
     "curves_of",
     "face_edges",
     "face_table",
@@ -55,6 +63,9 @@ __all__ = [
     "find_embedded",
     "find_interfaces",
     "find_regions",
+    "flat_nodes",
+    "mixed_components",
+    "mixed_faces",
     "morton_codes",
     "node_pattern",
     "node_rings",
@@ -62,6 +73,7 @@ __all__ = [
     "region_arrays",
     "region_surfaces",
     "scalar_matrix",
+    "split_quads",
     "telling_tags",
     "unique_edges",
 ]

@@ -19,6 +19,7 @@ __all__ = [
     "connected_regions",
     "face_table",
     "node_rings",
+    "orientations",
 ]
 
 
@@ -118,7 +119,7 @@ def face_table(cells: NDArray[np.int64]) -> FaceTable:
     inside = across >= 0
     owners = np.stack([faces // 6, np.where(inside, across // 6, -1)], axis=1)
     orientation = np.zeros(len(faces), dtype=np.int8)
-    orientation[inside] = _orientations(quads[inside], _quads(cells, across[inside]))
+    orientation[inside] = orientations(quads[inside], _quads(cells, across[inside]))
     return FaceTable(quads, owners, counts, orientation)
 
 
@@ -274,8 +275,9 @@ def _first_occurrences(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return first
 
 
-def _orientations(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
+def orientations(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
+    """Of faces (k, j) of the same nodes: 1 where they go round the other way, -1 the same way, 0 where not alike."""
     rows = np.arange(len(one))
     place = np.argmax(other == one[:, :1], axis=1)
-    after = other[rows, (place + 1) % 4]
-    return np.asarray(np.subtract(after == one[:, 3], after == one[:, 1], dtype=np.int8))
+    after = other[rows, (place + 1) % one.shape[1]]
+    return np.asarray(np.subtract(after == one[:, -1], after == one[:, 1], dtype=np.int8))

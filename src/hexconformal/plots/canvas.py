@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import WriteError, python_can_be_started, run_python, save_atomically, uninterrupted
+from ..mesh import CellBlock
 
 __all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_coloured", "add_faces"]
 __all__ += ["add_lines", "add_quads", "add_translucent", "surface_of"]
@@ -229,14 +230,15 @@ def add_faces(plotter: Any, faces: Any, values: Floats, line_width: float = 2.2)
     )
 
 
-def surface_of(points: Floats, cells: NDArray[np.int64], kept: NDArray[np.bool_]) -> Any:
-    """The surface of some of the hexahedra (m, 8), with the ids of its cells in the array "cell"."""
+def surface_of(points: Floats, blocks: Sequence[CellBlock], kept: NDArray[np.bool_]) -> Any:
+    """The surface of some of the cells, with their ids in the array "cell"."""
     import pyvista
 
     pv: Any = pyvista
-    table = np.column_stack([np.full(int(kept.sum()), 8), cells[kept]])
-    grid = pv.UnstructuredGrid(table.ravel(), np.full(len(table), pv.CellType.HEXAHEDRON), np.array(points))
-    grid.cell_data["cell"] = np.flatnonzero(kept)
+    shown = [(block, kept[block.places]) for block in blocks]
+    tables = {block.cell_type.vtk: block.cells[rows] for block, rows in shown if rows.any()}
+    grid = pv.UnstructuredGrid(tables, np.array(points))
+    grid.cell_data["cell"] = np.concatenate([block.places[rows] for block, rows in shown])
     return grid.extract_surface(algorithm="dataset_surface")
 
 

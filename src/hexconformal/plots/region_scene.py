@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import HexMesh, Regions, face_edges, find_interfaces, unique_edges
+from ..mesh import HexMesh, Regions, blocks_of, face_edges, find_interfaces, unique_edges
 from . import canvas
 
 __all__ = ["region_scene"]
@@ -37,7 +37,7 @@ def region_scene(mesh: HexMesh, regions: Regions, kept: Mask) -> canvas.Scene:
     colours = np.arange(count) if few else _apart(count, interfaces.pairs)
 
     def draw(plotter: Any) -> None:
-        faces = canvas.surface_of(mesh.points, mesh.cells, kept)
+        faces = canvas.surface_of(mesh.points, blocks_of(mesh), kept)
         of_faces = regions.labels[np.asarray(faces.cell_data["cell"])]
         canvas.add_coloured(plotter, faces, _rgb()[colours[of_faces] % len(_COLOURS)])
         quads = np.asarray(faces.regular_faces)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..common import MeshError, OptionError, check_writable
 from ..io import as_hex_mesh
 from ..mesh import HexMesh, boundary_quads, find_regions
-from ..quality import Quality, quality
+from ..quality import MixedQuality, Quality, quality
 from . import canvas
 from .canvas import PICTURE_EXTENSIONS, VIEW_DIRECTION, require_rendering
 from .region_scene import region_scene
@@ -167,13 +167,15 @@ def _in_front_octant(mesh: HexMesh) -> NDArray[np.bool_]:
 
 
 def _add_cells(plotter: Any, mesh: Quality, kept: NDArray[np.bool_]) -> None:
-    faces = canvas.surface_of(mesh.points, mesh.cells, kept)
+    faces = canvas.surface_of(mesh.points, mesh.cell_blocks(), kept)
     canvas.add_faces(plotter, faces, mesh.scaled_jacobian[np.asarray(faces.cell_data["cell"])])
 
 
 def _boundary(mesh: Quality) -> Any:
     import pyvista
 
+    if isinstance(mesh, MixedQuality):
+        return canvas.surface_of(mesh.points, mesh.blocks, np.ones(len(mesh.cells), dtype=bool))
     quads = boundary_quads(mesh.cells)[0]
     faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
     return pyvista.PolyData(np.array(mesh.points), faces).clean()

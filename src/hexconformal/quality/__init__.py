@@ -4,7 +4,7 @@ Belongs here: measures with their statistics, checks, node order, what no valid 
 `common`, `elements`, `mesh` and `io`.
 """
 
-from .assessment import Quality, Summary, quality
+from .assessment import MixedQuality, MixedSummary, Quality, Summary, quality
 from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians
 from .checks import check, require_sound
 from .node_order import orient
@@ -13,6 +13,8 @@ from .statistics import Statistics, as_table, statistics
 from .winding_number import inside_out
 
 __all__ = [
+    "MixedQuality",
+    "MixedSummary",
     "Quality",
     "RegionMeasures",
     "Statistics",

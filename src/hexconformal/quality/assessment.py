@@ -1,4 +1,4 @@
-"""Quality of every cell: measures at the corners of each hexahedron, and certified ones inside it."""
+"""Quality of every cell: measures at the corners of each, and certified ones inside it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import Serializable
-from ..elements import MEASURES, cell_measures, contiguous
-from ..io import as_hex_mesh
+from ..elements import CELL_TYPES, HEXAHEDRON, MEASURES, cell_measures, contiguous, measures_of
+from ..io import as_volume_mesh
+from ..mesh import CellBlock, MixedMesh
 from .statistics import Statistics, as_table, statistics
 
-__all__ = ["MEASURES", "Quality", "Summary", "WorstCell", "quality"]
+__all__ = ["MEASURES", "MixedQuality", "MixedSummary", "Quality", "Summary", "TypedCell", "WorstCell", "quality"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,6 +27,13 @@ class WorstCell:
     id: int | str
     scaled_jacobian: float
     centre: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class TypedCell(WorstCell):
+    """The same in a mesh of several types, with the name of its type."""
+
+    type: str
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,8 +69,32 @@ class Summary(Serializable):
     worst: tuple[WorstCell, ...]
 
     def __str__(self) -> str:
-        head = f"{self.count} cells, {self.inverted} inverted, {self.invalid} invalid, volume {self.total_volume:.6g}"
-        return "\n".join([head, *as_table({name: getattr(self, name) for name in MEASURES})])
+        return "\n".join([self._counts("cells"), *as_table({name: getattr(self, name) for name in MEASURES})])
+
+    __repr__ = __str__
+
+    def _counts(self, what: str) -> str:
+        return f"{self.count} {what}, {self.inverted} inverted, {self.invalid} invalid, volume {self.total_volume:.6g}"
+
+
+@dataclass(frozen=True, repr=False)
+class MixedSummary(Summary):
+    """The same of a mesh of several types: all figures are about all cells.
+
+    Attributes
+    ----------
+    types
+        Summaries of the cells of each type, by its name: "hexahedron", "wedge", "pyramid", "tetra".
+    """
+
+    types: dict[str, Summary]
+
+    def __str__(self) -> str:
+        lines = [self._counts("cells")]
+        for name, one in self.types.items():
+            head = one._counts(CELL_TYPES[name].plural if one.count != 1 else CELL_TYPES[name].singular)
+            lines += [head, *as_table({measure: getattr(one, measure) for measure in MEASURES})]
+        return "\n".join(lines)
 
     __repr__ = __str__
 
@@ -71,18 +103,21 @@ class Summary(Serializable):
 class Quality:
     """Measures of every cell, each an (m,) array.
 
+    J is that of equation (6a): of other cells than hexahedra against the ideal of their type, whose edges are equal.
+
     Attributes
     ----------
     scaled_jacobian
         det J over the product of the three edge lengths, smallest of the eight corners; in [-1, 1], 1 for
-        bricks, 0 at the most where an edge has no length.
+        bricks, 0 at the most where an edge has no length. Of wedges, tetrahedra and the bases of pyramids over that of
+        the ideal, which has 1.
     minimum_jacobian
         Certified lower bound of min det J / max |det J| over the whole cell; in [-1, 1], 1 for
-        parallelepipeds. Positive exactly where ``valid`` (Johnen, Weill & Remacle 2017), equation (13).
+        parallelepipeds. Positive exactly where ``valid`` (Johnen, Weill & Remacle 2017), equations (13) and (13c).
     shape
-        Mean ratio 3 det^(2/3) / |J|^2, smallest of the corners; 1 for cubes, 0 where a corner is inverted.
+        Mean ratio 3 det^(2/3) / |J|^2, smallest of the corners; 1 for cubes and ideals, 0 where a corner is inverted.
     conformal_distortion
-        E / (4 |J|^2), E the quaternionic conformal distortion, largest of the corners; 0 for cubes, at
+        E / (4 |J|^2), E the quaternionic conformal distortion, largest of the corners; 0 for cubes and ideals, at
         most 1. Blind to orientation; below 1 - sqrt(3)/2 det J cannot vanish at the corners. Equation (7).
     edge_ratio
         Longest edge over the shortest; inf where one has no length.
@@ -130,24 +165,82 @@ class Quality:
         centres = self.points[self.cells[order]].mean(axis=1)
         names = (order if self.labels is None else self.labels[order]).tolist()
         return Summary(
-            count=len(self.cells),
-            inverted=int((self.scaled_jacobian <= 0).sum()),
-            invalid=int((~self.valid).sum()),
-            total_volume=float(self.volume.sum()),
-            **{name: statistics(getattr(self, name)) for name in MEASURES},
+            **self._figures(),
             worst=tuple(
                 WorstCell(name, float(self.scaled_jacobian[i]), (float(x), float(y), float(z)))
                 for name, i, (x, y, z) in zip(names, order, centres, strict=True)
             ),
         )
 
+    def _figures(self) -> dict[str, Any]:
+        """The fields of a summary that are about all cells."""
+        return {
+            "count": len(self.valid),
+            "inverted": int((self.scaled_jacobian <= 0).sum()),
+            "invalid": int((~self.valid).sum()),
+            "total_volume": float(self.volume.sum()),
+            **{name: statistics(getattr(self, name)) for name in MEASURES},
+        }
+
     def worst(self, count: int) -> Ints:
         """Ids (count,) of the cells of smallest scaled Jacobian, worst first."""
         return np.argsort(self.scaled_jacobian, kind="stable")[: max(count, 0)]
 
+    def cell_blocks(self) -> tuple[CellBlock, ...]:
+        """The cells by their type."""
+        return (CellBlock(HEXAHEDRON, self.cells, np.arange(len(self.cells))),)
+
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All measures by name, and `valid` as zeros and ones, to put them on a mesh."""
         return {**{name: getattr(self, name) for name in MEASURES}, "valid": self.valid.astype(np.uint8)}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MixedQuality(Quality):
+    """Measures of every cell of a mesh of several types, each an (m,) array in the order of the cells.
+
+    Attributes
+    ----------
+    blocks
+        The cells by their type. In `cells` (m, 8) the last node of a cell stands for those that it has not.
+    """
+
+    blocks: tuple[CellBlock, ...] = ()
+
+    def cell_blocks(self) -> tuple[CellBlock, ...]:
+        """The cells by their type."""
+        return self.blocks
+
+    def by_type(self) -> dict[str, Quality]:
+        """The measures of the cells of each type, by its name."""
+        return {block.cell_type.name: self._of(block) for block in self.blocks}
+
+    def summary(self, worst: int = 5) -> MixedSummary:
+        """Reduce to a few numbers, of all cells and of each type.
+
+        Parameters
+        ----------
+        worst
+            How many of the worst cells to name, of all and of each type.
+        """
+        order, names = self.worst(worst), np.empty(len(self.cells), dtype=object)
+        for block in self.blocks:
+            names[block.places] = block.cell_type.name
+        labels = (order if self.labels is None else self.labels[order]).tolist()
+        centres = [tuple(self.points[np.unique(nodes)].mean(axis=0).tolist()) for nodes in self.cells[order]]
+        return MixedSummary(
+            **self._figures(),
+            worst=tuple(
+                TypedCell(label, float(self.scaled_jacobian[i]), centre, names[i])
+                for label, i, centre in zip(labels, order, centres, strict=True)
+            ),
+            types={name: one.summary(worst) for name, one in self.by_type().items()},
+        )
+
+    def _of(self, block: CellBlock) -> Quality:
+        labels = np.arange(len(self.cells)) if self.labels is None else self.labels
+        measures = {name: getattr(self, name)[block.places] for name in (*MEASURES, "valid")}
+        return Quality(**measures, points=self.points, cells=block.cells, labels=labels[block.places])
 
 
 def quality(mesh: Any) -> Quality:
@@ -156,17 +249,19 @@ def quality(mesh: Any) -> Quality:
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes.
+        Anything :func:`hexconformal.as_hex_mesh` takes; wedges, pyramids and tetrahedra are measured, too. Points and
+        cells by the name of their type, ``(points, {"tetra": cells})``, will do.
 
     Returns
     -------
     Quality
-        Measures of every cell, each an (m,) array.
+        Measures of every cell, each an (m,) array; a MixedQuality, which has those of each type, if not all cells are
+        hexahedra.
 
     Raises
     ------
     MeshError
-        If it is no hexahedral mesh.
+        If it has no cells of these types, or solid cells of others.
     ReadError
         If a file cannot be read.
 
@@ -179,8 +274,22 @@ def quality(mesh: Any) -> Quality:
     >>> q.valid, q.edge_ratio, q.conformal_distortion.round(4)
     (array([ True]), array([2.]), array([0.1667]))
     """
-    hexes = as_hex_mesh(mesh)
-    points, cells = contiguous(hexes.points, hexes.cells)
+    mesh = as_volume_mesh(mesh)
+    if isinstance(mesh, MixedMesh):
+        return _measure_types(mesh)
+    points, cells = contiguous(mesh.points, mesh.cells)
     rows = cell_measures(points, cells)
     measures = dict(zip(MEASURES, rows, strict=True))
-    return Quality(**measures, valid=rows[1] > 0, points=points, cells=cells, labels=hexes.cell_labels)
+    return Quality(**measures, valid=rows[1] > 0, points=points, cells=cells, labels=mesh.cell_labels)
+
+
+def _measure_types(mesh: MixedMesh) -> MixedQuality:
+    count = sum(len(block.cells) for block in mesh.blocks)
+    rows, cells = np.empty((len(MEASURES), count)), np.empty((count, 8), dtype=np.int64)
+    for block in mesh.blocks:
+        rows[:, block.places] = measures_of(mesh.points, block.cells, block.cell_type)
+        cells[block.places] = block.cells[:, np.minimum(np.arange(8), block.cells.shape[1] - 1)]
+    measures: dict[str, Any] = dict(zip(MEASURES, rows, strict=True))
+    return MixedQuality(
+        **measures, valid=rows[1] > 0, points=mesh.points, cells=cells, labels=mesh.cell_labels, blocks=mesh.blocks
+    )

@@ -2,51 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..common import MeshError, first_ids, unusable_points
-from ..io import as_hex_mesh
-from ..mesh import HexMesh, components, face_table
+from ..common import MeshError, first_ids
+from ..io import as_volume_mesh
+from ..mesh import HexMesh, MixedMesh, components, face_table
+from .finding import Finding, error, warning
 from .impossible_corners import impossible_corners
+from .mixed_checks import check_mixed
 from .node_order import NO_BOUNDARY, centre_determinants, detect_order
+from .point_checks import check_finite, check_places, repeated_rows
 
 __all__ = ["Finding", "check", "require_sound"]
 
 # Relative to the size of the mesh, and of a cell.
-_COINCIDENT_DISTANCE = 1e-12
 _FLAT_VOLUME = 1e-10
 _HANGING_DISTANCE = 1e-6
 _SAMPLED_CELLS = 20_000
 # Of the bounding box: what reaches across it, and what the typical cell is short of.
 _SPANNING_SHARE, _SHORT_SHARE = 0.95, 0.7
-
-
-@dataclass(frozen=True, eq=False)
-class Finding:
-    """One finding of a check.
-
-    Attributes
-    ----------
-    kind
-        A word for programs: "not finite", "bad index", "repeated nodes", "duplicate cells", "crowded faces",
-        "no boundary", "mirrored", "foreign order" (errors); "coincident points", "flat cells", "wrapped cells",
-        "hanging nodes", "doubled corners", "pieces", "unreferenced points" (warnings).
-    severity
-        "error" if the mesh has to be refused, "warning" if it can be worked on.
-    ids
-        The points or cells concerned.
-    message
-        Problem, number, first ids, and what to do.
-    """
-
-    kind: str
-    severity: Literal["error", "warning"]
-    ids: NDArray[np.int64]
-    message: str
 
 
 def require_sound(mesh: HexMesh) -> tuple[Finding, ...]:
@@ -66,7 +43,8 @@ def check(mesh: Any) -> tuple[Finding, ...]:
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes.
+        Anything :func:`hexconformal.as_hex_mesh` takes, or a mesh of several types of cells, as
+        :func:`hexconformal.quality` does.
 
     Returns
     -------
@@ -80,26 +58,25 @@ def check(mesh: Any) -> tuple[Finding, ...]:
     >>> check(HexMesh(CORNERS, [range(8)]))
     ()
     """
-    mesh = as_hex_mesh(mesh)
+    mesh = as_volume_mesh(mesh)
+    if isinstance(mesh, MixedMesh):
+        return check_mixed(mesh)
     found = _check_numbers(mesh)
     if not found:
-        found = [*_check_cells(mesh), *_check_points(mesh)]
+        found = [*_check_cells(mesh), *check_places(mesh, "hexahedron")]
         if not any(finding.kind == "repeated nodes" for finding in found):
             found += _check_faces(mesh)
     return tuple(sorted(found, key=lambda finding: finding.severity))
 
 
 def _check_numbers(mesh: HexMesh) -> list[Finding]:
-    found = []
-    bad, text = unusable_points(mesh.points, mesh.node_labels)
-    if len(bad):
-        found.append(_error("not finite", bad, text))
+    found = check_finite(mesh)
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
         bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
         text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad, mesh.cell_labels)}"
         if mesh.cells.min() == 1 and mesh.cells.max() == len(mesh.points):
             text += "; ids start at 1 here, subtract 1"
-        found.append(_error("bad index", bad, text))
+        found.append(error("bad index", bad, text))
     return found
 
 
@@ -110,20 +87,20 @@ def _check_cells(mesh: HexMesh) -> list[Finding]:
     bad = np.flatnonzero((nodes[:, 1:] == nodes[:, :-1]).any(axis=1))
     if len(bad):
         text = f"cells with a repeated node (collapsed hexahedra such as wedges): {first_ids(bad, cell_labels)}"
-        found.append(_error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
-    repeated = _repeated_cells(nodes)
+        found.append(error("repeated nodes", bad, f"{text}; mesh them with hexahedra"))
+    repeated = repeated_rows(nodes)
     if len(repeated):
         text = f"cells with the same nodes as an earlier one: {first_ids(repeated, cell_labels)}; remove them"
-        found.append(_error("duplicate cells", repeated, text))
+        found.append(error("duplicate cells", repeated, text))
     volumes, sizes = centre_determinants(mesh.points, mesh.cells)
     flat = np.flatnonzero(np.abs(volumes) <= _FLAT_VOLUME * sizes)
     if len(flat):
-        found.append(_warning("flat cells", flat, f"cells without volume: {first_ids(flat, cell_labels)}"))
+        found.append(warning("flat cells", flat, f"cells without volume: {first_ids(flat, cell_labels)}"))
     wrapped = _wrapped(mesh, np.flatnonzero(volumes < 0))
     if len(wrapped):
         text = f"inverted cells that reach from one end of the mesh to the other: {first_ids(wrapped, cell_labels)}"
         advice = "if the mesh is periodic, give them nodes of their own at one end"
-        found.append(_warning("wrapped cells", wrapped, f"{text}; {advice}"))
+        found.append(warning("wrapped cells", wrapped, f"{text}; {advice}"))
     return found
 
 
@@ -142,46 +119,6 @@ def _sampling_stride(mesh: HexMesh) -> int:
     return max(len(mesh.cells) // _SAMPLED_CELLS, 1)
 
 
-def _repeated_cells(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
-    # Cells with equal sums of their ids and of their squares are candidates; few, so they can be compared.
-    keys = (nodes * (nodes + 7919)).sum(axis=1)
-    order = np.argsort(keys, kind="stable")
-    keys = keys[order]
-    near = np.flatnonzero(keys[1:] == keys[:-1])
-    if len(near) == 0:
-        return near
-    candidates = np.unique(np.concatenate([order[near], order[near + 1]]))
-    _, first, inverse = np.unique(nodes[candidates], axis=0, return_index=True, return_inverse=True)
-    again = first[inverse.ravel()] != np.arange(len(candidates))
-    return np.asarray(candidates[again])
-
-
-def _check_points(mesh: HexMesh) -> list[Finding]:
-    found = []
-    node_labels = mesh.node_labels
-    used = np.zeros(len(mesh.points), dtype=bool)
-    used[mesh.cells] = True
-    unused = np.flatnonzero(~used)
-    if len(unused):
-        found.append(
-            _warning("unreferenced points", unused, f"points in no hexahedron (kept): {first_ids(unused, node_labels)}")
-        )
-    places = mesh.points - mesh.points.mean(axis=0)
-    size = float(np.abs(places).max())
-    # Points at one place lie side by side once sorted along a direction in which no two others of a grid do.
-    key = places @ np.array([0.7390851332, 0.5671432904, 0.3637586203])
-    order = np.argsort(key)
-    order = order[used[order]]
-    close = np.abs(np.diff(key[order])) <= 2 * _COINCIDENT_DISTANCE * size
-    pairs = np.stack([order[:-1][close], order[1:][close]])
-    pairs = pairs[:, np.abs(places[pairs[0]] - places[pairs[1]]).max(axis=1) <= _COINCIDENT_DISTANCE * size]
-    if pairs.shape[1]:
-        ids = np.unique(pairs)
-        text = f"points that coincide with another: {first_ids(ids, node_labels)}; if they are one, merge them"
-        found.append(_warning("coincident points", ids, text))
-    return found
-
-
 def _check_faces(mesh: HexMesh) -> list[Finding]:
     found = []
     cell_labels, node_labels = mesh.cell_labels, mesh.node_labels
@@ -193,35 +130,35 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         cells = np.unique(faces.cells[crowded])
         text = f"faces shared by more than two cells: {len(crowded)} (nodes {names})"
         text += f", of cells {first_ids(cells, cell_labels)}"
-        found.append(_error("crowded faces", cells, text))
+        found.append(error("crowded faces", cells, text))
     if (faces.counts > 1).all():
-        return [*found, _error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
+        return [*found, error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
     order = detect_order(mesh.points, mesh.cells[:: _sampling_stride(mesh)])
     opposed = faces.cells[(faces.orientation != 1) & (faces.counts == 2)]
     if order.name != "VTK":
         text = f"most cells are sound only in another node order ({order.name}); orient() puts it right"
-        found.append(_error("foreign order", np.arange(len(mesh.cells)), text))
+        found.append(error("foreign order", np.arange(len(mesh.cells)), text))
     elif len(opposed):
         ids = np.unique(opposed)
         text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids, cell_labels)}"
-        found.append(_error("mirrored", ids, f"{text}; orient() turns them round"))
+        found.append(error("mirrored", ids, f"{text}; orient() turns them round"))
     elif order.mirrored:
         text = "the cells are mirrored (negative volume); orient() turns them round"
-        found.append(_error("mirrored", np.arange(len(mesh.cells)), text))
+        found.append(error("mirrored", np.arange(len(mesh.cells)), text))
     count, pieces = components(mesh.cells)
     if count > 1:
         first = np.unique(pieces, return_index=True)[1]
         text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first, cell_labels)}"
-        found.append(_warning("pieces", first, text))
+        found.append(warning("pieces", first, text))
     doubled = impossible_corners(faces, mesh.cells)
     if len(doubled):
         text = f"nodes with two faces between the same two edges: {first_ids(doubled, node_labels)}"
         advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"
-        found.append(_warning("doubled corners", doubled, f"{text}; {advice}"))
+        found.append(warning("doubled corners", doubled, f"{text}; {advice}"))
     hanging = _hanging(mesh.points, faces.quads[faces.counts == 1])
     if len(hanging):
         text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging, node_labels)}"
-        found.append(_warning("hanging nodes", hanging, f"{text}; they are not tied to it"))
+        found.append(warning("hanging nodes", hanging, f"{text}; they are not tied to it"))
     return found
 
 
@@ -245,11 +182,3 @@ def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[n
     found = nodes[np.asarray(nearest)[hit]]
     # A corner of the quad itself is no hanging node: two of them may coincide.
     return np.unique(found[(quads[owner[hit]] != found[:, None]).all(axis=1)])
-
-
-def _error(kind: str, ids: ArrayLike, message: str) -> Finding:
-    return Finding(kind, "error", np.asarray(ids, dtype=np.int64), message)
-
-
-def _warning(kind: str, ids: ArrayLike, message: str) -> Finding:
-    return Finding(kind, "warning", np.asarray(ids, dtype=np.int64), message)

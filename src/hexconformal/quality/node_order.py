@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import CORNER_NEIGHBOURS, CORNERS
-from ..io import as_hex_mesh
-from ..mesh import HexMesh, connected_components, face_table
+from ..elements import CORNER_NEIGHBOURS, CORNERS, MEASURES, measures_of
+from ..io import as_volume_mesh
+from ..mesh import CellBlock, FaceTable, HexMesh, MixedMesh, connected_components, face_table, mixed_faces
 
-__all__ = ["NO_BOUNDARY", "Order", "OrientReport", "centre_determinants", "detect_order", "orient"]
+__all__ = ["NO_BOUNDARY", "Order", "OrientReport", "centre_determinants", "detect_order", "mirrored_cells"]
+__all__ += ["orient"]
 
 NO_BOUNDARY = (
     "there is no boundary: every face has a cell on both sides, as where the ends of a periodic mesh are one; "
@@ -61,22 +62,22 @@ class OrientReport:
         return self.order != "VTK" or len(self.mirrored) > 0
 
 
-def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
+def orient(mesh: Any) -> tuple[HexMesh | MixedMesh, OrientReport]:
     """Put all cells into VTK's node order, none of them mirrored; points stay where they are.
 
     The node order is the one of a few known ones in which most cells are sound. Then cells are turned round so
     that neighbours agree on which side of their common face is out, and so that each connected part has a
     positive volume. That is a matter of connectivity: a cell that is inverted because the mesh is tangled stays
-    inverted, for untangling.
+    inverted, for untangling. Beside wedges, pyramids and tetrahedra only that is looked at, not other node orders.
 
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes.
+        Anything :func:`hexconformal.as_hex_mesh` takes, or a mesh of several types of cells.
 
     Returns
     -------
-    mesh : HexMesh
+    mesh : HexMesh or MixedMesh
         The mesh with cells in VTK order; as it was if there was nothing to do.
     report : OrientReport
         Order and mirrored cells that were found.
@@ -94,10 +95,15 @@ def orient(mesh: Any) -> tuple[HexMesh, OrientReport]:
     >>> mesh.cells, report.mirrored
     (array([[0, 1, 2, 3, 4, 5, 6, 7]]), array([0]))
     """
-    mesh = as_hex_mesh(mesh)
+    mesh = as_volume_mesh(mesh)
+    if isinstance(mesh, MixedMesh):
+        turned = mirrored_cells(mesh, mixed_faces(mesh.blocks))
+        blocks = tuple(_turned_round(block, turned[block.places]) for block in mesh.blocks)
+        return (replace(mesh, blocks=blocks) if turned.any() else mesh), OrientReport("VTK", np.flatnonzero(turned))
     order = detect_order(mesh.points, mesh.cells)
     cells = mesh.cells[:, order.permutation]
-    mirrored = _mirrored(mesh, cells)
+    volumes, _ = centre_determinants(mesh.points, cells)
+    mirrored = _mirrored(face_table(cells), volumes, mesh.cell_labels)
     report = OrientReport(order.name, np.flatnonzero(mirrored))
     if not report.changed:
         return mesh, report
@@ -159,10 +165,30 @@ def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.f
     )
 
 
-def _mirrored(mesh: HexMesh, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(m,) cells to turn round, so that neighbours agree and each part has positive volume."""
-    count = len(cells)
-    faces = face_table(cells)
+def mirrored_cells(mesh: MixedMesh, faces: FaceTable) -> NDArray[np.bool_]:
+    """(m,) cells to turn round, so that neighbours agree and each part has positive volume.
+
+    Raises
+    ------
+    MeshError
+        If no choice makes all neighbours agree, or there is no boundary.
+    """
+    volumes = np.empty(sum(len(block.cells) for block in mesh.blocks))
+    for block in mesh.blocks:
+        measures = dict(zip(MEASURES, measures_of(mesh.points, block.cells, block.cell_type), strict=True))
+        volumes[block.places] = measures["volume"]
+    return _mirrored(faces, volumes, mesh.cell_labels)
+
+
+def _turned_round(block: CellBlock, rows: NDArray[np.bool_]) -> CellBlock:
+    cells = block.cells.copy()
+    cells[rows] = cells[rows][:, list(block.cell_type.mirrored)]
+    return replace(block, cells=cells)
+
+
+def _mirrored(faces: FaceTable, volumes: NDArray[np.float64], labels: NDArray[Any] | None) -> NDArray[np.bool_]:
+    """(m,) cells of these volumes to turn round."""
+    count = len(volumes)
     if (faces.counts > 1).all():
         raise MeshError(NO_BOUNDARY)
     joined = (faces.counts == 2) & (faces.orientation != 0)
@@ -174,7 +200,6 @@ def _mirrored(mesh: HexMesh, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
     sheets = connected_components(np.stack([rows, columns]).T, 2 * count)
     torn = np.flatnonzero(sheets[:count] == sheets[count:])
     if len(torn):
-        raise MeshError(f"cells that cannot be oriented like their neighbours: {first_ids(torn, mesh.cell_labels)}")
-    volumes, _ = centre_determinants(mesh.points, cells)
+        raise MeshError(f"cells that cannot be oriented like their neighbours: {first_ids(torn, labels)}")
     total = np.bincount(sheets[:count], volumes, 2 * count) - np.bincount(sheets[count:], volumes, 2 * count)
     return total[sheets[:count]] < 0

@@ -200,7 +200,7 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
 def test_errors_are_one_readable_line(here, capsys, words, code, said):
     points, cells = icosphere(1)
     pv.UnstructuredGrid({12: box((2, 2, 2))[1]}, box((2, 2, 2))[0]).save("hexes.vtu")
-    pv.Sphere().delaunay_3d().save("tets.vtu")
+    pv.examples.cells.QuadraticTetrahedron().save("tets.vtu")
     surface.write("nan.ply", (np.where(points > 0.9, np.nan, points), cells.triangles))
     (here / "broken.ply").write_bytes((here / "ball.ply").read_bytes()[:-900])
     files = {path: path.read_bytes() for path in here.iterdir()}

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-from ...io import read
-from ...mesh import HexMesh
+from ...io import as_volume_mesh, read
+from ...mesh import HexMesh, MixedMesh
 from ...regularization import CHOICES, Options
 from ..terminal import print_line
 
@@ -21,18 +22,18 @@ __all__ = [
     "add_outside_references",
     "add_overwrite",
 ]
-__all__ += ["note_dropped", "read_hexahedra"]
+__all__ += ["note_dropped", "read_hexahedra", "read_volume"]
 
 STDOUT = "-"
 
 
-def add_input(parser: ArgumentParser) -> None:
-    """Add the hexahedral mesh to read."""
+def add_input(parser: ArgumentParser, others: str = "tetrahedra, wedges, ... beside the hexahedra") -> None:
+    """Add the mesh to read; `others` are the solid cells in it that the command does not work on."""
     parser.add_argument("input", metavar="IN", help="mesh to read; the extension tells the format")
     add_outside_references(parser)
     parser.add_argument(
-        "--other-cells", default="refuse", metavar="refuse|keep", help="tetrahedra, wedges, ... beside the hexahedra:"
-        " refuse the mesh (default), or keep them, their nodes staying where they are",
+        "--other-cells", default="refuse", metavar="refuse|keep", help=f"{others}: refuse the mesh"
+        " (default), or keep them, their nodes staying where they are",
     )  # fmt: skip
     parser.add_argument("--linearize", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
 
@@ -86,6 +87,11 @@ def add_outputs(parser: ArgumentParser, picture: str) -> None:
 def read_hexahedra(arguments: Namespace) -> HexMesh:
     """Read the input of a command."""
     return read(arguments.input, other_cells=arguments.other_cells, linearize=arguments.linearize)
+
+
+def read_volume(arguments: Namespace) -> HexMesh | MixedMesh:
+    """Read the input of a command for which other linear cells will do."""
+    return as_volume_mesh(Path(arguments.input), other_cells=arguments.other_cells, linearize=arguments.linearize)
 
 
 def note_dropped(path: str, dropped: list[str]) -> None:

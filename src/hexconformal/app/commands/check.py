@@ -1,4 +1,4 @@
-"""The `check` command: of hexahedra, and of surfaces where there are none."""
+"""The `check` command: of solid cells, and of surfaces where there are none."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import Any
 
 from surface.quality import require_sound
 
-from ...common import MeshError
-from ...quality import check, quality
+from ...common import MeshError, aligned
+from ...elements import CELL_TYPES
+from ...mesh import MixedMesh, counts_by_type
+from ...quality import MixedQuality, check, quality
 from ..terminal import print_line
-from .arguments import add_input, add_interfaces
+from .arguments import add_input, add_interfaces, read_hexahedra
 from .contents import describe_contents
 from .kinds import SURFACES, read_any_mesh
 
@@ -34,11 +36,49 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Print what is wrong with a mesh, and what is doubtful."""
     kind, mesh = read_any_mesh(arguments)
-    head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh, arguments.interfaces)
+    if isinstance(mesh, MixedMesh) and arguments.other_cells == "keep" and _has_hexahedra(mesh):
+        # What can be worked on is the hexahedra, while the others are held.
+        mesh = read_hexahedra(arguments)
+    if isinstance(mesh, MixedMesh):
+        head, *lines = _describe_types(mesh)
+    else:
+        head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh, arguments.interfaces)
     refused = any(line.startswith("error: ") for line in lines)
-    for line in [f"{arguments.input}: {head}", *lines, *(["can be worked on"] if not refused else [])]:
+    for line in [f"{arguments.input}: {head}", *lines, *([] if refused else [_verdict(mesh)])]:
         print_line(line)
-    return int(refused)
+    return int(refused or isinstance(mesh, MixedMesh))
+
+
+def _has_hexahedra(mesh: MixedMesh) -> bool:
+    return any(block.cell_type.name == "hexahedron" for block in mesh.blocks)
+
+
+def _verdict(mesh: Any) -> str:
+    if not isinstance(mesh, MixedMesh):
+        return "can be worked on"
+    part = "; its hexahedra can, with --other-cells keep" if _has_hexahedra(mesh) else ""
+    return f"can be measured, but not be worked on yet{part}"
+
+
+def _describe_types(mesh: MixedMesh) -> list[str]:
+    """Counts of a mesh of several types, a table of them, then the findings of its checks, a line each."""
+    findings = check(mesh)
+    head, table = f"{counts_by_type(mesh.blocks)}, {len(mesh.points)} points", []
+    if not any(finding.kind in ("not finite", "bad index") for finding in findings):
+        measured = quality(mesh)
+        summary = measured.summary()
+        head += f", {summary.inverted} inverted, {summary.invalid} invalid"
+        table = _table_of_types(measured) if isinstance(measured, MixedQuality) else []
+    notes = [f"note: {note}" for note in mesh.notes]
+    return [head, *table, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
+
+
+def _table_of_types(measured: MixedQuality) -> list[str]:
+    rows = []
+    for name, one in measured.summary(0).types.items():
+        figures = str(one.count), str(one.inverted), str(one.invalid), f"{one.total_volume:.5g}"
+        rows.append((CELL_TYPES[name].plural, *figures, f"{one.scaled_jacobian.min:.3f}"))
+    return aligned(("type", "cells", "inverted", "invalid", "volume", "min SJ"), rows, len(rows))
 
 
 def _describe_hexahedra(mesh: Any, interfaces: str) -> list[str]:

@@ -16,7 +16,7 @@ from ... import plots
 from ...common import MeshError, ReadError
 from ...io import READ_EXTENSIONS, WRITE_EXTENSIONS, write
 from ...quality import Quality, quality
-from .arguments import read_hexahedra
+from .arguments import read_volume
 
 __all__ = ["SURFACES", "VOLUMES", "MeshKind", "read_any_mesh"]
 
@@ -74,13 +74,13 @@ SURFACES = MeshKind(
 
 
 def read_any_mesh(arguments: Namespace) -> tuple[MeshKind, Any]:
-    """Read a mesh of hexahedra, or of triangles and quadrilaterals if there are none."""
+    """Read a mesh of solid cells, or of triangles and quadrilaterals if there are none."""
     extension = Path(arguments.input).suffix.lower()
     is_surface_file = extension in SURFACES.extensions
     if is_surface_file and extension not in READ_EXTENSIONS:
         return SURFACES, surface.read(arguments.input)
     try:
-        return VOLUMES, read_hexahedra(arguments)
+        return VOLUMES, read_volume(arguments)
     except ReadError:
         raise
     except MeshError:

@@ -1,4 +1,4 @@
-"""The `quality` command: of hexahedra, and of surfaces where there are none."""
+"""The `quality` command: of solid cells, and of surfaces where there are none."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from .outputs import check_paths, check_pictures, named_inputs
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
 
 
-SUMMARY = "Measure every cell of a hexahedral mesh (its validity, det J > 0 everywhere, is certified) or of a surface."
+SUMMARY = (
+    "Measure every cell of a mesh (validity, det J > 0 everywhere, is certified) or of a surface. Wedges, pyramids and "
+    "tetrahedra are measured like hexahedra."
+)
 EXAMPLES = """  hexconformal quality part.vtu
   hexconformal quality part.vtu --plot quality.png
   hexconformal quality part.vtu --worst 20 --picture worst.png
@@ -26,7 +29,7 @@ EXAMPLES = """  hexconformal quality part.vtu
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
-    add_input(parser)
+    add_input(parser, "solid cells of higher order, polyhedra, ...")
     parser.add_argument("--json", metavar="FILE", help="write the summary as JSON; - for stdout")
     parser.add_argument("--plot", metavar="quality.png", help="draw histograms")
     parser.add_argument("--picture", metavar="worst.png", help="draw the worst cells in their place")
@@ -36,7 +39,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Measure a mesh, or a surface where there are no hexahedra."""
+    """Measure a mesh, or a surface where there are no solid cells."""
     if arguments.worst < 0:
         raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
@@ -67,9 +70,11 @@ def run(arguments: Namespace) -> int:
     else:
         print_text(summary)
         if summary.worst:
-            print_line(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre)")
+            typed = ", type" if hasattr(summary.worst[0], "type") else ""
+            print_line(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre{typed})")
         for cell in summary.worst:
             centre = ", ".join(f"{x:.6g}" for x in cell.centre)
-            print_line(f"{cell.id:>10} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})")
+            line = f"{cell.id:>10} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})  {getattr(cell, 'type', '')}"
+            print_line(line.rstrip())
     note_dropped(arguments.output, dropped)
     return 0

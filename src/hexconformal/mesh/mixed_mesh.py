@@ -1,0 +1,206 @@
+"""The container of a mesh of several types of linear cells."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..common import MeshError, first_names
+from ..elements import CELL_TYPES, HEXAHEDRON, CellType
+from .arrays import checked_cells, checked_data, checked_points, read_only
+from .hex_mesh import HexMesh
+
+__all__ = ["CellBlock", "MixedMesh", "blocks_of", "cells_between", "counts_by_type", "flat_nodes"]
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class CellBlock:
+    """The cells of one type: their (k, j) nodes in VTK order, and their (k,) places among all cells of the mesh."""
+
+    cell_type: CellType
+    cells: Ints
+    places: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class MixedMesh:
+    """Points and cells of several types with their arrays, all read-only, and what they were made from.
+
+    Attributes
+    ----------
+    points
+        (n, 3) positions, float64, in the mesh's own unit of length.
+    blocks
+        The m cells by their type, each type once; arrays on cells are in the order of their places.
+    point_data, cell_data
+        Arrays by name, first axis n or m.
+    origin
+        What the mesh was made from, as of a :class:`hexconformal.HexMesh`; None if it was made from arrays.
+
+    Raises
+    ------
+    MeshError
+        If shapes or types make no sense, or there is no cell.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import PYRAMID
+    >>> MixedMesh.of_types(PYRAMID.ideal, {"pyramid": [[0, 1, 2, 3, 4]]})
+    MixedMesh(5 points, 1 pyramid)
+    """
+
+    points: NDArray[np.float64]
+    blocks: tuple[CellBlock, ...]
+    point_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    cell_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    origin: Any = None
+
+    def __post_init__(self) -> None:
+        blocks = [
+            CellBlock(
+                block.cell_type,
+                checked_cells(block.cells, len(block.cell_type.nodes), block.cell_type.plural),
+                read_only(block.places, np.int64),
+            )
+            for block in self.blocks
+            if len(block.cells)
+        ]
+        names = [block.cell_type.name for block in blocks]
+        places = np.concatenate([np.empty(0, np.int64), *(block.places for block in blocks)])
+        if not names:
+            raise MeshError("there are no cells")
+        if len(set(names)) < len(names) or not np.array_equal(np.sort(places), np.arange(len(places))):
+            raise MeshError("blocks must be one for each type of cells, and their places all numbers from 0 on")
+        if sum(len(block.cells) for block in blocks) != len(places):
+            raise MeshError("blocks must have a place for each of their cells")
+        object.__setattr__(self, "points", checked_points(self.points))
+        object.__setattr__(self, "blocks", tuple(blocks))
+        object.__setattr__(self, "point_data", checked_data(self.point_data, len(self.points), "point_data"))
+        object.__setattr__(self, "cell_data", checked_data(self.cell_data, len(places), "cell_data"))
+
+    @classmethod
+    def of_types(cls, points: ArrayLike, cells: Mapping[str, ArrayLike]) -> MixedMesh:
+        """A mesh of the cells (k, j) that a type has by its name in meshio, in this order.
+
+        Raises
+        ------
+        MeshError
+            If a type is none of the linear ones, or shapes or types of arrays make no sense.
+        """
+        unknown = [name for name in cells if name not in CELL_TYPES]
+        if unknown:
+            raise MeshError(f"types of cells must be some of {', '.join(CELL_TYPES)}, not {first_names(unknown)}")
+        blocks, start = [], 0
+        for name, nodes in cells.items():
+            table = checked_cells(nodes, len(CELL_TYPES[name].nodes), CELL_TYPES[name].plural)
+            blocks.append(CellBlock(CELL_TYPES[name], table, np.arange(start, start + len(table))))
+            start += len(table)
+        return cls(checked_points(points), tuple(blocks))
+
+    def __repr__(self) -> str:
+        return f"MixedMesh({len(self.points)} points, {counts_by_type(self.blocks)})"
+
+    @property
+    def cells(self) -> Ints:
+        """Nodes of all cells, one cell after the other, in the order of their places."""
+        return flat_nodes(self.blocks)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """(n,) nodes of the cells that were carried along, of none of these types: keep them where they are."""
+        return np.zeros(len(self.points), dtype=bool) if self.origin is None else self.origin.selection.held
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on what was changed or set aside when the mesh was read."""
+        return () if self.origin is None else self.origin.selection.notes
+
+    @property
+    def node_labels(self) -> NDArray[Any] | None:
+        """(n,) what the file that the mesh was read from calls its points; None if these are counted from 0."""
+        file = getattr(self.origin, "file", None)
+        return None if file is None else file.node_labels
+
+    @property
+    def cell_labels(self) -> NDArray[Any] | None:
+        """(m,) what the file calls the cells, or their places among all that it has; None if there is no file."""
+        if self.origin is None:
+            return None
+        file, rows = getattr(self.origin, "file", None), self.origin.selection.rows
+        return rows if file is None or file.cell_labels is None else file.cell_labels[rows]
+
+    def replaced(
+        self,
+        points: ArrayLike | None = None,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
+    ) -> MixedMesh:
+        """The same mesh with other points, and with arrays added, as :meth:`hexconformal.HexMesh.replaced` does."""
+        points = self.points if points is None else checked_points(points)
+        if len(points) != len(self.points):
+            raise MeshError(f"points must be as many as the mesh has, {len(self.points)}, not {len(points)}")
+        return replace(
+            self,
+            points=points,
+            point_data=dict[str, Any](self.point_data) | dict(point_data or {}),
+            cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
+        )
+
+    def to_source_type(self) -> Any:
+        """The mesh as an object of the type it was made from: points and cells by type, a meshio.Mesh, a grid."""
+        if self.origin is None:
+            return self.points.copy(), {block.cell_type.name: block.cells.copy() for block in self.blocks}
+        return self if self.origin.file is not None else self.origin.updated_source(self)
+
+
+def blocks_of(mesh: HexMesh | MixedMesh) -> tuple[CellBlock, ...]:
+    """The cells of a mesh by their type."""
+    if isinstance(mesh, MixedMesh):
+        return mesh.blocks
+    return (CellBlock(HEXAHEDRON, mesh.cells, np.arange(len(mesh.cells))),)
+
+
+def cells_between(mesh: HexMesh | MixedMesh, places: slice) -> Ints:
+    """(k, j) nodes of the cells in a row of places; these are of one type."""
+    first, last = places.start, places.stop
+    parts = [block.cells[(block.places >= first) & (block.places < last)] for block in blocks_of(mesh)]
+    return next(part for part in parts if len(part))
+
+
+def flat_nodes(blocks: Sequence[CellBlock]) -> Ints:
+    """Nodes of all cells, one cell after the other, in the order of their places.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import PYRAMID, TETRAHEDRON
+    >>> tetrahedron = CellBlock(TETRAHEDRON, np.array([[6, 7, 8, 9]]), np.array([1]))
+    >>> flat_nodes([tetrahedron, CellBlock(PYRAMID, np.array([[0, 1, 2, 3, 4]]), np.array([0]))])
+    array([0, 1, 2, 3, 4, 6, 7, 8, 9])
+    """
+    sizes = np.empty(sum(len(block.cells) for block in blocks), dtype=np.int64)
+    for block in blocks:
+        sizes[block.places] = block.cells.shape[1]
+    starts = np.cumsum(sizes) - sizes
+    result = np.empty(int(sizes.sum()), dtype=np.int64)
+    for block in blocks:
+        result[starts[block.places][:, None] + np.arange(block.cells.shape[1])] = block.cells
+    return result
+
+
+def counts_by_type(blocks: Sequence[CellBlock]) -> str:
+    """How many cells there are of each type, in words.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import PYRAMID, TETRAHEDRON
+    >>> counts_by_type([CellBlock(TETRAHEDRON, np.arange(8).reshape(2, 4), np.arange(2))])
+    '2 tetrahedra'
+    """
+    named = [(len(block.cells), block.cell_type) for block in blocks]
+    return ", ".join(f"{count} {one.plural if count != 1 else one.singular}" for count, one in named)

@@ -1,0 +1,119 @@
+"""Checks of meshes of several types of cells before they are measured or worked on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import MeshError, first_ids
+from ..mesh import FaceTable, MixedMesh, mixed_components, mixed_faces, split_quads
+from .finding import Finding, error, warning
+from .node_order import NO_BOUNDARY, mirrored_cells
+from .point_checks import check_finite, check_places, repeated_rows
+
+__all__ = ["check_mixed"]
+
+_FLAT_VOLUME = 1e-10  # relative to the product of the edges at a corner
+
+
+def check_mixed(mesh: MixedMesh) -> tuple[Finding, ...]:
+    """The findings of :func:`hexconformal.check`, errors first.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import WEDGE
+    >>> turned = MixedMesh.of_types(WEDGE.ideal, {"wedge": [[3, 4, 5, 0, 1, 2]]})
+    >>> check_mixed(turned)[0].message
+    'wedges whose nodes are in the reverse order (negative volume): 1 (ids 0); orient() turns them round'
+    """
+    found = [*check_finite(mesh), *_check_numbers(mesh)]
+    if not found:
+        found = [*_check_repeated(mesh), *_check_flat(mesh), *check_places(mesh, "cell")]
+        if not any(finding.kind == "repeated nodes" for finding in found):
+            found += _check_faces(mesh)
+    return tuple(sorted(found, key=lambda finding: finding.severity))
+
+
+def _check_numbers(mesh: MixedMesh) -> list[Finding]:
+    count = len(mesh.points)
+    bad = [block.places[((block.cells < 0) | (block.cells >= count)).any(axis=1)] for block in mesh.blocks]
+    ids = np.sort(np.concatenate(bad))
+    text = f"cells with node ids outside 0..{count - 1}: {first_ids(ids, mesh.cell_labels)}"
+    return [error("bad index", ids, text)] if len(ids) else []
+
+
+def _check_repeated(mesh: MixedMesh) -> list[Finding]:
+    """Nodes that a cell has twice, and cells that are there twice."""
+    found = []
+    for block in mesh.blocks:
+        nodes = np.sort(block.cells, axis=1)
+        twice = block.places[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]
+        if len(twice):
+            text = f"{block.cell_type.plural} with a repeated node: {first_ids(twice, mesh.cell_labels)}"
+            found.append(error("repeated nodes", twice, f"{text}; give them the type of what they are"))
+        again = block.places[repeated_rows(nodes)]
+        if len(again):
+            text = f"{block.cell_type.plural} with the same nodes as an earlier one"
+            text = f"{text}: {first_ids(again, mesh.cell_labels)}; remove them"
+            found.append(error("duplicate cells", again, text))
+    return found
+
+
+def _check_flat(mesh: MixedMesh) -> list[Finding]:
+    flat = []
+    for block in mesh.blocks:
+        corners = np.arange(len(block.cell_type.neighbours))
+        edges = (
+            mesh.points[block.cells[:, block.cell_type.neighbours]] - mesh.points[block.cells[:, corners]][:, :, None]
+        )
+        sizes = np.linalg.norm(edges, axis=3).prod(axis=2)
+        flat.append(block.places[(np.abs(np.linalg.det(edges)) <= _FLAT_VOLUME * sizes).all(axis=1)])
+    ids = np.sort(np.concatenate(flat))
+    return [warning("flat cells", ids, f"cells without volume: {first_ids(ids, mesh.cell_labels)}")] if len(ids) else []
+
+
+def _check_faces(mesh: MixedMesh) -> list[Finding]:
+    found = []
+    faces, cell_labels = mixed_faces(mesh.blocks), mesh.cell_labels
+    crowded = np.flatnonzero(faces.counts > 2)
+    if len(crowded):
+        cells = np.unique(faces.cells[crowded])
+        text = f"faces shared by more than two cells: {len(crowded)} (nodes {_nodes_of(mesh, faces, crowded)})"
+        found.append(error("crowded faces", cells, f"{text}, of cells {first_ids(cells, cell_labels)}"))
+    if (faces.counts > 1).all():
+        return [*found, error("no boundary", np.arange(faces.cells.max() + 1), NO_BOUNDARY)]
+    found += _check_order(mesh, faces)
+    count, pieces = mixed_components(mesh.blocks)
+    if count > 1:
+        first = np.unique(pieces, return_index=True)[1]
+        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first, cell_labels)}"
+        found.append(warning("pieces", first, text))
+    split = np.flatnonzero(split_quads(faces))
+    if len(split):
+        cells = np.unique(faces.cells[split, 0])
+        text = f"quadrilaterals that meet two triangles: {len(split)} (nodes {_nodes_of(mesh, faces, split)})"
+        advice = "they touch only where they are flat; put pyramids between"
+        found.append(warning("split faces", cells, f"{text}, of cells {first_ids(cells, cell_labels)}; {advice}"))
+    return found
+
+
+def _check_order(mesh: MixedMesh, faces: FaceTable) -> list[Finding]:
+    """Cells that are inside out by their connections, not because the mesh is tangled."""
+    try:
+        mirrored = mirrored_cells(mesh, faces)
+    except MeshError as problem:
+        return [error("mirrored", [], str(problem))]
+    found = []
+    for block in mesh.blocks:
+        ids = block.places[mirrored[block.places]]
+        if len(ids):
+            text = f"{block.cell_type.plural} whose nodes are in the reverse order (negative volume)"
+            text = f"{text}: {first_ids(ids, mesh.cell_labels)}; orient() turns them round"
+            found.append(error("mirrored", ids, text))
+    return found
+
+
+def _nodes_of(mesh: MixedMesh, faces: FaceTable, rows: NDArray[np.int64]) -> str:
+    """Nodes of the first of some faces."""
+    labels = np.arange(len(mesh.points)) if mesh.node_labels is None else mesh.node_labels
+    return ", ".join(str(tuple(labels[nodes[nodes >= 0]].tolist())) for nodes in faces.quads[rows[:3]])
