@@ -47,11 +47,14 @@ def test_grids_whose_points_cannot_move_become_structured(kind):
     assert measured["valid"].tolist() == [1] * 8
 
 
-def test_other_cells_are_measured_as_nothing_and_kept_on_request():
+def test_other_cells_are_measured_too_and_worked_around_on_request():
     mixed = cube_beside_pyramid()
-    np.testing.assert_array_equal(mixed.hexconformal.quality()["scaled_jacobian"], [1.0, np.nan])
-    with pytest.raises(hc.MeshError, match="1 pyramid"):
-        mixed.hexconformal.quality(other_cells="refuse")
+    np.testing.assert_array_equal(mixed.hexconformal.quality()["shape"], hc.quality(mixed).shape)
+    with_curved = mixed + pv.examples.cells.QuadraticTetrahedron().translate((9, 0, 0))
+    measured = with_curved.hexconformal.quality()["shape"]
+    np.testing.assert_array_equal(np.isnan(measured), with_curved.celltypes == 24)
+    with pytest.raises(hc.MeshError, match="1 quadratic_tetra"):
+        with_curved.hexconformal.quality(other_cells="refuse")
     with pytest.raises(hc.MeshError, match="1 pyramid"):
         mixed.hexconformal.regularize()
     kept = mixed.hexconformal.regularize(other_cells="keep")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from meshes.hexahedra import block
+from meshes.linear_cells import renumberings
 from meshes.mixed import cut_block, four_types
 
 from hexconformal import MeshError, MixedMesh
@@ -120,7 +121,8 @@ def test_faces_between_types_are_shared():
 
 def test_a_mirrored_cell_disagrees_with_all_around_it():
     mesh = cut_block(3)
-    cells = mesh.blocks[0].cells.copy()
+    orders = np.random.default_rng(0).choice(np.array(renumberings(TETRAHEDRON)), 162)
+    cells = np.take_along_axis(mesh.blocks[0].cells, orders, axis=1)
     cells[70] = cells[70][list(TETRAHEDRON.mirrored)]
     faces = mixed_faces(MixedMesh.of_types(mesh.points, {"tetra": cells}).blocks)
     opposed = (faces.orientation != 1) & (faces.counts == 2)
@@ -157,6 +159,17 @@ def test_quadrilaterals_that_meet_two_triangles_are_found():
     found = faces.quads[split_quads(faces)]
     assert len(found) == 4
     assert (points[found][:, :, 0] == 1).all()
+    # With a hexahedron on the other side, too, it is no matter of the boundary.
+    both = mixed_faces(MixedMesh.of_types(points, {"hexahedron": cells, "tetra": tetrahedra}).blocks)
+    assert not (points[both.quads[split_quads(both)]][:, :, 0] == 1).all(axis=1).any()
+
+
+def test_a_face_of_three_cells_has_the_first_two():
+    cells = [[0, 1, 2, 3], [0, 2, 1, 4], [0, 1, 2, 5]]
+    faces = mixed_faces(MixedMesh.of_types(np.zeros((6, 3)), {"tetra": cells}).blocks)
+    crowded = faces.counts == 3
+    assert faces.cells[crowded].tolist() == [[0, 1]]
+    assert faces.orientation[crowded].tolist() == [1]
 
 
 def test_pieces():

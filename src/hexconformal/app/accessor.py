@@ -10,7 +10,7 @@ from typing import Any
 
 import pyvista
 
-from ..io import as_hex_mesh
+from ..io import as_hex_mesh, as_volume_mesh
 from ..quality import quality
 from ..regularization import regularize
 
@@ -70,19 +70,19 @@ class HexahedraAccessor:
         return regularize(mesh, callback=callback, **options).mesh.to_source_type()
 
     def quality(self, *, other_cells: str = "keep", linearize: bool = False) -> Any:
-        """The grid with all measures of :class:`hexconformal.Quality` as cell arrays, NaN on other cells.
+        """The grid with all measures of :class:`hexconformal.Quality` as cell arrays, NaN on cells that have none.
 
         Parameters
         ----------
         other_cells, linearize
-            Treatment of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
+            Treatment of solid cells that are not linear; see :func:`hexconformal.as_volume_mesh`.
 
         Raises
         ------
         MeshError
-            If there are no hexahedra.
+            If there are no hexahedra, wedges, pyramids or tetrahedra.
         """
-        mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearize=linearize)
+        mesh = as_volume_mesh(self._dataset, other_cells=other_cells, linearize=linearize)
         return mesh.replaced(cell_data=quality(mesh).arrays()).to_source_type()
 
 
