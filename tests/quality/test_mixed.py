@@ -128,6 +128,10 @@ def test_every_fault_is_found_and_named():
     assert set(findings(flat)["flat cells"].ids) == {
         k for k, row in enumerate(cells["tetra"]) if np.ptp(flat[row], axis=0)[1] == 0
     }
+    # A cell with one flat corner has volume.
+    straight = CELL_TYPES["pyramid"].ideal.copy()
+    straight[2] = (straight[1] + straight[3]) / 2
+    assert hc.check(hc.MixedMesh.of_types(straight, {"pyramid": [range(5)]})) == ()
     apart = np.concatenate([sound.points, sound.points[cells["pyramid"][0]] + 7])
     pieces = findings(apart, pyramid=np.concatenate([cells["pyramid"], [[17, 18, 19, 20, 21]]]))["pieces"]
     assert pieces.ids.tolist() == [0, 13]

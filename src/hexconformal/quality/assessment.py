@@ -144,7 +144,7 @@ class Quality:
 
     def __repr__(self) -> str:
         inverted, invalid = int((self.scaled_jacobian <= 0).sum()), int((~self.valid).sum())
-        return f"Quality({len(self.valid)} cells, {inverted} inverted, {invalid} invalid)"
+        return f"{type(self).__name__}({len(self.valid)} cells, {inverted} inverted, {invalid} invalid)"
 
     def summary(self, worst: int = 5) -> Summary:
         """Reduce to a few numbers.
