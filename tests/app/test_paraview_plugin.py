@@ -149,16 +149,27 @@ def test_every_property_is_among_those_tested(plugin):
     assert {s for s in setters if ".Set" in s} == {f"{row[0]}.{row[1]}" for row in tested} | others
 
 
-def test_other_cells_are_refused_or_kept(plugin, errors):
+def test_other_cells_are_worked_on_or_kept(plugin, errors):
+    mixed = cube_beside_pyramid()
     algorithm = plugin.RegularizeHexahedra()
-    assert run(algorithm, plain(cube_beside_pyramid())).GetNumberOfCells() == 0
-    assert "Regularize Hexahedra: besides hexahedra there are other three-dimensional cells: 1 pyramid" in errors.pop()
+    algorithm.SetBoundary("free")
+    out = run(algorithm, plain(mixed))
+    assert errors == []
+    expected = hc.regularize(mixed, boundary="free")
+    np.testing.assert_array_equal(vtk_to_numpy(out.GetPoints().GetData()), expected.points)
+    assert "pyramids, scaled jac. min" in report(out)
     algorithm.SetOtherCells("keep")
     algorithm.Update()
     out = algorithm.GetOutputDataObject(0)
     assert errors == []
     np.testing.assert_array_equal(array(out.GetCellData(), "scaled_jacobian"), [1.0, np.nan])
     assert "other cells are carried along, their nodes held: 1 pyramid" in report(out)
+
+
+def test_cells_that_are_not_linear_are_refused(plugin, errors):
+    source = plain(cube_beside_pyramid() + pv.examples.cells.QuadraticTetrahedron().translate((9, 0, 0)))
+    assert run(plugin.RegularizeHexahedra(), source).GetNumberOfCells() == 0
+    assert "there are other three-dimensional cells: 1 quadratic_tetra" in errors.pop()
 
 
 @pytest.mark.parametrize("name", ["RegularizeHexahedra", "HexahedraQuality"])
@@ -183,11 +194,13 @@ def test_quality_has_every_measure(plugin, errors):
     assert report(out) == str(expected.summary())
 
 
-def test_quality_leaves_out_other_cells(plugin, errors):
-    out = run(plugin.HexahedraQuality(), plain(cube_beside_pyramid()))
+def test_quality_of_all_linear_cells(plugin, errors):
+    mixed = cube_beside_pyramid()
+    out = run(plugin.HexahedraQuality(), plain(mixed + pv.examples.cells.QuadraticTetrahedron().translate((9, 0, 0))))
     assert errors == []
-    np.testing.assert_array_equal(array(out.GetCellData(), "scaled_jacobian"), [1.0, np.nan])
-    np.testing.assert_array_equal(array(out.GetCellData(), "valid"), [1, 0])
+    expected = hc.quality(mixed)
+    np.testing.assert_array_equal(array(out.GetCellData(), "scaled_jacobian"), [*expected.scaled_jacobian, np.nan])
+    np.testing.assert_array_equal(array(out.GetCellData(), "valid"), [1, 1, 0])
 
 
 def test_remesh_does_what_the_library_does(plugin, errors):
@@ -209,10 +222,10 @@ def test_remesh_does_what_the_library_does(plugin, errors):
     [
         (
             "RegularizeHexahedra",
-            lambda: plain(pv.examples.cells.Tetrahedron()),
-            "there are no hexahedra, only: 1 tetra",
+            lambda: plain(pv.examples.cells.Triangle()),
+            "there are no hexahedra, wedges, pyramids, tetrahedra, only: 1 triangle",
         ),
-        ("HexahedraQuality", lambda: plain(pv.examples.cells.Triangle()), "there are no hexahedra, only: 1 triangle"),
+        ("HexahedraQuality", lambda: plain(pv.examples.cells.Triangle()), "tetrahedra, only: 1 triangle"),
         ("RemeshSurface", lambda: plain(pv.Line()), "there are no triangles or quadrilaterals"),
         ("RemeshSurface", lambda: plain(pv.Sphere(theta_resolution=8).strip()), "strips of triangles"),
     ],

@@ -13,7 +13,7 @@ from hexconformal.mesh import (
     HexMesh,
     blocks_of,
     boundary_quads,
-    cells_between,
+    cells_in_rows,
     face_table,
     flat_nodes,
     mixed_components,
@@ -39,10 +39,14 @@ def test_cells_are_in_the_order_of_their_places():
 
 def test_cells_of_a_row_of_places():
     mesh = four_types()
-    assert cells_between(mesh, slice(2, 5)).tolist() == mesh.blocks[0].cells[2:5].tolist()
-    assert cells_between(mesh, slice(9, 11)).tolist() == mesh.blocks[2].cells.tolist()
+    assert cells_in_rows(mesh, slice(2, 5), 4).tolist() == mesh.blocks[0].cells[2:5].tolist()
+    assert cells_in_rows(mesh, slice(9, 11), 6).tolist() == mesh.blocks[2].cells.tolist()
     hexes = HexMesh(*block(2))
-    assert cells_between(hexes, slice(3, 5)).tolist() == hexes.cells[3:5].tolist()
+    assert cells_in_rows(hexes, slice(3, 5), 8).tolist() == hexes.cells[3:5].tolist()
+    # In rows of eight, as the hexahedra of a file have, other types have nodes several times.
+    both = cells_in_rows(mesh, slice(8, 11), 8)
+    assert both[0].tolist() == mesh.blocks[1].cells[0].tolist()
+    assert both[1].tolist() == mesh.blocks[2].cells[0][[0, 1, 2, 2, 3, 4, 5, 5]].tolist()
 
 
 @pytest.mark.parametrize(

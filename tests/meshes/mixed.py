@@ -3,8 +3,9 @@
 import numpy as np
 import pyvista as pv
 
-from hexconformal.elements import HEXAHEDRON
-from hexconformal.mesh import MixedMesh, blocks_of
+from hexconformal.elements import HEXAHEDRON, rows_by_type
+from hexconformal.generate import box
+from hexconformal.mesh import MixedMesh, blocks_of, collapsed_mesh
 from meshes.hexahedra import block
 
 
@@ -27,6 +28,48 @@ def four_types(amount=0.0, seed=0):
     cells = {"tetra": tetrahedra, "hexahedron": [cubes[0]], "wedge": wedges, "pyramid": pyramids}
     points += np.random.default_rng(seed).uniform(-amount, amount, points.shape)
     return MixedMesh.of_types(points, {name: np.array(rows) for name, rows in cells.items()})
+
+
+def mixed_block(n=3):
+    """A bar of 4 n by n by n cubes: wedges, hexahedra, pyramids with tetrahedra, and tetrahedra; n^2 of each layer."""
+    points, cubes = box((4 * n, n, n), (4.0 * n, float(n), float(n)))
+    layer = np.rint(points[cubes].min(axis=1)[:, 0]).astype(int)
+    found = {"tetra": [], "hexahedron": [], "pyramid": [], "wedge": []}
+    centres = []
+    for cube, x in zip(cubes.tolist(), layer, strict=True):
+        if x < n:
+            # The triangles lie in the faces across y, the same way in all cubes.
+            found["wedge"] += [[cube[i] for i in row] for row in ((0, 4, 1, 3, 7, 2), (4, 5, 1, 7, 6, 2))]
+        elif x < 2 * n:
+            found["hexahedron"].append(cube)
+        else:
+            centre = len(points) + len(centres)
+            centres.append(points[cube].mean(axis=0))
+            for number, face in enumerate(HEXAHEDRON.faces):
+                a, b, c, d = (cube[node] for node in face)
+                if number == 0 and x == 2 * n:
+                    found["pyramid"].append([d, c, b, a, centre])
+                    continue
+                # Along the diagonal through the smallest node, which both sides see.
+                first = int(np.argmin([a, b, c, d]))
+                a, b, c, d = ([a, b, c, d] * 2)[first : first + 4]
+                found["tetra"] += [[a, c, b, centre], [a, d, c, centre]]
+    return MixedMesh.of_types(np.vstack([points, centres]), {name: np.array(rows) for name, rows in found.items()})
+
+
+def jittered_inside(mesh, amount, seed=0):
+    """The mesh with nodes moved by up to `amount` along each axis, along the faces, edges and corners of its box."""
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    moves = np.random.default_rng(seed).uniform(-amount, amount, mesh.points.shape)
+    return mesh.replaced(points=mesh.points + moves * ((mesh.points > low) & (mesh.points < high)))
+
+
+def collapsed_tables():
+    """Points and cells (m, 8) of the four types in one table, their nodes moved a little; the faces fit."""
+    mesh = collapsed_mesh(jittered_inside(mixed_block(2), 0.15))
+    order = np.concatenate([one.rows if isinstance(one.rows, np.ndarray) else np.arange(len(mesh.cells))[one.rows]
+                            for one in rows_by_type(mesh.cells)])  # fmt: skip
+    return mesh.points.copy(), mesh.cells[order]
 
 
 def shuffled_grid(mesh, seed=0):

@@ -48,7 +48,8 @@ class HexahedraAccessor:
         Parameters
         ----------
         other_cells, linearize
-            Treatment of cells that are no linear hexahedra; see :func:`hexconformal.as_hex_mesh`.
+            Treatment of cells that are not linear, see :func:`hexconformal.as_volume_mesh`; "keep" keeps all cells but
+            the hexahedra where they are.
         callback
             Called with the record of every iteration.
         **options
@@ -66,7 +67,8 @@ class HexahedraAccessor:
         OptionError
             If an option is unknown or makes no sense.
         """
-        mesh = as_hex_mesh(self._dataset, other_cells=other_cells, linearize=linearize)
+        take_in = as_hex_mesh if other_cells == "keep" else as_volume_mesh
+        mesh = take_in(self._dataset, other_cells=other_cells, linearize=linearize)
         return regularize(mesh, callback=callback, **options).mesh.to_source_type()
 
     def quality(self, *, other_cells: str = "keep", linearize: bool = False) -> Any:

@@ -136,8 +136,8 @@ class RegularizeHexahedra(_Filter):
         self.set_option("emphasis", value)
 
     @smproperty.stringvector(name="OtherCells", default_values="refuse", number_of_elements=1)
-    @_help("Meshes with tetrahedra, wedges, ... besides: refuse them, or keep those cells, which then stay where"
-             " they are.", _choices("refuse", "keep"))  # fmt: skip
+    @_help("Work on all linear cells, and refuse others, or keep all but the hexahedra where they are.",
+             _choices("refuse", "keep"))  # fmt: skip
     def SetOtherCells(self, value: str) -> None:
         self.set_option("other_cells", value)
 
@@ -148,10 +148,13 @@ class RegularizeHexahedra(_Filter):
 
     def output_of(self, source: Any) -> Any:
         from hexconformal import Options, Regularization
-        from hexconformal.io import from_vtk
+        from hexconformal.elements import CELL_TYPES
+        from hexconformal.io import HEXAHEDRA, from_vtk
 
         options = dict(self.options)
-        mesh = from_vtk(source, options.pop("other_cells"), options.pop("linearize"))
+        other_cells = options.pop("other_cells")
+        types = HEXAHEDRA if other_cells == "keep" else tuple(CELL_TYPES)
+        mesh = from_vtk(source, other_cells, options.pop("linearize"), types)
         run = Regularization(mesh, Options(**options))
         result = self.run_until_aborted(
             run,
@@ -166,7 +169,7 @@ class RegularizeHexahedra(_Filter):
 @smproperty.input(name="Input", port_index=0)
 @smdomain.datatype(dataTypes=["vtkUnstructuredGrid"])
 class HexahedraQuality(_Filter):
-    """Measures every hexahedron; see :func:`hexconformal.quality`. Other cells get NaN."""
+    """Measures every hexahedron, wedge, pyramid and tetrahedron; see :func:`hexconformal.quality`. Others get NaN."""
 
     label = "Hexahedra Quality"
 
@@ -180,9 +183,10 @@ class HexahedraQuality(_Filter):
 
     def output_of(self, source: Any) -> Any:
         from hexconformal import quality
+        from hexconformal.elements import CELL_TYPES
         from hexconformal.io import from_vtk
 
-        mesh = from_vtk(source, "keep", self.options["linearize"])
+        mesh = from_vtk(source, "keep", self.options["linearize"], tuple(CELL_TYPES))
         measured = quality(mesh)
         return _with_report(mesh.replaced(cell_data=measured.arrays()).to_source_type(), measured.summary())
 

@@ -1,11 +1,12 @@
 """Types of cells, a module each: their nodes, edges and faces, their ideals, and measures of single cells.
 
-Belongs here: tables of a type of cell, loops over cells that look at one cell at a time, validity by Bernstein
-coefficients, equations (13) and (13c). Imports `kernel`.
+Belongs here: tables of a type of cell, cells of all types in one table, loops over cells that look at one cell at a
+time, validity by Bernstein coefficients, equations (13) and (13c). Imports `kernel`.
 """
 
-from .cell_measures import MEASURES, cell_measures, corner_scaled_jacobian, corner_shape
+from .cell_measures import MEASURES, cell_measures
 from .cell_type import CellType
+from .collapsed import COLLAPSED, TypedRows, are_collapsed, collapsed_cells, recognized, rows_by_type
 from .hexahedron import (
     CORNER_NEIGHBOURS,
     CORNERS,
@@ -22,12 +23,14 @@ from .linear_measures import measures_of
 from .linear_validity import determinant_bounds, valid_cells
 from .pyramid import PYRAMID
 from .registry import CELL_TYPES
+from .table_measures import all_valid, corner_scaled_jacobian, corner_shape, is_valid, minimum_jacobian
 from .tetrahedron import TETRAHEDRON
-from .validity import all_valid, contiguous, is_valid, minimum_jacobian
+from .validity import contiguous
 from .wedge import WEDGE
 
 __all__ = [
     "CELL_TYPES",
+    "COLLAPSED",
     "CORNERS",
     "CORNER_NEIGHBOURS",
     "EDGES",
@@ -39,9 +42,12 @@ __all__ = [
     "TETRAHEDRON",
     "WEDGE",
     "CellType",
+    "TypedRows",
     "all_valid",
+    "are_collapsed",
     "cell_measures",
     "cell_volumes",
+    "collapsed_cells",
     "contiguous",
     "corner_scaled_jacobian",
     "corner_shape",
@@ -52,6 +58,8 @@ __all__ = [
     "is_valid",
     "measures_of",
     "minimum_jacobian",
+    "recognized",
+    "rows_by_type",
     "shape_gradients",
     "valid_cells",
 ]

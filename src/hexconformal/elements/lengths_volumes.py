@@ -16,10 +16,16 @@ Field = NDArray[np.float64]
 @loop
 def _lengths(first, last, points, cells, out):  # type: ignore[no-untyped-def]
     for cell in range(first, last):
+        total, count = 0.0, 0
         for k in range(12):
             a, b = cells[cell, EDGES[k, 0]], cells[cell, EDGES[k, 1]]
             x, y, z = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
             out[cell, k] = np.sqrt(x * x + y * y + z * z)
+            total, count = total + out[cell, k], count + (a != b)
+        if count < 12:
+            for k in range(12):
+                if cells[cell, EDGES[k, 0]] == cells[cell, EDGES[k, 1]]:
+                    out[cell, k] = total / count
 
 
 @loop
@@ -42,6 +48,8 @@ def _volumes(first, last, points, cells, out):  # type: ignore[no-untyped-def]
 
 def edge_lengths(points: Field, cells: NDArray[np.int64]) -> Field:
     """Lengths (m, 12) of the edges of every cell, in the order of :data:`hexconformal.elements.hexahedron.EDGES`.
+
+    Edges that have collapsed, of other types than hexahedra, have the mean length of the others.
 
     Examples
     --------

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from ..kernel import (
     Frame,
+    Lanes,
     Vector,
     algebra,
     barrier_factor,
@@ -54,7 +55,7 @@ from ..kernel import (
 from .corner_blocks import BLOCKS, COLUMN, END
 
 __all__ = ["DENSITY", "FOLDED", "FRAME", "JACOBIAN_WEIGHT", "MARGIN", "ROWS", "STEEP"]
-__all__ += ["add_angles", "add_proportions", "directions", "store_distortion", "store_quaternionic"]
+__all__ += ["add_angles", "add_proportions", "add_shapes", "directions", "store_distortion", "store_quaternionic"]
 
 Field = NDArray[np.float64]
 
@@ -91,9 +92,9 @@ def _chain(u: Frame, r: Vector, v: Frame) -> Frame:
 
 
 @algebra
-def store_distortion(s: Field, eps: float, weight: float) -> None:
+def store_distortion(s: Field, eps: float, weight: float, lanes: Lanes) -> None:
     """Density of each corner, its derivative, and the convex Hessian, of the whole distortion."""
-    for q in range(8):
+    for q in range(len(lanes)):
         f = frame_at(s, FRAME, q)
         d = determinant(f)
         density, g = frame_gradient(f)
@@ -119,9 +120,9 @@ def store_distortion(s: Field, eps: float, weight: float) -> None:
 
 
 @algebra
-def store_quaternionic(s: Field, weight: float) -> None:
+def store_quaternionic(s: Field, weight: float, lanes: Lanes) -> None:
     """Density of each point, its derivative, and the frozen Hessian (5), of the quaternionic distortion."""
-    for q in range(8):
+    for q in range(len(lanes)):
         f = frame_at(s, FRAME, q)
         density, g = frame_gradient(f)
         s[DENSITY, q] = weight * density
@@ -147,9 +148,9 @@ def _unit_cross_block(k: float, u: Vector, v: Vector) -> Frame:
 
 
 @algebra
-def add_angles(s: Field, weight: float, stiffness: float) -> None:
+def add_angles(s: Field, weight: float, stiffness: float, lanes: Lanes) -> None:
     """Add the same of phi(e(u)), u the unit columns."""
-    for q in range(8):
+    for q in range(len(lanes)):
         f = frame_at(s, FRAME, q)
         u, r = directions(f)
         d = determinant(u)
@@ -198,17 +199,51 @@ def add_angles(s: Field, weight: float, stiffness: float) -> None:
 
 
 @algebra
-def add_proportions(s: Field, weight: float, slender: float, order: int) -> None:
+def add_shapes(s: Field, weight: float, stiffness: float, lanes: Lanes) -> None:
+    """Add the same of phi(e(f)), f the whole frame: at corners whose three edges belong together."""
+    for q in range(len(lanes)):
+        f = frame_at(s, FRAME, q)
+        d = determinant(f)
+        density, g = frame_gradient(f)
+        a = cofactor(f)
+        factor, slope, curvature = barrier_factor(d, 0.0)
+        curvature = max(curvature, 2.0 * slope * slope / factor)
+        e = density * factor
+        margin = 1.0 - stiffness * e
+        s[DENSITY, q] += weight * e / margin
+        s[MARGIN, q] = min(s[MARGIN, q], min(margin, d))
+        first = weight / (margin * margin)
+        second = 2.0 * stiffness * first / margin
+        down = density * slope
+        _add_to(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
+        both = first * slope + second * factor * down
+        along = plus(times(second * factor * factor, g), times(both, a))
+        across = plus(times(both, g), times(first * density * curvature + second * down * down, a))
+        k = 4.0 * first * factor
+        same = (2.0 * k, 0.0, 0.0), (0.0, 2.0 * k, 0.0), (0.0, 0.0, 2.0 * k)
+        _add_to(plus(same, outer_sum(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
+        turn = cross_matrix(k, plane_normal(f[0], f[1]))
+        _add_to(plus(turn, outer_sum(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
+        turn = cross_matrix(k, plane_normal(f[0], f[2]))
+        _add_to(plus(turn, outer_sum(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
+        _add_to(plus(same, outer_sum(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
+        turn = cross_matrix(k, plane_normal(f[1], f[2]))
+        _add_to(plus(turn, outer_sum(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
+        _add_to(plus(same, outer_sum(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
+
+
+@algebra
+def add_proportions(s: Field, weight: float, slender: float, order: int, lanes: Lanes) -> None:
     """Add the densities of all corners, with derivatives from order 1 on."""
     widest = 0.0
-    for q in range(8):
+    for q in range(len(lanes)):
         f = frame_at(s, FRAME, q)
         a, b, c = dot(f[0], f[0]), dot(f[1], f[1]), dot(f[2], f[2])
         widest = max(widest, max(a, max(b, c)) / min(a, min(b, c)))
     # Few cells are slender: for the others there is nothing to do.
     if widest > slender * slender:
         limit = np.log(slender)
-        for q in range(8):
+        for q in range(len(lanes)):
             _add_pair(s, q, weight, limit, order, 0, 1, BLOCKS, BLOCKS + 9, BLOCKS + 27)
             _add_pair(s, q, weight, limit, order, 0, 2, BLOCKS, BLOCKS + 18, BLOCKS + 45)
             _add_pair(s, q, weight, limit, order, 1, 2, BLOCKS + 27, BLOCKS + 36, BLOCKS + 45)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernel import algebra, frame_at, matrix_product, plus, scale, store, times, transpose
+from ..kernel import Lanes, algebra, frame_at, matrix_product, plus, scale, store, times, transpose
 from .block_matrix import Places
 
 __all__ = [
@@ -31,14 +31,14 @@ COLUMN, BLOCKS, _MIXED, _OWN, INVERSE, SIGN, END = 0, 9, 63, 90, 99, 108, 111
 
 
 @algebra
-def pull_back(s: Field) -> None:
+def pull_back(s: Field, lanes: Lanes) -> None:
     """Derivatives with respect to J W^-1 become derivatives with respect to J."""
-    for q in range(8):
+    for q in range(len(lanes)):
         store(matrix_product(frame_at(s, INVERSE, q), frame_at(s, COLUMN, q)), s, COLUMN, q)
     for k in range(3):
         for l in range(k + 1):
             one, two = BLOCKS + 3 * k + l, BLOCKS + 3 * l + k
-            for q in range(8):
+            for q in range(len(lanes)):
                 # Entries (k, l) of all nine blocks, as a matrix over the pairs of columns.
                 m = (
                     (s[one, q], s[one + 9, q], s[one + 18, q]),
@@ -54,9 +54,9 @@ def pull_back(s: Field) -> None:
 
 
 @algebra
-def to_nodes(s: Field) -> None:
+def to_nodes(s: Field, lanes: Lanes) -> None:
     """Derivatives with respect to edges, then to the nodes: moving the corner itself moves all three edges back."""
-    for q in range(8):
+    for q in range(len(lanes)):
         x, y, z = s[SIGN, q], s[SIGN + 1, q], s[SIGN + 2, q]
         f = frame_at(s, COLUMN, q)
         store((scale(x, f[0]), scale(y, f[1]), scale(z, f[2])), s, COLUMN, q)
@@ -92,10 +92,10 @@ def _add_block(s: Field, row: int, q: int, a: int, b: int, local: Field) -> None
 
 
 @algebra
-def _gather(s: Field, corners: Ints, local: Field) -> None:
+def _gather(s: Field, corners: Ints, local: Field, lanes: Lanes) -> None:
     """Blocks of the cell's nodes from those of its corners."""
     local[:] = 0.0
-    for q in range(8):
+    for q in range(len(lanes)):
         x, y, z = corners[q, 0], corners[q, 1], corners[q, 2]
         _add_block(s, BLOCKS, q, x, x, local)
         _add_block(s, BLOCKS + 9, q, x, y, local)
@@ -110,9 +110,9 @@ def _gather(s: Field, corners: Ints, local: Field) -> None:
 
 
 @algebra
-def add_forces(s: Field, cells: Ints, c: int, corners: Ints, forces: Field) -> None:
+def add_forces(s: Field, cells: Ints, c: int, corners: Ints, forces: Field, lanes: Lanes) -> None:
     """Add the first derivatives of a cell to forces (n, 3)."""
-    for q in range(8):
+    for q in range(len(lanes)):
         for i in range(3):
             for k in range(3):
                 force = s[COLUMN + 3 * i + k, q]
@@ -121,16 +121,18 @@ def add_forces(s: Field, cells: Ints, c: int, corners: Ints, forces: Field) -> N
 
 
 @algebra
-def add_blocks(s: Field, cells: Ints, c: int, corners: Ints, places: Places, local: Field, data: Field) -> None:
+def add_blocks(
+    s: Field, cells: Ints, c: int, corners: Ints, places: Places, local: Field, data: Field, lanes: Lanes, nodes: Lanes
+) -> None:
     """Add the second derivatives of a cell to the blocks data at places (m, 36); local (36, 3, 3) is for use here."""
-    _gather(s, corners, local)
-    add_local(cells, c, places, local, data)
+    _gather(s, corners, local, lanes)
+    add_local(cells, c, places, local, data, nodes)
 
 
 @algebra
-def add_local(cells: Ints, c: int, places: Places, local: Field, data: Field) -> None:
+def add_local(cells: Ints, c: int, places: Places, local: Field, data: Field, nodes: Lanes) -> None:
     """Add the blocks local (36, 3, 3) of a cell to the blocks data at places (m, 36), where there are any."""
-    for a in range(8):
+    for a in range(len(nodes)):
         for b in range(a + 1):
             pair = a * (a + 1) // 2 + b
             place = places[c, pair]

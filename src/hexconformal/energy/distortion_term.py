@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from hexconformal.energy import quadrature_kernels as kernels
 
 from ..common import OptionError
-from ..elements import QUADRATURE_RULES, edge_weights, shape_gradients
+from ..elements import QUADRATURE_RULES, are_collapsed, edge_weights, shape_gradients
 from ..kernel import parallel_ranges
 from ..mesh import corner_incidences, node_pattern, scalar_matrix
 from .block_matrix import Assembly
+from .corner_term import CornerTerm, CornerWeights
 from .quadrature_blocks import convex_sums
 from .term import Patch, Term
 
@@ -47,7 +48,7 @@ class DistortionTerm(Term):
         None for the quaternionic energy (6), which does not see orientation; else the eps >= 0 of the barrier
         E / chi_eps(det)^(2/3).
     quadrature
-        "gauss" (2 x 2 x 2) or "corners".
+        "gauss" (2 x 2 x 2) or "corners"; with eps only the latter where cells of other types are collapsed hexahedra.
 
     Examples
     --------
@@ -67,6 +68,17 @@ class DistortionTerm(Term):
     def __post_init__(self) -> None:
         if self.quadrature not in QUADRATURE_RULES:
             raise OptionError(f"quadrature must be 'gauss' or 'corners', not {self.quadrature!r}")
+
+    @cached_property
+    def _of_types(self) -> CornerTerm | None:
+        """What is eight times the same, and knows the corners of other types; None where there are none."""
+        if not are_collapsed(self.cells).any():
+            return None
+        if self.eps is None or self.quadrature != "corners":
+            raise OptionError("cells of other types than hexahedra are measured at corners, by the barrier alone")
+        inverses = np.empty((0, 1, 3, 3)) if self.inverses is None else self.inverses
+        scales = np.empty(0) if self.scales is None else self.scales * np.ones(len(self.cells))
+        return CornerTerm(self.cells, inverses, CornerWeights(eps=self.eps), scales)
 
     @cached_property
     def _rule(self) -> tuple[Field, Field, Field, Field]:
@@ -114,11 +126,16 @@ class DistortionTerm(Term):
 
     def value(self, points: Field) -> float:
         """Energy at the points (n, 3); infinite where a quadrature point is folded and the energy is a barrier."""
+        if self._of_types is not None:
+            return self._of_types.value(points) / 8.0
         total = float(self.cell_energies(points).sum())
         return total if total < _FOLDED else float("inf")
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """Energy at the points (n, 3) and its gradient (n, 3)."""
+        if self._of_types is not None:
+            energy, gradient = self._of_types.value_gradient(points)
+            return energy / 8.0, gradient / 8.0
         return self.value(points), self._gathered()
 
     def _second_product(self, points: Field, variation: Field, eps: float) -> Field:

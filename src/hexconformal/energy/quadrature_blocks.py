@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernel import algebra, frame_at, loop, matrix_product, store, store_inverses, transpose
+from ..kernel import EIGHT, algebra, frame_at, loop, matrix_product, store, store_inverses, transpose
 from .block_matrix import Places
 from .convex_frames import DENSITY, FOLDED, FRAME, MARGIN, ROWS, store_distortion, store_quaternionic
 from .corner_blocks import BLOCKS, COLUMN, INVERSE, add_local, pull_back
@@ -26,7 +26,7 @@ def _store_frames(points: Field, cells: Ints, c: int, shapes: Field, inverses: F
                 for a in range(1, 8):
                     total += shapes[q, a, i] * (points[cells[c, a], k] - points[cells[c, 0], k])
                 s[FRAME + 3 * i + k, q] = total
-    store_inverses(inverses, c, s, INVERSE)
+    store_inverses(inverses, c, s, INVERSE, EIGHT)
     if len(inverses) > 0:
         for q in range(8):
             store(matrix_product(transpose(frame_at(s, INVERSE, q)), frame_at(s, FRAME, q)), s, FRAME, q)
@@ -67,9 +67,9 @@ def _sum(
         _store_frames(points, cells, c, shapes, inverses, s)
         scale = scales[c] if len(scales) > 1 else scales[0]
         if eps < 0.0:
-            store_quaternionic(s, scale)
+            store_quaternionic(s, scale, EIGHT)
         else:
-            store_distortion(s, eps, scale)
+            store_distortion(s, eps, scale, EIGHT)
         for q in range(8):
             if not (s[MARGIN, q] > 0.0 and s[DENSITY, q] < FOLDED):
                 return np.inf
@@ -78,7 +78,7 @@ def _sum(
             for q in range(8):
                 s[row, q] *= weights[q]
         if len(inverses) > 0:
-            pull_back(s)
+            pull_back(s, EIGHT)
         for q in range(8):
             for a in range(8):
                 for k in range(3):
@@ -87,7 +87,7 @@ def _sum(
                         force += shapes[q, a, i] * s[COLUMN + 3 * i + k, q]
                     forces[cells[c, a], k] += force
         _gather(s, shapes, local)
-        add_local(cells, c, places, local, data)
+        add_local(cells, c, places, local, data, EIGHT)
     return total
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import (
+    EIGHT,
     Vector,
     add,
     algebra,
@@ -149,7 +150,7 @@ def energy_gradient(first, last, points, cells, table, weights, scales, inverses
     """Energy (m,) of each cell and its derivative (m, 8, 3) with respect to the cell's own nodes."""
     s = _work_array(table, weights)
     for c in range(first, last):
-        store_inverses(inverses, c, s, _INVERSE)
+        store_inverses(inverses, c, s, _INVERSE, EIGHT)
         _store_frames(points, cells, c, inverses, s, _FRAME)
         _gradients(s, eps)
         factor = scales[c] if len(scales) > 1 else scales[0]
@@ -165,7 +166,7 @@ def second_product(first, last, points, variation, cells, table, weights, scales
     """Second derivative of each cell's energy, applied to a variation of the points."""
     s = _work_array(table, weights)
     for c in range(first, last):
-        store_inverses(inverses, c, s, _INVERSE)
+        store_inverses(inverses, c, s, _INVERSE, EIGHT)
         _store_frames(points, cells, c, inverses, s, _FRAME)
         _store_frames(variation, cells, c, inverses, s, _VARIATION)
         _seconds(s, eps)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import CORNER_NEIGHBOURS
+from ..elements import rows_by_type
 from .term import Patch, Term
 
 __all__ = ["SoftMinimumTerm", "corner_jacobians"]
@@ -73,8 +73,9 @@ class SoftMinimumTerm(Term):
         slopes[~self.raised] = -2.0 * (self.floor_weight * missing + self.loss_weight * lost)
         forces = np.zeros_like(points)
         pulls = slopes[..., None, None] * derivatives
-        np.add.at(forces, self.cells[:, CORNER_NEIGHBOURS], pulls)
-        np.add.at(forces, self.cells, -pulls.sum(axis=2))
+        corners, neighbours, _ = _corners(self.cells)
+        np.add.at(forces, neighbours, pulls)
+        np.add.at(forces, corners, -pulls.sum(axis=2))
         losses = self.floor_weight * (missing**2).sum() + self.loss_weight * (lost**2).sum()
         # A patch may have none of the cells that are raised.
         least = np.log(shares.sum()) / self.sharpness - lowest if shares.size else 0.0
@@ -93,10 +94,27 @@ class SoftMinimumTerm(Term):
 
 
 def corner_jacobians(points: Field, cells: Ints) -> tuple[Field, Field]:
-    """(m, 8) scaled Jacobians, and their derivatives (m, 8, 3, 3) with respect to the three edges at each corner."""
-    edges = points[cells[:, CORNER_NEIGHBOURS]] - points[cells][:, :, None]
+    """(m, 8) scaled Jacobians, and their derivatives (m, 8, 3, 3) with respect to the three edges at each corner.
+
+    Types with fewer corners have some of them several times.
+    """
+    corners, neighbours, ideal = _corners(cells)
+    edges = points[neighbours] - points[corners][:, :, None]
     lengths = np.maximum(np.linalg.norm(edges, axis=3), 1e-300)
     u = edges / lengths[..., None]
     cofactors = np.cross(np.roll(u, -1, axis=2), np.roll(u, -2, axis=2))
     jacobians = (u[:, :, 0] * cofactors[:, :, 0]).sum(axis=2)
-    return jacobians, (cofactors - jacobians[..., None, None] * u) / lengths[..., None]
+    derivatives = (cofactors - jacobians[..., None, None] * u) / lengths[..., None]
+    return jacobians / ideal[:, None], derivatives / ideal[:, None, None, None]
+
+
+def _corners(cells: Ints) -> tuple[Ints, Ints, Field]:
+    """(m, 8) nodes at corners, (m, 8, 3) their neighbours, and the (m,) determinant of unit edges of the ideal."""
+    corners, neighbours = np.empty((len(cells), 8), np.int64), np.empty((len(cells), 8, 3), np.int64)
+    ideal = np.empty(len(cells))
+    for one in rows_by_type(cells):
+        table, own = one.cell_type.neighbours, one.own_nodes(cells)
+        which = np.arange(8) % len(table)
+        corners[one.rows], neighbours[one.rows] = own[:, which], own[:, table[which]]
+        ideal[one.rows] = one.cell_type.corner_volume
+    return corners, neighbours, ideal

@@ -8,7 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, array_of_numbers, first_ids
-from ..elements import QUADRATURE_RULES, cell_volumes, corner_scaled_jacobian, edge_lengths, shape_gradients
+from ..elements import (
+    HEXAHEDRON,
+    QUADRATURE_RULES,
+    WEDGE,
+    are_collapsed,
+    cell_volumes,
+    corner_scaled_jacobian,
+    edge_lengths,
+    rows_by_type,
+    shape_gradients,
+)
 from ..mesh import HexMesh, NormalizedMesh
 
 __all__ = ["STRETCHED_ASPECTS", "aspect_ratios", "inverse_targets", "jacobian_matrices", "normalized_target"]
@@ -74,6 +84,12 @@ def inverse_targets(
     >>> inverse_targets("1:1:2", np.zeros((0, 3)), np.zeros((0, 8), int), "gauss")[0, 0].diagonal()
     array([1. , 1. , 0.5])
     """
+    others = are_collapsed(cells)
+    if others.any() and not (isinstance(target, str) and target == "cube") and np.shape(target) != (len(cells), 3):
+        raise OptionError(
+            f"target must be 'auto' or 'cube' where there are other cells than hexahedra, {others.sum()} here: these "
+            "are measured against their own ideals"
+        )
     if isinstance(target, str):
         if target == "cube":
             return None
@@ -93,7 +109,12 @@ def inverse_targets(
     if values.shape == (len(cells), 3):
         if not (np.isfinite(values).all() and (values > 0).all()):
             raise OptionError("target must have positive edge lengths for every cell")
-        return _boxes(values)
+        inverses = _boxes(values)
+        for one in rows_by_type(cells):
+            if one.cell_type is not HEXAHEDRON:
+                # Stretched along the axes of the ideal, of which wedges alone have one that is like no other.
+                inverses[one.rows, 0] = one.cell_type.inverse_target @ inverses[one.rows, 0]
+        return inverses
     expected = f"three edge lengths or reference points of shape {points.shape}"
     raise OptionError(f"target must be {expected}, not of shape {values.shape}")
 
@@ -123,7 +144,16 @@ def aspect_ratios(points: Field, cells: NDArray[np.int64]) -> Field:
 
 
 def _mean_lengths(points: Field, cells: NDArray[np.int64]) -> Field:
-    return np.maximum(edge_lengths(points, cells).reshape(-1, 3, 4).mean(axis=2), 1e-300)
+    means = edge_lengths(points, cells).reshape(-1, 3, 4).mean(axis=2)
+    for one in rows_by_type(cells):
+        if one.cell_type is WEDGE:
+            # Both directions of the triangles are one: they stay equilateral.
+            nodes = one.own_nodes(cells)[:, WEDGE.edges]
+            lengths = np.linalg.norm(points[nodes[..., 1]] - points[nodes[..., 0]], axis=2)
+            means[one.rows, :2], means[one.rows, 2] = lengths[:, :6].mean(axis=1)[:, None], lengths[:, 6:].mean(axis=1)
+        elif one.cell_type is not HEXAHEDRON:
+            means[one.rows] = 1.0
+    return np.maximum(means, 1e-300)
 
 
 def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
@@ -131,7 +161,8 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
 
     Stretched cells that are bricks, as in boundary layers, are meant to be so; where most of them are skewed, the
     mesh is distorted instead, and no cell counts. A cell of aspect 5 or more keeps its proportions, one of aspect up
-    to 2, inverted or as good as flat, becomes a cube; between, it keeps a part.
+    to 2, inverted or as good as flat, becomes a cube; between, it keeps a part. Wedges keep the ratio of their height
+    to their triangles in the same way, where they stand upright; tetrahedra and pyramids become their ideals.
 
     Returns
     -------
@@ -144,11 +175,22 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
     if not degree.any():
         return None
     quality = corner_scaled_jacobian(points, cells)
+    for one in rows_by_type(cells):
+        if one.cell_type is WEDGE:
+            quality[one.rows] = _uprightness(points, one.own_nodes(cells))
     degree[(quality <= 0.0) | (aspect >= _FLAT)] = 0.0
     if not degree.any() or np.median(quality[degree > 0.0]) < _BRICK:
         return None
     mean = np.exp(np.log(lengths).mean(axis=1, keepdims=True))
     return (lengths / mean) ** degree[:, None]
+
+
+def _uprightness(points: Field, wedges: NDArray[np.int64]) -> Field:
+    """(k,) smallest cosine between the heights of a wedge (k, 6) and the normals of its triangles."""
+    edges = points[wedges[:, WEDGE.neighbours]] - points[wedges][:, :, None]
+    normals = np.cross(edges[:, :, 0], edges[:, :, 1])
+    sizes = np.linalg.norm(normals, axis=2) * np.linalg.norm(edges[:, :, 2], axis=2)
+    return np.asarray(((normals * edges[:, :, 2]).sum(axis=2) / np.maximum(sizes, 1e-300)).min(axis=1))
 
 
 def _boxes(lengths: Field) -> Field:

@@ -21,6 +21,18 @@ Ints = NDArray[np.int64]
 
 
 @algebra
+def _join_places(cells: Ints, c: int, g: Field) -> None:
+    """Of a collapsed cell: what belongs to one node at several places of the row goes to the first of them."""
+    for a in range(1, 8):
+        for b in range(a):
+            if cells[c, a] == cells[c, b]:
+                for i in range(3):
+                    g[b, i] += g[a, i]
+                    g[a, i] = 0.0
+                break
+
+
+@algebra
 def _sum(
     first: int, last: int, points: Field, cells: Ints, target: Field, weight: float, order: int,
     forces: Field, data: Field, places: Places,
@@ -54,6 +66,8 @@ def _sum(
         total += weight * (ratio + 1.0 / ratio - 2.0)
         if order == 0:
             continue
+        if cells[c, 6] == cells[c, 7]:
+            _join_places(cells, c, g)
         slope = weight * (ratio - 1.0 / ratio)
         curvature = weight * max(2.0 / ratio, ratio + 1.0 / ratio)
         for a in range(8):

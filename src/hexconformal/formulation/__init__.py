@@ -5,13 +5,14 @@ Belongs here: how terms, directions and weights are put together, of a mesh or o
 """
 
 from .compatible_constraint import CompatibleConstraint
-from .formulation import Formulation, ValidCells, convex_newton
+from .formulation import LEVEL, Formulation, ValidCells, convex_newton
 from .iteration import Iteration
 from .schedules import MinimizationSchedule, ReturnSchedule, Schedules
 from .unfolding_schedules import UntanglingSchedule
 from .work import Work
 
 __all__ = [
+    "LEVEL",
     "CompatibleConstraint",
     "Formulation",
     "Iteration",

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import all_valid, is_valid
+from ..elements import all_valid, corner_scaled_jacobian, is_valid
 from ..energy import (
     Assembly,
     CornerMeasures,
@@ -27,11 +27,13 @@ from .compatible_constraint import CompatibleConstraint
 from .schedules import Schedules
 from .work import Work
 
-__all__ = ["Formulation", "ValidCells", "convex_newton"]
+__all__ = ["LEVEL", "Formulation", "ValidCells", "convex_newton"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+LEVEL = 1e-6  # of a scaled Jacobian; the smallest one is approached from below where a corner is held
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,9 @@ class Formulation:
         (m,) weight of each cell; empty where every cell counts the same.
     slender
         (m,) slenderness of each cell up to which its proportions cost nothing; empty where they never do.
+    least
+        (m,) smallest scaled Jacobian that the type of each cell had at first: where there are several, what is below
+        counts as worst. Empty where there is one.
     constraint
         The compatible constraint, where it is asked for.
     schedules
@@ -79,6 +84,7 @@ class Formulation:
     rounding: float = 0.0
     scales: Field = field(default_factory=lambda: np.empty(0))
     slender: Field = field(default_factory=lambda: np.empty(0))
+    least: Field = field(default_factory=lambda: np.empty(0))
     constraint: CompatibleConstraint | None = None
     schedules: Schedules = field(default_factory=Schedules)
     work: Work = field(default_factory=Work)
@@ -139,9 +145,21 @@ class Formulation:
         """Fullness (m,) of every cell, which the measures tell too."""
         return CornerTerm(self.cells, self.inverses).fullness(points)
 
-    def spoiled(self, valid: ValidCells, stiffness: float = 0.0) -> Callable[[Field], Mask]:
+    def quality(self, points: Field) -> Field:
+        """Smallest scaled Jacobian (m,) of every cell, less than that of all others where it is below its least."""
+        quality = corner_scaled_jacobian(points, self.cells)
+        if len(self.least) == 0:
+            return quality
+        below = (quality > 0.0) & (quality < self.least)
+        return np.where(below, min(float(quality.min()), 1.0) * quality / np.where(below, self.least, 1.0), quality)
+
+    def spoils_a_type(self, points: Field) -> bool:
+        """True where the worst cell of a type is worse than its least."""
+        return bool(len(self.least)) and bool((corner_scaled_jacobian(points, self.cells) < self.least - LEVEL).any())
+
+    def spoiled(self, valid: ValidCells, weights: CornerWeights | None = None) -> Callable[[Field], Mask]:
         """What tells nodes (n,) of cells that are folded, invalid though they must not be, or worse than is allowed."""
-        most = 1.0 / stiffness if stiffness > 0.0 else np.inf
+        most = (CornerWeights() if weights is None else weights).largest_angles(self.cells)
 
         def spoiled(points: Field) -> Mask:
             measures, nodes = self.measures(points), np.zeros(len(points), dtype=bool)
@@ -232,6 +250,7 @@ class Formulation:
             target_volumes=self.target_volumes[cells] if len(self.target_volumes) else self.target_volumes,
             scales=self.scales[cells] if len(self.scales) else self.scales,
             slender=self.slender[cells] if len(self.slender) else self.slender,
+            least=self.least[cells] if len(self.least) else self.least,
         )
 
 
@@ -272,7 +291,7 @@ def convex_newton(
     """
     volume = formulation.schedules.minimization.volume_weight if volume is None else volume
     valid, slow = ValidCells(points, formulation.cells), 0
-    objective, spoiled = formulation.objective(weights, volume), formulation.spoiled(valid, weights.stiffness)
+    objective, spoiled = formulation.objective(weights, volume), formulation.spoiled(valid, weights)
     problem = formulation.problem(objective, valid, spoiled)
     steps = newton(problem.start(points), formulation.equation)
     while formulation.work.take(len(formulation.cells)):

@@ -133,10 +133,11 @@ class BilinearSurface:
 def needed_parts(points: Floats, quads: Ints, tolerance: float) -> Ints:
     """(q,) parts along a side of each quad for which triangles are no farther from it than a tolerance.
 
-    A quad a, b, c, d is at most \\|a - b + c - d\\| / 16 away from its four triangles, and its parts n^2 times less.
+    Triangles, which have their last node twice, are flat. A quad a, b, c, d is at most \\|a - b + c - d\\| / 16 away
+    from its four triangles, and its parts n^2 times less.
     """
     a, b, c, d = np.moveaxis(points[quads], 1, 0)
-    warp = np.linalg.norm(a - b + c - d, axis=1) / 16.0
+    warp = np.where(quads[:, 2] == quads[:, 3], 0.0, np.linalg.norm(a - b + c - d, axis=1) / 16.0)
     return np.ceil(np.sqrt(warp / max(tolerance, 1e-300))).clip(1, _MOST_PARTS).astype(np.int64)
 
 

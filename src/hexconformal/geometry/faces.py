@@ -39,9 +39,14 @@ class Faces:
 
     @classmethod
     def of(cls, faces: Faces | Ints) -> Faces:
-        """Faces as they are, or from one table (f, 3) or (f, 4)."""
+        """Faces as they are, or of a table (f, 3) or (f, 4): triangles come first, with their last node twice."""
         if isinstance(faces, Faces):
             return faces
+        if faces.shape[1] == 4 and (triangles := faces[:, 2] == faces[:, 3]).any():
+            count = int(triangles.sum())
+            if not triangles[:count].all():
+                raise ValueError("triangles must come before quadrilaterals")
+            return cls(np.ascontiguousarray(faces[:count, :3]), faces[count:])
         none = np.empty((0, 7 - faces.shape[1]), dtype=np.int64)
         return cls(faces, none) if faces.shape[1] == 3 else cls(none, faces)
 

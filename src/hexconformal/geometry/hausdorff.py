@@ -50,7 +50,8 @@ def surface_samples(faces: Ints) -> tuple[Ints, Floats]:
     count, size = faces.shape
     corner = np.eye(size)
     nodes = np.unique(faces, return_index=True)[1]
-    edges = unique_edges(face_edges(faces)).first
+    unique = unique_edges(face_edges(faces))
+    edges = unique.first[unique.nodes[:, 0] != unique.nodes[:, 1]]  # a triangle may have a node twice
     middle = (corner + np.roll(corner, 1, axis=1)) / 2
     centre = np.full((count, size), 1.0 / size)
     every = np.arange(count)
@@ -157,7 +158,7 @@ def hausdorff(
     True
     """
     # Its own face on the other surface is the best first guess, the whole surface is searched.
-    table = Faces.of(faces).table
+    table = faces.table if isinstance(faces, Faces) else faces
     near = np.arange(len(table))
     one, other = (SurfaceLocator(x, table, sheets) for x in (points, reference))
     return distance_between(one, other, (near, near), tolerance, least, relative)
@@ -250,9 +251,9 @@ def _both_ways(
 
 
 def _followed(surface: SurfaceLocator, tolerance: float) -> BilinearSurface:
-    """The surface by triangles that are close to it; triangles are quads, two corners of which are one."""
+    """The surface by triangles that are close to it."""
     quads = surface.faces[:, [0, 1, 2, -1]]
-    parts = np.where(quads[:, 2] == quads[:, 3], 1, needed_parts(surface.points, quads, tolerance))
+    parts = needed_parts(surface.points, quads, tolerance)
     followed = BilinearSurface(surface.points, quads, parts, surface.sheets)
     if parts.max() == 1:
         followed.__dict__["locator"] = surface

@@ -12,12 +12,13 @@ from .formats.vtk import write_vtk
 from .meshio_mesh import MeshioOrigin
 from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles, triangles_of
 from .read_write import as_hex_mesh, as_volume_mesh, library_of, read, read_surface, write
-from .selection import Selection
+from .selection import HEXAHEDRA, Selection
 from .source_file import SourceFile
 from .vtk_mesh import cell_table, from_vtk, points_of, updated_dataset
 
 __all__ = [
     "FORMATS",
+    "HEXAHEDRA",
     "READ_EXTENSIONS",
     "WRITE_EXTENSIONS",
     "Format",

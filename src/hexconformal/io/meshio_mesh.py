@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..mesh import CarriedCells, HexMesh, MixedMesh, NodePairs, blocks_of, cells_between
+from ..mesh import CarriedCells, HexMesh, MixedMesh, NodePairs, blocks_of, cells_in_rows
 from .carried_cells import of_meshio
 from .format_tools.tags import TAG_ARRAYS, tag_names
 from .node_groups import NodeGroups, meshio_groups, meshio_node_sets
@@ -80,7 +80,7 @@ class MeshioOrigin:
             places = rows[mine] - start
             nodes = copy.deepcopy(block.data)
             if len(places) and not same:
-                nodes[places] = cells_between(mesh, mine)
+                nodes[places] = cells_in_rows(mesh, mine, nodes.shape[1])
             blocks.append(meshio.CellBlock(block.type, nodes, tags=list(block.tags)))
             for name, parts in cell_data.items():
                 before = np.asarray(old.cell_data[name][number]) if name in old.cell_data else None

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids, unusable_points
+from ..elements import collapsed_cells
 from ..mesh import CarriedCells, HexMesh, MixedMesh, blocks_of
 from .carried_cells import of_grid
 from .node_groups import NodeGroups, cell_array_groups
@@ -115,7 +116,13 @@ class PyvistaOrigin:
             )
         nodes = np.array(grid.cell_connectivity, dtype=np.int64)
         rows = self.selection.rows
-        nodes[_node_places(offsets, rows)] = mesh.cells.ravel()
+        for block in blocks_of(mesh):
+            # A hexahedron, some of whose nodes coincide, stays one.
+            sizes = np.diff(offsets)[rows[block.places]]
+            for size in np.unique(sizes):
+                own = block.cells[sizes == size]
+                own = own if own.shape[1] == size else collapsed_cells(own, block.cell_type)
+                nodes[_node_places(offsets, rows[block.places[sizes == size]])] = own.ravel()
         types[rows[types[rows] == _VOXEL]] = _HEXAHEDRON
         result = pv.UnstructuredGrid(np.insert(nodes, offsets[:-1], np.diff(offsets)), types, mesh.points.copy())
         result.GetPointData().DeepCopy(grid.GetPointData())

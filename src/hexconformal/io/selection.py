@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import CELL_TYPES, FACES
+from ..elements import CELL_TYPES, FACES, recognized
 from ..mesh import CellBlock, HexMesh, MixedMesh, flat_nodes
 
 __all__ = ["HEXAHEDRA", "Block", "Selection", "mesh_of", "scatter_to_cells", "select", "with_straight_edges"]
@@ -165,15 +165,22 @@ def _without_ghosts(
 
 
 def _without_collapsed(block: Block) -> tuple[Block, ...]:
-    """A block, or that of its hexahedra with a repeated node besides."""
+    """A block, or that of its hexahedra and those that are cells of another type, as nodes of theirs coincide."""
     if block.name not in ("hexahedron", "voxel"):
         return (block,)
     ordered = np.sort(block.nodes, axis=1)
-    collapsed = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
-    if not collapsed.any():
+    collapsed = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+    if len(collapsed) == 0:
         return (block,)
-    parts = [replace(block, nodes=block.nodes[rows], rows=block.rows[rows]) for rows in (~collapsed, collapsed)]
-    return parts[0], replace(parts[1], name="collapsed hexahedron")
+    parts, left = [], np.ones(len(collapsed), dtype=bool)
+    nodes = block.nodes[collapsed] if block.name == "hexahedron" else block.nodes[collapsed][:, _VOXEL]
+    for cell_type, rows, own in recognized(nodes):
+        left[rows] = False
+        parts.append(replace(block, name=cell_type.name, nodes=own, rows=block.rows[collapsed[rows]]))
+    rest = collapsed[left]
+    whole = np.setdiff1d(np.arange(len(block.rows)), collapsed)
+    others = Block("collapsed hexahedron", block.dimension, block.nodes[rest], block.rows[rest])
+    return replace(block, nodes=block.nodes[whole], rows=block.rows[whole]), others, *parts
 
 
 def with_straight_edges(points: NDArray[np.float64], selection: Selection) -> NDArray[np.float64]:

@@ -6,17 +6,17 @@ Inside ParaView there is VTK, but a second copy of it, as pyvista would bring al
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import CarriedCells, HexMesh
+from ..mesh import CarriedCells, HexMesh, MixedMesh
 from .carried_cells import of_grid
 from .node_groups import NodeGroups, cell_array_groups
-from .selection import Block, Selection, scatter_to_cells, select, with_straight_edges
+from .selection import HEXAHEDRA, Block, Selection, mesh_of, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
 __all__ = [
@@ -54,7 +54,7 @@ class VtkOrigin:
     selection: Selection
     file: SourceFile | None = None
 
-    def updated_source(self, mesh: HexMesh) -> Any:
+    def updated_source(self, mesh: HexMesh | MixedMesh) -> Any:
         """A new grid that shares cells and arrays with the source, with the points and the arrays of `mesh`."""
         points = with_straight_edges(mesh.points, self.selection)
         return updated_dataset(self.source, points, mesh.point_data, mesh.cell_data, self.selection.rows)
@@ -78,8 +78,10 @@ class VtkOrigin:
         return of_grid(_cell_types(self.source), *table, corners, _cell_arrays(self.source))
 
 
-def from_vtk(grid: Any, other_cells: str = "refuse", linearize: bool = False) -> HexMesh:
-    """Take in a vtkUnstructuredGrid; see :func:`hexconformal.io.read_write.as_hex_mesh`.
+def from_vtk(
+    grid: Any, other_cells: str = "refuse", linearize: bool = False, types: Collection[str] = HEXAHEDRA
+) -> HexMesh | MixedMesh:
+    """Take in a vtkUnstructuredGrid with its cells of some types; see :func:`hexconformal.as_volume_mesh`.
 
     Its arrays are not taken in, but are there again in what :meth:`hexconformal.HexMesh.to_source_type` returns.
 
@@ -94,8 +96,8 @@ def from_vtk(grid: Any, other_cells: str = "refuse", linearize: bool = False) ->
     """
     offsets, nodes = cell_table(grid.GetCells())
     blocks = cell_blocks(_cell_types(grid), offsets, nodes)
-    selection = select(blocks, grid.GetNumberOfPoints(), other_cells, linearize, ghost_cells(grid))
-    return HexMesh(points_of(grid), selection.cells, origin=VtkOrigin(grid, selection))
+    selection = select(blocks, grid.GetNumberOfPoints(), other_cells, linearize, ghost_cells(grid), types)
+    return mesh_of(points_of(grid), selection, {}, {}, VtkOrigin(grid, selection))
 
 
 def updated_dataset(

@@ -22,13 +22,15 @@ from .distortion import (
 )
 from .jit import algebra, loop, strict_loop
 from .quaternion import Vector, add, combine, cross, dot, polar, scale, subtract
-from .simd_frames import frame_at, store, store_inverses, vector_at
+from .simd_frames import EIGHT, Lanes, frame_at, store, store_inverses, vector_at
 from .small_matrices import cross_matrix, matrix_product, orthogonal_projection, outer_sum, plus, times, transpose
 from .threads import parallel_ranges, use_threads
 
 __all__ = [
+    "EIGHT",
     "CellChunks",
     "Frame",
+    "Lanes",
     "Vector",
     "add",
     "algebra",

@@ -1,7 +1,8 @@
 """Vectors and frames in the work array of a compiled loop: a column per quadrature point, a row per component.
 
 A loop over its columns works on several points at once, because everything in the loop is inlined and free of
-branches, and because rows of one array of constant shape are known not to overlap.
+branches, and because rows of one array of constant shape are known not to overlap. How many columns there are is known
+when a loop is compiled: a tuple of them, `lanes`, is passed on, not their number.
 """
 
 from __future__ import annotations
@@ -13,9 +14,12 @@ from .distortion import Frame
 from .jit import algebra
 from .quaternion import Vector
 
-__all__ = ["frame_at", "store", "store_inverses", "vector_at"]
+__all__ = ["EIGHT", "Lanes", "frame_at", "store", "store_inverses", "vector_at"]
 
 Field = NDArray[np.float64]
+Lanes = tuple[int, ...]
+
+EIGHT: Lanes = (0, 1, 2, 3, 4, 5, 6, 7)
 
 
 @algebra
@@ -39,12 +43,12 @@ def store(f: Frame, s: Field, row: int, q: int) -> None:
 
 
 @algebra
-def store_inverses(inverses: Field, c: int, s: Field, row: int) -> None:
+def store_inverses(inverses: Field, c: int, s: Field, row: int, lanes: Lanes) -> None:
     """Write W^-1 at the quadrature points of cell c into nine rows, row by row; nothing if targets are unit cubes."""
     if len(inverses) > 0:
         target = c if len(inverses) > 1 else 0
         step = 1 if inverses.shape[1] > 1 else 0
-        for q in range(8):
+        for q in range(len(lanes)):
             for i in range(3):
                 for j in range(3):
                     s[row + 3 * i + j, q] = inverses[target, q * step, i, j]

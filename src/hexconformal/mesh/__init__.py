@@ -10,10 +10,20 @@ from .carried_cells import CarriedCells, telling_tags
 from .couplings import Couplings, find_couplings
 from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded
+from .face_rows import face_keys, triangles_first, turned_over, whole_faces
 from .hex_mesh import HexMesh
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
 from .mixed_faces import mixed_components, mixed_faces, split_quads
-from .mixed_mesh import CellBlock, MixedMesh, blocks_of, cells_between, counts_by_type, flat_nodes
+from .mixed_mesh import (
+    CellBlock,
+    MixedMesh,
+    blocks_of,
+    cells_in_rows,
+    collapsed_mesh,
+    counts_by_type,
+    flat_nodes,
+    with_wedges_upright,
+)
 from .node_pairs import NodePairs
 from .normalized_mesh import NormalizedMesh
 from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, region_arrays
@@ -47,10 +57,11 @@ __all__ = [
     "blocks_of",
     "boundary_depths",
     "boundary_quads",
-    "cells_between",
+    "cells_in_rows",
     "checked_cells",
     "checked_data",
     "checked_points",
+    "collapsed_mesh",
     "components",
     "connected_components",
     "connected_regions",
@@ -58,6 +69,7 @@ __all__ = [
     "counts_by_type",
     "curves_of",
     "face_edges",
+    "face_keys",
     "face_table",
     "find_couplings",
     "find_embedded",
@@ -75,5 +87,9 @@ __all__ = [
     "scalar_matrix",
     "split_quads",
     "telling_tags",
+    "triangles_first",
+    "turned_over",
     "unique_edges",
+    "whole_faces",
+    "with_wedges_upright",
 ]

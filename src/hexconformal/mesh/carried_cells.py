@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,26 @@ class CarriedCells:
     nodes: Ints
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     sets: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+
+    def behind(self, triangles: CarriedCells) -> CarriedCells:
+        """Quadrilaterals behind triangles, which have their last node twice, with the arrays that both have."""
+        if len(triangles.nodes) == 0:
+            return self
+        if len(self.nodes) == 0:
+            return replace(triangles, nodes=triangles.nodes[:, [0, 1, 2, 2]])
+        one, other = len(triangles.nodes), len(self.nodes)
+        both = [name for name in triangles.arrays if name in self.arrays]
+        sets = {
+            name: np.concatenate([
+                triangles.sets.get(name, np.zeros(one, dtype=bool)), self.sets.get(name, np.zeros(other, dtype=bool))
+            ])
+            for name in {**triangles.sets, **self.sets}
+        }  # fmt: skip
+        return CarriedCells(
+            np.concatenate([triangles.nodes[:, [0, 1, 2, 2]], self.nodes]),
+            {name: np.concatenate([triangles.arrays[name], self.arrays[name]]) for name in both},
+            sets,
+        )
 
 
 def telling_tags(cells: CarriedCells, rows: Ints) -> tuple[str, Ints] | None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .edges import face_edges, unique_edges
+from .face_rows import turned_over
 from .topology import connected_components, face_table
 
 __all__ = ["Interfaces", "curves_of", "find_interfaces", "region_surfaces"]
@@ -141,4 +142,4 @@ def region_surfaces(cells: Ints, labels: Ints) -> list[Ints]:
 
 def _turned(quads: Ints, which: NDArray[np.bool_]) -> Ints:
     """Quads, some of them seen from the other side."""
-    return np.where(which[:, None], quads[:, [0, 3, 2, 1]], quads)
+    return np.where(which[:, None], turned_over(quads), quads)

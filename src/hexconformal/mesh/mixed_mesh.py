@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError, first_names
-from ..elements import CELL_TYPES, HEXAHEDRON, CellType
+from ..elements import CELL_TYPES, HEXAHEDRON, WEDGE, CellType, cell_volumes, collapsed_cells
 from .arrays import checked_cells, checked_data, checked_points, read_only
 from .hex_mesh import HexMesh
 
-__all__ = ["CellBlock", "MixedMesh", "blocks_of", "cells_between", "counts_by_type", "flat_nodes"]
+__all__ = ["CellBlock", "MixedMesh", "blocks_of", "cells_in_rows", "collapsed_mesh", "counts_by_type", "flat_nodes"]
+__all__ += ["with_wedges_upright"]
 
 Ints = NDArray[np.int64]
 
@@ -159,6 +160,45 @@ class MixedMesh:
         return self if self.origin.file is not None else self.origin.updated_source(self)
 
 
+def collapsed_mesh(mesh: HexMesh | MixedMesh) -> HexMesh:
+    """The mesh with cells of other types than hexahedra as collapsed ones, for what works on a table of eight nodes.
+
+    Wedges may be in either order of their triangles, as formats differ: where most of them would be inside out they are
+    taken the other way round.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import WEDGE
+    >>> collapsed_mesh(MixedMesh.of_types(WEDGE.ideal, {"wedge": [[3, 4, 5, 0, 1, 2]]})).cells
+    array([[0, 1, 2, 2, 3, 4, 5, 5]])
+    """
+    if isinstance(mesh, HexMesh):
+        return mesh
+    cells = np.empty((sum(len(block.cells) for block in mesh.blocks), 8), dtype=np.int64)
+    for block in with_wedges_upright(mesh).blocks:
+        cells[block.places] = collapsed_cells(block.cells, block.cell_type)
+    return HexMesh(mesh.points, cells, mesh.point_data, mesh.cell_data, mesh.origin)
+
+
+def with_wedges_upright(mesh: MixedMesh) -> MixedMesh:
+    """The mesh with all wedges turned round where most of them would be inside out, and most other cells not."""
+    if not all(((block.cells >= 0) & (block.cells < len(mesh.points))).all() for block in mesh.blocks):
+        return mesh
+    inside_out = {
+        block.cell_type: (cell_volumes(mesh.points, collapsed_cells(block.cells, block.cell_type)) < 0.0)
+        for block in mesh.blocks
+    }
+    wedges = inside_out.pop(WEDGE, np.zeros(1, dtype=bool))
+    others = np.concatenate([np.zeros(1, dtype=bool), *inside_out.values()])
+    if wedges.mean() <= 0.5 or others.mean() > 0.5:
+        return mesh
+    turned = (
+        replace(block, cells=block.cells[:, WEDGE.mirrored]) if block.cell_type is WEDGE else block
+        for block in mesh.blocks
+    )
+    return replace(mesh, blocks=tuple(turned))
+
+
 def blocks_of(mesh: HexMesh | MixedMesh) -> tuple[CellBlock, ...]:
     """The cells of a mesh by their type."""
     if isinstance(mesh, MixedMesh):
@@ -166,11 +206,18 @@ def blocks_of(mesh: HexMesh | MixedMesh) -> tuple[CellBlock, ...]:
     return (CellBlock(HEXAHEDRON, mesh.cells, np.arange(len(mesh.cells))),)
 
 
-def cells_between(mesh: HexMesh | MixedMesh, places: slice) -> Ints:
-    """(k, j) nodes of the cells in a row of places; these are of one type."""
-    first, last = places.start, places.stop
-    parts = [block.cells[(block.places >= first) & (block.places < last)] for block in blocks_of(mesh)]
-    return next(part for part in parts if len(part))
+def cells_in_rows(mesh: HexMesh | MixedMesh, places: slice, size: int) -> Ints:
+    """(k, size) nodes of the cells at some places; those of fewer nodes than eight rows have room for are collapsed."""
+    first, count = places.start, places.stop - places.start
+    out = np.empty((count, size), dtype=np.int64)
+    for block in blocks_of(mesh):
+        mine = (block.places >= first) & (block.places < places.stop)
+        if mine.any():
+            nodes = block.cells[mine]
+            out[block.places[mine] - first] = (
+                nodes if nodes.shape[1] == size else collapsed_cells(nodes, block.cell_type)
+            )
+    return out
 
 
 def flat_nodes(blocks: Sequence[CellBlock]) -> Ints:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import cell_volumes, edge_lengths, is_valid
+from ..elements import cell_volumes, edge_lengths, is_valid, rows_by_type
 from .hex_mesh import HexMesh
 from .spatial_order import spatial_order
 from .topology import boundary_quads
@@ -39,7 +39,7 @@ class NormalizedMesh:
     points
         (n, 3) normalized points at the start of the run.
     cells
-        (m, 8) cells, writable.
+        (m, 8) cells, writable, type by type.
     referenced
         (n,) nodes that belong to a cell.
     unit
@@ -56,6 +56,9 @@ class NormalizedMesh:
         self.node_ids, self.cell_ids = np.arange(len(mesh.points)), np.arange(len(mesh.cells))
         if ordered:
             self.node_ids, self.cell_ids = spatial_order(mesh.points, mesh.cells)
+        typed = rows_by_type(mesh.cells[self.cell_ids])
+        if len(typed) > 1:
+            self.cell_ids = np.concatenate([self.cell_ids[one.rows] for one in typed])
         self.cells = np.argsort(self.node_ids)[mesh.cells[self.cell_ids]]
         points = mesh.points[self.node_ids]
         self.referenced = np.zeros(len(mesh.points), dtype=bool)

@@ -1,4 +1,8 @@
-"""Topology of hexahedral meshes: shared faces, boundary, connected pieces, rings of cells."""
+"""Topology of meshes: shared faces, boundary, connected pieces, rings of cells.
+
+Cells of other types are collapsed hexahedra (:mod:`hexconformal.elements.collapsed`). A triangle is a face whose last
+two nodes are one; with fewer different nodes a face is none.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import CORNER_NEIGHBOURS, FACES
+from ..elements import CORNER_NEIGHBOURS, FACES, are_collapsed, cell_volumes
 from ..kernel import algebra, loop
+from .face_rows import triangles_first, with_last_twice
 
 __all__ = [
     "FaceTable",
@@ -30,7 +35,7 @@ class FaceTable:
     Attributes
     ----------
     quads
-        (f, 4) nodes, counter-clockwise seen from outside the first cell.
+        (f, 4) nodes, counter-clockwise seen from outside the first cell; triangles have their last node twice.
     cells
         (f, 2) the first cell and its neighbour across the face, -1 where there is none.
     counts
@@ -57,7 +62,8 @@ def boundary_quads(cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray
     Returns
     -------
     quads
-        (k, 4) nodes, counter-clockwise seen from outside, ordered by their cell.
+        (k, 4) nodes, counter-clockwise seen from outside, ordered by their cell; triangles, which have their last node
+        twice, come first.
     owners
         (k,) the cell each quad belongs to.
 
@@ -67,8 +73,11 @@ def boundary_quads(cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray
     >>> quads[0], len(quads), owners.max()
     (array([0, 4, 7, 3]), 6, np.int64(0))
     """
-    faces = np.flatnonzero(np.bincount(_first_occurrences(cells)) == 1)
-    return _quads(cells, faces), faces // 6
+    first = _first_occurrences(cells)
+    faces = np.flatnonzero(np.bincount(first[first >= 0]) == 1)
+    quads = _quads(cells, faces)
+    order = triangles_first(quads)
+    return quads[order], faces[order] // 6
 
 
 def boundary_depths(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -81,6 +90,8 @@ def boundary_depths(points: NDArray[np.float64], cells: NDArray[np.int64]) -> ND
     array([1., 1., 2., 2., 3., 3.])
     """
     quads, owners = boundary_quads(cells)
+    if are_collapsed(cells[owners]).any():
+        return _depths_by_volume(points, cells, quads, owners)
     around = cells[owners]
     corners = (quads[:, :, None] == around[:, None]).argmax(axis=2)
     neighbours = np.take_along_axis(around[:, None], CORNER_NEIGHBOURS[corners].reshape(len(quads), 1, 12), axis=2)
@@ -88,6 +99,21 @@ def boundary_depths(points: NDArray[np.float64], cells: NDArray[np.int64]) -> ND
     inside = ~(neighbours[..., None] == quads[:, None, None]).any(axis=3)
     nodes = np.take_along_axis(neighbours, inside.argmax(axis=2)[..., None], axis=2)[..., 0]
     return np.asarray(np.linalg.norm(points[nodes] - points[quads], axis=2).mean(axis=1))
+
+
+def _depths_by_volume(
+    points: NDArray[np.float64], cells: NDArray[np.int64], quads: NDArray[np.int64], owners: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(k,) depths of cells of any type behind their faces: volume over area, times what cells narrow by."""
+    x, cells = points[quads], cells[owners]
+    areas = np.linalg.norm(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]), axis=1) / 2.0
+    triangles, pointed, others = quads[:, 2] == quads[:, 3], cells[:, 4] == cells[:, 5], are_collapsed(cells)
+    factors = np.select(
+        [pointed & (cells[:, 2] == cells[:, 3]), pointed & triangles, pointed, others & ~triangles],
+        [3.0, 1.5, 3.0, 2.0],  # tetrahedra, sides and bases of pyramids, sides of wedges
+        1.0,
+    )
+    return np.asarray(factors * np.abs(cell_volumes(points, cells)) / np.maximum(areas, 1e-300))
 
 
 def face_table(cells: NDArray[np.int64]) -> FaceTable:
@@ -106,9 +132,9 @@ def face_table(cells: NDArray[np.int64]) -> FaceTable:
     (11, array([[0, 1]]), np.int8(1))
     """
     first = _first_occurrences(cells)
-    counts = np.bincount(first)
+    counts = np.bincount(first[first >= 0])
     faces = np.flatnonzero(counts)
-    repeats = np.flatnonzero(first != np.arange(len(first)))
+    repeats = np.flatnonzero((first != np.arange(len(first))) & (first >= 0))
     # Written backwards, so that the second owner of a crowded face stays.
     across = np.full(len(first), -1)
     across[first[repeats[::-1]]] = repeats[::-1]
@@ -235,7 +261,7 @@ def _quads(cells: NDArray[np.int64], faces: NDArray[np.int64]) -> NDArray[np.int
     # Face number 6 c + f is face f of cell c.
     places = FACES[faces % 6]
     places += (faces // 6 * 8)[:, None]
-    return np.take(cells.reshape(-1), places)
+    return with_last_twice(np.take(cells.reshape(-1), places))
 
 
 @loop
@@ -243,15 +269,19 @@ def _find_first_occurrences(cells, faces, heads, following, first):  # type: ign
     # heads and following chain, for every node, the different faces of which it is the smallest.
     for face in range(len(first)):
         a, b, c, d = _sorted_nodes(cells, faces, face)
-        other = heads[a]
+        if b == c or c == d:  # fewer than three nodes
+            first[face] = -1
+            continue
+        other = heads[b] if a < 0 else heads[a]
         while other >= 0 and (a, b, c, d) != _sorted_nodes(cells, faces, other):
             other = following[other]
         if other >= 0:
             first[face] = other
         else:
             first[face] = face
-            following[face] = heads[a]
-            heads[a] = face
+            least = b if a < 0 else a
+            following[face] = heads[least]
+            heads[least] = face
 
 
 @algebra
@@ -262,11 +292,19 @@ def _sorted_nodes(cells, faces, face):  # type: ignore[no-untyped-def]
     a, b = min(a, b), max(a, b)
     c, d = min(c, d), max(c, d)
     low, high = max(a, c), min(b, d)
-    return min(a, c), min(low, high), max(low, high), max(b, d)
+    a, b, c, d = min(a, c), min(low, high), max(low, high), max(b, d)
+    # A triangle has one node twice, whichever: it counts once, behind none.
+    if a == b:
+        return -1, b, c, d
+    if b == c:
+        return -1, a, c, d
+    if c == d:
+        return -1, a, b, d
+    return a, b, c, d
 
 
 def _first_occurrences(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """For each of the 6 m faces the number of the first face with the same nodes, often its own."""
+    """For each of the 6 m faces the number of the first face with the same nodes, often its own; -1 for none."""
     first = np.empty(6 * len(cells), dtype=np.int64)
     following = np.empty(len(first), dtype=np.int64)
     heads = np.full(int(cells.max(initial=-1)) + 1, -1, dtype=np.int64)
@@ -279,5 +317,7 @@ def orientations(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np
     """Of faces (k, j) of the same nodes: 1 where they go round the other way, -1 the same way, 0 where not alike."""
     rows = np.arange(len(one))
     place = np.argmax(other == one[:, :1], axis=1)
-    after = other[rows, (place + 1) % one.shape[1]]
+    size = one.shape[1]
+    after = other[rows, (place + 1) % size]
+    after = np.where(after == one[:, 0], other[rows, (place + 2) % size], after)  # a triangle may have a node twice
     return np.asarray(np.subtract(after == one[:, -1], after == one[:, 1], dtype=np.int8))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, check_writable
-from ..io import as_hex_mesh
-from ..mesh import HexMesh, boundary_quads, find_regions
+from ..io import as_volume_mesh
+from ..mesh import HexMesh, boundary_quads, collapsed_mesh, find_regions
 from ..quality import MixedQuality, Quality, quality
 from . import canvas
 from .canvas import PICTURE_EXTENSIONS, VIEW_DIRECTION, require_rendering
@@ -31,7 +31,7 @@ def histogram(path: Any, before: Any, after: Any = None) -> None:
     path
         A .png, .pdf or .svg file.
     before, after
-        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or their :class:`hexconformal.Quality`.
+        Meshes (anything :func:`hexconformal.as_volume_mesh` takes), or their :class:`hexconformal.Quality`.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def before_after(path: Any, before: Any, after: Any, interfaces: Any = "auto") -
     path
         A .png, .pdf or .svg file.
     before, after
-        Two meshes with the same cells, anything :func:`hexconformal.as_hex_mesh` takes.
+        Two meshes with the same cells, anything :func:`hexconformal.as_volume_mesh` takes.
     interfaces
         What tells regions apart, as in :class:`hexconformal.Options`.
 
@@ -88,7 +88,8 @@ def before_after(path: Any, before: Any, after: Any, interfaces: Any = "auto") -
     """
     path = Path(path)
     check_writable(path, PICTURE_EXTENSIONS)
-    meshes = as_hex_mesh(before), as_hex_mesh(after)
+    given = as_volume_mesh(before), as_volume_mesh(after)
+    meshes = collapsed_mesh(given[0]), collapsed_mesh(given[1])
     if not np.array_equal(meshes[0].cells, meshes[1].cells):
         raise MeshError("before and after must have the same cells")
     regions = find_regions(meshes[0], interfaces)
@@ -96,7 +97,7 @@ def before_after(path: Any, before: Any, after: Any, interfaces: Any = "auto") -
     kept = ~_in_front_octant(meshes[1])
     scenes = [
         canvas.Scene(title, measured.scaled_jacobian, partial(_add_cells, mesh=measured, kept=kept))
-        for title, measured in zip(("before", "after"), map(quality, meshes), strict=True)
+        for title, measured in zip(("before", "after"), map(quality, given), strict=True)
     ]
     if regions is not None:
         scenes.append(region_scene(meshes[1], regions, kept))
@@ -113,7 +114,7 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
     path
         A .png, .pdf or .svg file.
     before, after
-        Meshes (anything :func:`hexconformal.as_hex_mesh` takes), or their :class:`hexconformal.Quality`.
+        Meshes (anything :func:`hexconformal.as_volume_mesh` takes), or their :class:`hexconformal.Quality`.
     count
         Number of cells, those with the smallest scaled Jacobian.
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..common import Serializable
 from ..elements import CELL_TYPES, HEXAHEDRON, MEASURES, cell_measures, contiguous, measures_of
 from ..io import as_volume_mesh
-from ..mesh import CellBlock, MixedMesh
+from ..mesh import CellBlock, MixedMesh, with_wedges_upright
 from .statistics import Statistics, as_table, statistics
 
 __all__ = ["MEASURES", "MixedQuality", "MixedSummary", "Quality", "Summary", "TypedCell", "WorstCell", "quality"]
@@ -276,7 +276,7 @@ def quality(mesh: Any) -> Quality:
     """
     mesh = as_volume_mesh(mesh)
     if isinstance(mesh, MixedMesh):
-        return _measure_types(mesh)
+        return _measure_types(with_wedges_upright(mesh))
     points, cells = contiguous(mesh.points, mesh.cells)
     rows = cell_measures(points, cells)
     measures = dict(zip(MEASURES, rows, strict=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import CORNER_NEIGHBOURS
+from ..elements import CORNER_NEIGHBOURS, HEXAHEDRON, MEASURES, measures_of, rows_by_type
 
 __all__ = ["attainable_scaled_jacobian", "attainable_scaled_jacobians"]
 
@@ -46,7 +46,23 @@ def attainable_scaled_jacobian(
 def attainable_scaled_jacobians(
     points: NDArray[np.float64], cells: NDArray[np.int64], held: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """The same bound for every cell (m,)."""
+    """The same bound for every cell (m,); 1 for other types than hexahedra but for what is held altogether."""
+    limits = np.ones(len(cells))
+    for one in rows_by_type(cells):
+        own = one.own_nodes(cells)
+        if one.cell_type is HEXAHEDRON:
+            limits[one.rows] = _of_hexahedra(points, own, held)
+        else:
+            whole = np.flatnonzero(held[own].all(axis=1))
+            kept = np.ones(len(own))
+            kept[whole] = measures_of(points, own[whole], one.cell_type)[MEASURES.index("scaled_jacobian")]
+            limits[one.rows] = kept
+    return limits
+
+
+def _of_hexahedra(
+    points: NDArray[np.float64], cells: NDArray[np.int64], held: NDArray[np.bool_]
+) -> NDArray[np.float64]:
     neighbours, limits = cells[:, CORNER_NEIGHBOURS], np.ones(len(cells))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         cell, corner = np.nonzero(held[cells] & held[neighbours[:, :, i]] & held[neighbours[:, :, j]])

@@ -26,7 +26,7 @@ _SAMPLED_CELLS = 20_000
 _SPANNING_SHARE, _SHORT_SHARE = 0.95, 0.7
 
 
-def require_sound(mesh: HexMesh) -> tuple[Finding, ...]:
+def require_sound(mesh: HexMesh | MixedMesh) -> tuple[Finding, ...]:
     """Raise a MeshError that lists all errors found by :func:`check`; otherwise return the warnings."""
     findings = check(mesh)
     errors = [finding.message for finding in findings if finding.severity == "error"]

@@ -42,7 +42,7 @@ def impossible_corners(faces: FaceTable, cells: Ints) -> Ints:
     >>> impossible_corners(face_table(cells), cells)
     array([0, 4])
     """
-    quads = faces.quads
+    quads = faces.quads[faces.quads[:, 2] != faces.quads[:, 3]]  # triangles have no diagonals
     nodes, one, other = _same_diagonals(quads)
     # Two faces with one diagonal in common are doubled at each further node that they share.
     corners, others = quads[one], quads[other]
@@ -69,6 +69,8 @@ def _is_ball(node: int, faces: FaceTable, cells: Ints) -> bool:
     quads = faces.quads[around]
     place = np.argmax(quads == node, axis=1)
     rows = np.arange(len(quads))
-    edges = np.unique([quads[rows, place - 1], quads[rows, (place + 1) % 4]])
+    after = quads[rows, (place + 1) % 4]
+    after = np.where(after == node, quads[rows, (place + 2) % 4], after)  # a triangle has its last node twice
+    edges = np.unique([quads[rows, place - 1], after])
     number = len(edges) - len(quads) + int((cells == node).any(axis=1).sum())
     return number == (2 if (faces.counts[around] > 1).all() else 1)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..mesh import FaceTable, MixedMesh, mixed_components, mixed_faces, split_quads
+from ..mesh import FaceTable, MixedMesh, mixed_components, mixed_faces, split_quads, with_wedges_upright
 from .finding import Finding, error, warning
 from .node_order import NO_BOUNDARY, mirrored_cells
 from .point_checks import check_finite, check_places, repeated_rows
@@ -23,14 +23,15 @@ def check_mixed(mesh: MixedMesh) -> tuple[Finding, ...]:
     --------
     >>> from hexconformal.elements import WEDGE
     >>> turned = MixedMesh.of_types(WEDGE.ideal, {"wedge": [[3, 4, 5, 0, 1, 2]]})
-    >>> check_mixed(turned)[0].message
-    'wedges whose nodes are in the reverse order (negative volume): 1 (ids 0); orient() turns them round'
+    >>> check_mixed(turned)[0].message[:66]
+    'wedges with their two triangles in the reverse order: 1 (ids 0); t'
     """
     found = [*check_finite(mesh), *_check_numbers(mesh)]
     if not found:
         found = [*_check_repeated(mesh), *_check_flat(mesh), *check_places(mesh, "cell")]
         if not any(finding.kind == "repeated nodes" for finding in found):
-            found += _check_faces(mesh)
+            upright = with_wedges_upright(mesh)
+            found += [*_check_wedges(mesh, upright), *_check_faces(upright)]
     return tuple(sorted(found, key=lambda finding: finding.severity))
 
 
@@ -70,6 +71,16 @@ def _check_flat(mesh: MixedMesh) -> list[Finding]:
         flat.append(block.places[(np.abs(np.linalg.det(edges)) <= _FLAT_VOLUME * sizes).all(axis=1)])
     ids = np.sort(np.concatenate(flat))
     return [warning("flat cells", ids, f"cells without volume: {first_ids(ids, mesh.cell_labels)}")] if len(ids) else []
+
+
+def _check_wedges(mesh: MixedMesh, upright: MixedMesh) -> list[Finding]:
+    """Wedges in the order of another format, which are taken as they are meant."""
+    for block, turned in zip(mesh.blocks, upright.blocks, strict=True):
+        if block is not turned and not np.array_equal(block.cells, turned.cells):
+            text = f"wedges with their two triangles in the reverse order: {first_ids(block.places, mesh.cell_labels)}"
+            advice = "they are taken the other way round, as most would have negative volume; orient() turns them"
+            return [warning("reversed wedges", block.places, f"{text}; {advice}")]
+    return []
 
 
 def _check_faces(mesh: MixedMesh) -> list[Finding]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..common import first_names
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
-from ..formulation import Formulation
+from ..formulation import LEVEL, Formulation
 from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdorff, mean_distance
 from ..mesh import NormalizedMesh, Regions, region_surfaces
 from .boundary import Boundary
@@ -35,19 +35,20 @@ _ROUNDING = 1e-12  # of a scaled Jacobian
 _APART = 1e-5  # diagonals; patches that are flat to less than this are where they were
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
 _POOR_SHAPE, _SHAPE_LOSS = 0.1, 0.9  # below this, less than so much of it is worse
-_LEVEL = 1e-6  # the smallest one is approached from below where a corner is held: this close is as good
 
 
 def no_worse_than(record: Record, first: Record) -> bool:
     """True where fewer cells are inverted than at first, or flat, or as many and nothing else is worse.
 
-    That is the smallest and mean scaled Jacobian, and the smallest shape where it is poor.
+    That is the smallest and mean scaled Jacobian, the smallest of each type of cells, and the smallest shape where it
+    is poor.
     """
     tangled, before = (record.inverted, record.flat), (first.inverted, first.flat)
     if tangled != before:
         return tangled < before
     return (
-        record.min_scaled_jacobian >= first.min_scaled_jacobian - _LEVEL
+        record.min_scaled_jacobian >= first.min_scaled_jacobian - LEVEL
+        and record.worst_gain >= -LEVEL
         and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING
         and record.min_shape >= _SHAPE_LOSS * min(first.min_shape, _POOR_SHAPE)
     )

@@ -238,6 +238,8 @@ class Record:
         Number of cells that are inverted or have next to no volume.
     min_shape
         Smallest mean ratio of a corner.
+    worst_gain
+        By how much the worst cell of a type has a larger scaled Jacobian than the input's; the least of all types.
 
     Examples
     --------
@@ -258,6 +260,7 @@ class Record:
     seconds: float
     flat: int = 0
     min_shape: float = 0.0
+    worst_gain: float = 0.0
 
     def __str__(self) -> str:
         energy = "" if isnan(self.energy) else f"  energy {self.energy:.3e}"

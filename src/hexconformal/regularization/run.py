@@ -14,8 +14,8 @@ from ..common import OptionError, options_from
 from ..elements import corner_scaled_jacobian, corner_shape
 from ..formulation import Iteration, Schedules
 from ..geometry import sharp_length
-from ..io import as_hex_mesh
-from ..mesh import HexMesh, NormalizedMesh, region_arrays
+from ..io import as_volume_mesh
+from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh, region_arrays
 from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import (
     auto_target_notes,
@@ -88,7 +88,7 @@ class Regularization:
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes.
+        Anything :func:`hexconformal.as_volume_mesh` takes.
     options
         Options of the run; the defaults suit an unknown mesh.
     schedules
@@ -97,7 +97,7 @@ class Regularization:
     Attributes
     ----------
     options, mesh
-        Options and mesh of the run, the mesh as a :class:`hexconformal.HexMesh`.
+        Options and mesh of the run, the mesh as a :class:`hexconformal.HexMesh` or MixedMesh.
     history
         The records so far.
 
@@ -122,12 +122,11 @@ class Regularization:
     def __init__(self, mesh: Any, options: Options | None = None, schedules: Schedules | None = None) -> None:
         self._began = time.perf_counter()
         self.options = Options() if options is None else options
-        self.mesh, self._from_hex_mesh = as_hex_mesh(mesh), isinstance(mesh, HexMesh)
+        self.mesh, self._from_our_mesh = as_volume_mesh(mesh), isinstance(mesh, HexMesh | MixedMesh)
         self.history: list[Record] = []
-        notes = [finding.message for finding in require_sound(self.mesh)]
-        self._notes = tuple(notes) + self.mesh.notes
-        self._normalized = NormalizedMesh(self.mesh, ordered=True)
-        schedules = Schedules() if schedules is None else schedules
+        self._notes = (*(finding.message for finding in require_sound(self.mesh)), *self.mesh.notes)
+        self._normalized = NormalizedMesh(collapsed_mesh(self.mesh), ordered=True)
+        schedules = schedules or Schedules()
         self._boundary = boundary_of(self._normalized, self.options, schedules)
         free = self._boundary.barrier is None and len(self._boundary.admissible.nodes) < 2
         if self.options.energy == "quaternionic" and free:
@@ -164,8 +163,9 @@ class Regularization:
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
         shift = points - self.mesh.points
         moved = np.linalg.norm(shift, axis=1)
-        diagonal, regions = self._normalized.diagonal * self._normalized.unit, self._setting.regions
-        interfaces, notes = ((), []) if regions is None else interface_rows(regions, self.mesh, points, diagonal)
+        mesh, diagonal = self._normalized.mesh, self._normalized.diagonal * self._normalized.unit
+        regions = self._setting.regions
+        interfaces, notes = ((), []) if regions is None else interface_rows(regions, mesh, points, diagonal)
         report = Report(
             before=before.summary(),
             after=after.summary(),
@@ -193,10 +193,10 @@ class Regularization:
             cell_data={
                 "scaled_jacobian": after.scaled_jacobian,
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
-                **region_arrays(self.mesh, regions),
+                **region_arrays(mesh, regions),
             },
         )
-        return Result(better if self._from_hex_mesh else better.to_source_type(), points, report, tuple(self.history))
+        return Result(better if self._from_our_mesh else better.to_source_type(), points, report, tuple(self.history))
 
     def _sharp_length(self, points: Field) -> float:
         """Length of the sharp edges of the boundary of the user's mesh."""
@@ -214,8 +214,7 @@ class Regularization:
         normalized, boundary, bound = self._normalized, self._stages.state.boundary, self.options.hausdorff
         points, reason = self._points, self._stages.state.reason
         notes: list[str] = []
-        if points is not normalized.points:
-            points = self._brought_back(points)
+        points = points if points is normalized.points else self._brought_back(points)
         formulation, asked = self._stages.state.formulation, self.options.conserve_volume
         by_barrier, changed = self.options.constraint == "barrier", points is not normalized.points
         if changed and (asked or (by_barrier and swells(points, normalized, formulation))):
@@ -264,8 +263,8 @@ class Regularization:
 
     def _record(self, iteration: Iteration) -> Record:
         scaled_jacobian = corner_scaled_jacobian(iteration.points, self._normalized.cells)
-        inverted = int((scaled_jacobian <= 0).sum())
-        energy = self._setting.distortion.value(iteration.points) if np.isnan(iteration.energy) else iteration.energy
+        energy, inverted = iteration.energy, int((scaled_jacobian <= 0).sum())
+        energy = self._setting.distortion.value(iteration.points) if np.isnan(energy) else energy
         if inverted and self.options.energy == "barrier":
             energy = float("nan")  # rounding may leave a flat corner a finite one
         return Record(
@@ -280,6 +279,7 @@ class Regularization:
             seconds=time.perf_counter() - self._began,
             flat=int(self._setting.flat(iteration.points).sum()),
             min_shape=float(corner_shape(iteration.points, self._normalized.cells).min()),
+            worst_gain=self._setting.worst_gain(scaled_jacobian),
         )
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import all_valid, is_valid
+from ..elements import TypedRows, all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import CornerTerm, DistortionTerm, inverse_targets, normalized_target, target_volumes
 from ..formulation import Formulation, Schedules
 from ..mesh import NormalizedMesh, Regions, find_regions
@@ -74,6 +74,7 @@ class Setting:
             self.schedules.newton.mesh_rounding if options.raises_worst and not options.changes_sizes else 0.0,
             np.empty(0) if scales is None else scales,
             self._slender,
+            self.least_of_types,
             schedules=self.schedules,
         )
 
@@ -93,6 +94,30 @@ class Setting:
         # How thin a folded cell is meant to be nobody knows; where few are folded, as those around them.
         unknown = schedule.slender if sized.mean() > 0.5 else schedule.slenderest
         return np.where(sized, known, unknown)
+
+    @cached_property
+    def least_of_types(self) -> Field:
+        """(m,) smallest scaled Jacobian that the type of each cell has at first; empty where there is one type."""
+        least = np.empty(len(self.normalized.cells) if len(self._first_minima) > 1 else 0)
+        if len(least):
+            for one, smallest in zip(self._types, self._first_minima, strict=True):
+                least[one.rows] = smallest
+        return least
+
+    def worst_gain(self, scaled_jacobian: Field) -> float:
+        """The least, over the types, of what the smallest of scaled Jacobians (m,) has won since the input."""
+        return float((self._minima(scaled_jacobian) - self._first_minima).min())
+
+    @cached_property
+    def _types(self) -> tuple[TypedRows, ...]:
+        return rows_by_type(self.normalized.cells)
+
+    @cached_property
+    def _first_minima(self) -> Field:
+        return self._minima(corner_scaled_jacobian(self.normalized.points, self.normalized.cells))
+
+    def _minima(self, values: Field) -> Field:
+        return np.array([values[one.rows].min() for one in self._types])
 
     def flat(self, points: Field) -> Mask:
         """(m,) cells with a corner that is folded, or as good as flat beside its target: with next to no volume."""

@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import corner_scaled_jacobian
+from ..elements import are_collapsed, corner_scaled_jacobian
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
 from ..untangling import improve_folded, thicken, untangle_interior
@@ -124,6 +124,7 @@ class Stages:
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
         alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
+        alone = alone and not are_collapsed(normalized.cells).any()
         # Where nothing but the distortion counts there is nothing that thin cells could outweigh.
         for iteration in thicken(formulation, points) if options.energy == "barrier" and not alone else ():
             points = iteration.points
@@ -164,6 +165,7 @@ class Stages:
                 self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
             return formulation, points
         self._ended("interrupted", False)
+        unfolded = self._earlier[1]
         raise_cells = raise_worst
         if len(quality) > schedules.worst_cells.many_cells:
             raise_cells = raise_worst_patches
@@ -178,6 +180,12 @@ class Stages:
                 formulation, points = formulation.with_barrier(soft.barrier), soft.points
                 self.state = replace(self.state, formulation=formulation, notes=(*self.state.notes, soft.note))
                 yield Iteration("soften curves", points)
+        if formulation.spoils_a_type(points) and not formulation.spoils_a_type(unfolded):
+            # What is lost where distortion is lowered on the whole does not always come back: patch by patch none is.
+            bounded, points = formulation.within(schedules.work.patches), unfolded
+            for iteration in raise_worst_patches(bounded, points):
+                points = iteration.points
+                yield iteration
         if bounded.work.is_done:
             self._ended("the worst cells get better still, but the work allowed for that is done", False)
         else:

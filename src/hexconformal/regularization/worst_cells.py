@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import corner_scaled_jacobian
+from ..elements import corner_scaled_jacobian, rows_by_type
 from ..energy import CornerWeights
 from ..formulation import Formulation, Iteration, convex_newton
 from ..geometry import DistanceBarrier
@@ -37,10 +37,13 @@ class Softened(NamedTuple):
 
 
 def stiffened(formulation: Formulation, points: Field) -> CornerWeights:
-    """Weights of a barrier that no corner worse than the worst of the points can pass."""
-    schedule = formulation.schedules.worst_cells
-    worst = max(float(formulation.measures(points).angle.max()), 1e-3)
-    return CornerWeights(schedule.distortion_share, 1.0, schedule.stiffness / worst)
+    """Weights of a barrier that no corner worse than the worst of its type, at the points, can pass."""
+    schedule, angles = formulation.schedules.worst_cells, formulation.measures(points).angle
+    stiffness = {
+        one.cell_type.name: schedule.stiffness / max(float(angles[one.rows].max()), 1e-3)
+        for one in rows_by_type(formulation.cells)
+    }
+    return CornerWeights(schedule.distortion_share, 1.0, stiffness)
 
 
 def raise_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
@@ -65,7 +68,7 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
     """
     schedule, cells = formulation.schedules.worst_cells, formulation.cells
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
-    quality = corner_scaled_jacobian(points, cells)
+    quality = formulation.quality(points)
     aside, stalled = quality >= limits, False
     for _ in range(schedule.patch_rounds):
         # Once the worst of all cannot get better, the others matter as long as they are poor.
@@ -76,7 +79,7 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         region = node_rings(cells, len(points), ~aside & (quality < worst + schedule.margin), schedule.rings)
         seen = formulation.seen_from(points)
         trial = _raised(seen, points, region)
-        after = corner_scaled_jacobian(trial, cells)
+        after = formulation.quality(trial)
         # A patch watches the surface around itself only.
         spoiled = after.min() < quality.min() or not np.isfinite(seen.objective(CornerWeights()).value(trial))
         if not spoiled and trial is not points:

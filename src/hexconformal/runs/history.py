@@ -35,7 +35,7 @@ class HistoryFile:
     >>> with HistoryFile("run.csv") as history:
     ...     history.add(Record(0, "input", 24.0, 1.0, 0.0, 0.5, 0.75, 0, 0.125))
     >>> print(open("run.csv").read().splitlines()[1])
-    0,input,24.0,1.0,0.0,0.5,0.75,0,0.125,0,0.0
+    0,input,24.0,1.0,0.0,0.5,0.75,0,0.125,0,0.0,0.0
     """
 
     def __init__(self, path: str | os.PathLike[str], rows: Sequence[Sequence[str]] = ()) -> None:

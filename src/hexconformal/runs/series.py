@@ -14,7 +14,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from ..common import OptionError, OutputPlace, WriteError, check_writable, first_names, same_file, save_atomically
-from ..mesh import HexMesh
+from ..mesh import HexMesh, MixedMesh
 
 __all__ = ["Series", "frames_folder", "series_place"]
 
@@ -76,7 +76,7 @@ class Series:
         time
             Its time, later than that of the last frame.
         mesh
-            A HexMesh, or a pyvista dataset (a surface becomes a .vtp file).
+            A HexMesh or MixedMesh, or a pyvista dataset (a surface becomes a .vtp file).
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Series:
         time = float(time)
         if not isfinite(time) or (self.frames and time <= self.frames[-1][0]):
             raise OptionError(f"time {time} of a frame must be finite and later than that of the frame before")
-        grid = to_pyvista(mesh)[0].cast_to_unstructured_grid() if isinstance(mesh, HexMesh) else mesh
+        grid = to_pyvista(mesh)[0].cast_to_unstructured_grid() if isinstance(mesh, HexMesh | MixedMesh) else mesh
         folder = frames_folder(self.path)
         try:
             folder.mkdir(exist_ok=True)

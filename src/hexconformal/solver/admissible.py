@@ -232,25 +232,30 @@ def _admissible(sums: Field) -> tuple[NDArray[np.bool_], Field]:
 
 def planar_normal_sums(points: Field, quads: NDArray[np.int64], ids: NDArray[Any] | None = None) -> Field:
     """Sums (n, 3, 3) of n n^T over the corner triangles of the boundary quads around every node."""
-    x = points[quads] - points[quads[:, :1]]
-    sums = np.zeros((len(points), 3, 3))
-    for corner in range(4):
+    sums, triangles = np.zeros((len(points), 3, 3)), quads[:, 2] == quads[:, 3]
+    for faces in (quads[triangles, :3], quads[~triangles]):
+        _add_normals(points, faces, ids, sums)
+    return sums
+
+
+def _add_normals(points: Field, faces: NDArray[np.int64], ids: NDArray[Any] | None, sums: Field) -> None:
+    x, size = points[faces] - points[faces[:, :1]], faces.shape[1]
+    for corner in range(size):
         # A quad that is not flat has four different corner normals, which leave its nodes no way to go.
-        a, b = x[:, (corner + 1) % 4] - x[:, corner], x[:, corner - 1] - x[:, corner]
+        a, b = x[:, (corner + 1) % size] - x[:, corner], x[:, corner - 1] - x[:, corner]
         normal = np.cross(a, b)
         length = np.linalg.norm(normal, axis=1)
-        size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
-        if not size.all():
-            bad = quads[size == 0, corner]
+        area = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+        if not area.all():
+            bad = faces[area == 0, corner]
             bad = np.unique(bad if ids is None else ids[bad])
             raise MeshError(f"boundary quads with an edge of no length at nodes {first_ids(bad)}")
         # Three corners on a line (or nearly) say nothing about the plane; the other corners do.
-        says = length > 1e-3 * size
+        says = length > 1e-3 * area
         unit = normal[says] / length[says, None]
         outer = np.einsum("ki,kj->kij", unit, unit)
-        for node in range(4):
-            np.add.at(sums, quads[says, node], outer)
-    return sums
+        for node in range(size):
+            np.add.at(sums, faces[says, node], outer)
 
 
 def line_normal_sums(points: Field, edges: NDArray[np.int64]) -> Field:

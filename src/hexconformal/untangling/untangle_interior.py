@@ -2,18 +2,20 @@
 
 The determinant of a trilinear cell can be negative inside where it is positive at all corners. Cut into eight, its
 parts have corners there too, so the barrier of :mod:`hexconformal.regularization.untangle` on the corners of the parts
-sees the fold. The parts' nodes depend linearly on the cell's, x = S X, and so do the forces, S^T f.
+sees the fold; wedges are cut in two. The parts' nodes depend linearly on the cell's, x = S X, and so do the forces,
+S^T f.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import islice, product
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..elements import CORNERS, is_valid, minimum_jacobian
+from ..elements import CORNERS, HEXAHEDRON, WEDGE, CellType, collapsed_cells, is_valid, minimum_jacobian, rows_by_type
 from ..energy import ComposedTerm, DistortionTerm
 from ..formulation import Formulation
 from ..mesh import connected_regions, node_rings
@@ -77,14 +79,33 @@ def _unfold(patch: Formulation, points: Field) -> Field:
 
 
 def _parts(cells: Ints, count: int) -> tuple[scipy.sparse.csr_array, Ints]:
-    """S, (27 m, n), that takes nodes to those of the parts, and the parts, (8 m, 8); nodes are not shared by cells."""
-    grid = np.array([[i, j, k] for k in range(3) for j in range(3) for i in range(3)])
-    shares = np.where(CORNERS[None] == 1, grid[:, None] / 2, 1 - grid[:, None] / 2).prod(axis=2)
-    rows = np.repeat(np.arange(27 * len(cells)), 8)
-    columns = np.repeat(cells[:, None], 27, axis=1).ravel()
-    weights = scipy.sparse.csr_array(
-        (np.tile(shares.ravel(), len(cells)), (rows, columns)), shape=(27 * len(cells), count)
-    )
-    firsts = grid[(grid < 2).all(axis=1)]
-    parts = ((firsts[:, None] + CORNERS[None]) * [1, 3, 9]).sum(axis=2)
-    return weights, (parts[None] + 27 * np.arange(len(cells))[:, None, None]).reshape(-1, 8).astype(np.int64)
+    """S, (g, n), that takes nodes to those of the parts, and the parts, (p, 8); nodes are not shared by cells."""
+    rows, columns, shares, parts, first = [], [], [], [], 0
+    for one in rows_by_type(cells):
+        weights, pieces = _cut(one.cell_type)
+        own, size = one.own_nodes(cells), len(weights)
+        starts = first + size * np.arange(len(own))
+        rows.append(np.repeat(starts[:, None] + np.arange(size), weights.shape[1], axis=1).ravel())
+        columns.append(np.repeat(own[:, None], size, axis=1).ravel())
+        shares.append(np.tile(weights.ravel(), len(own)))
+        parts.append((pieces[None] + starts[:, None, None]).reshape(-1, 8))
+        first += size * len(own)
+    matrix = (np.concatenate(shares), (np.concatenate(rows), np.concatenate(columns)))
+    return scipy.sparse.csr_array(matrix, shape=(first, count)), np.concatenate(parts).astype(np.int64)
+
+
+@cache
+def _cut(cell_type: CellType) -> tuple[Field, Ints]:
+    """Weights (g, j) of the nodes of the parts of a cell in its own, and the parts (p, 8) in numbers of these nodes."""
+    if cell_type is HEXAHEDRON:
+        grid = np.array([[i, j, k] for k in range(3) for j in range(3) for i in range(3)])
+        weights = np.where(CORNERS[None] == 1, grid[:, None] / 2, 1 - grid[:, None] / 2).prod(axis=2)
+        firsts = grid[(grid < 2).all(axis=1)]
+        return weights, ((firsts[:, None] + CORNERS[None]) * [1, 3, 9]).sum(axis=2)
+    if cell_type is WEDGE:
+        # Along its vertical edges alone the determinant is no linear function.
+        below, above = np.eye(6)[:3], np.eye(6)[3:]
+        pieces = collapsed_cells(np.array([np.arange(6), np.arange(3, 9)]), WEDGE)
+        return np.concatenate([below, 0.5 * (below + above), above]), pieces
+    nodes = np.arange(len(cell_type.nodes))
+    return np.eye(len(nodes)), collapsed_cells(nodes[None], cell_type)

@@ -63,8 +63,8 @@ def test_pictures_of_the_worst_cells(grid, rendering, tmp_path):
     assert pv.read("worst.png").dimensions[0] > 100
 
 
-def test_check_tells_what_there_is_and_that_it_cannot_be_worked_on(grid, capsys):
-    assert run("check mixed.vtu") == 1
+def test_check_tells_what_there_is(grid, capsys):
+    assert run("check mixed.vtu") == 0
     out = capsys.readouterr().out.splitlines()
     summary = hc.quality("mixed.vtu").summary()
     counts = f"17 points, {summary.inverted} inverted, {summary.invalid} invalid"
@@ -76,17 +76,19 @@ def test_check_tells_what_there_is_and_that_it_cannot_be_worked_on(grid, capsys)
             {"tetrahedra": "tetra"}.get(name, name.replace("hexahedra", "hexahedron").removesuffix("s"))
         ]
         assert (int(cells), int(inverted)) == (one.count, one.inverted)
-    assert out[-1] == "can be measured, but not be worked on yet; its hexahedra can, with --other-cells keep"
+    assert out[-1] == "can be worked on"
     assert run("check mixed.vtu --other-cells keep") == 0
     assert "1 hexahedra, 17 points" in capsys.readouterr().out
     pv.examples.cells.Tetrahedron().save("tetrahedron.vtu")
-    assert run("check tetrahedron.vtu --other-cells keep") == 1
-    assert capsys.readouterr().out.splitlines()[-1] == "can be measured, but not be worked on yet"
+    assert run("check tetrahedron.vtu --other-cells keep") == 0
+    assert "1 tetrahedron, 4 points" in capsys.readouterr().out
 
 
 def test_wedges_in_the_reverse_order_are_told_and_turned_round(grid, capsys):
-    assert run("check turned.vtu") == 1
-    assert "error: wedges whose nodes are in the reverse order (negative volume): 2 (ids" in capsys.readouterr().out
+    assert run("check turned.vtu") == 0
+    out = capsys.readouterr().out
+    assert "0 inverted" in out
+    assert "warning: wedges with their two triangles in the reverse order: 2 (ids" in out
     assert run("orient turned.vtu sound.vtu") == 0
     assert "2 of 13 cells turned round" in capsys.readouterr().out
     assert hc.check("sound.vtu") == ()
@@ -94,6 +96,17 @@ def test_wedges_in_the_reverse_order_are_told_and_turned_round(grid, capsys):
     assert "nothing to do" in capsys.readouterr().out
 
 
-def test_regularization_still_refuses_them(grid, capsys):
-    assert run("regularize mixed.vtu out.vtu") == 1
-    assert "besides hexahedra there are other three-dimensional cells" in capsys.readouterr().err
+def test_regularization_works_on_all_of_them_or_on_the_hexahedra(grid, here, capsys):
+    assert run("regularize mixed.vtu out.vtu --boundary free --report r.json --picture out.png --frames runs.pvd") == 0
+    capsys.readouterr()
+    written, told = pv.read("out.vtu"), json.loads((here / "r.json").read_text())
+    np.testing.assert_array_equal(written.celltypes, grid.celltypes)
+    assert told["before"]["invalid"] > told["after"]["invalid"]
+    assert set(told["after"]["types"]) == {"hexahedron", "wedge", "pyramid", "tetra"}
+    assert hc.quality("out.vtu").summary().invalid == told["after"]["invalid"]
+    assert run("regularize mixed.vtu kept.vtu --other-cells keep --boundary free") == 0
+    kept, others = pv.read("kept.vtu"), (grid.celltypes != 12) & (grid.celltypes != 9)
+    nodes = np.unique(np.concatenate([grid.get_cell(k).point_ids for k in np.flatnonzero(others)]))
+    np.testing.assert_array_equal(kept.points[nodes], grid.points[nodes])
+    pv.examples.cells.Tetrahedron().save("tetrahedron.vtu")
+    assert run("regularize tetrahedron.vtu one.vtu --other-cells keep --boundary free") == 0

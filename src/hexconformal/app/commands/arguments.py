@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ...elements import HEXAHEDRON
 from ...io import as_volume_mesh, read
 from ...mesh import HexMesh, MixedMesh
 from ...regularization import CHOICES, Options
@@ -22,7 +23,7 @@ __all__ = [
     "add_outside_references",
     "add_overwrite",
 ]
-__all__ += ["note_dropped", "read_hexahedra", "read_volume"]
+__all__ += ["note_dropped", "read_hexahedra", "read_to_work_on", "read_volume"]
 
 STDOUT = "-"
 
@@ -87,6 +88,13 @@ def add_outputs(parser: ArgumentParser, picture: str) -> None:
 def read_hexahedra(arguments: Namespace) -> HexMesh:
     """Read the input of a command."""
     return read(arguments.input, other_cells=arguments.other_cells, linearize=arguments.linearize)
+
+
+def read_to_work_on(arguments: Namespace) -> HexMesh | MixedMesh:
+    """Read the input of a command that works on linear cells, or on the hexahedra beside others that it keeps."""
+    mesh = read_volume(arguments)
+    alone = not isinstance(mesh, MixedMesh) or all(block.cell_type is not HEXAHEDRON for block in mesh.blocks)
+    return mesh if alone or arguments.other_cells != "keep" else read_hexahedra(arguments)
 
 
 def read_volume(arguments: Namespace) -> HexMesh | MixedMesh:

@@ -12,7 +12,7 @@ from ...elements import CELL_TYPES
 from ...mesh import MixedMesh, counts_by_type
 from ...quality import MixedQuality, check, quality
 from ..terminal import print_line
-from .arguments import add_input, add_interfaces, read_hexahedra
+from .arguments import add_input, add_interfaces, read_to_work_on
 from .contents import describe_contents
 from .kinds import SURFACES, read_any_mesh
 
@@ -36,28 +36,16 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Print what is wrong with a mesh, and what is doubtful."""
     kind, mesh = read_any_mesh(arguments)
-    if isinstance(mesh, MixedMesh) and arguments.other_cells == "keep" and _has_hexahedra(mesh):
-        # What can be worked on is the hexahedra, while the others are held.
-        mesh = read_hexahedra(arguments)
+    if isinstance(mesh, MixedMesh):
+        mesh = read_to_work_on(arguments)
     if isinstance(mesh, MixedMesh):
         head, *lines = _describe_types(mesh)
     else:
         head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh, arguments.interfaces)
     refused = any(line.startswith("error: ") for line in lines)
-    for line in [f"{arguments.input}: {head}", *lines, *([] if refused else [_verdict(mesh)])]:
+    for line in [f"{arguments.input}: {head}", *lines, *([] if refused else ["can be worked on"])]:
         print_line(line)
-    return int(refused or isinstance(mesh, MixedMesh))
-
-
-def _has_hexahedra(mesh: MixedMesh) -> bool:
-    return any(block.cell_type.name == "hexahedron" for block in mesh.blocks)
-
-
-def _verdict(mesh: Any) -> str:
-    if not isinstance(mesh, MixedMesh):
-        return "can be worked on"
-    part = "; its hexahedra can, with --other-cells keep" if _has_hexahedra(mesh) else ""
-    return f"can be measured, but not be worked on yet{part}"
+    return int(refused)
 
 
 def _describe_types(mesh: MixedMesh) -> list[str]:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...elements import corner_scaled_jacobian
-from ...mesh import HexMesh, find_regions, region_arrays
+from ...mesh import HexMesh, MixedMesh, collapsed_mesh, find_regions, region_arrays
 from ...regularization import Options, Regularization
-from .arguments import add_choice, add_input, add_interfaces, add_output, add_outputs, read_hexahedra
+from .arguments import add_choice, add_input, add_interfaces, add_output, add_outputs, read_to_work_on
 from .job import run_command
 from .kinds import VOLUMES, MeshKind
 
@@ -31,7 +31,7 @@ EXAMPLES = """  hexconformal regularize part.vtu better.vtu
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
-    add_input(parser)
+    add_input(parser, "solid cells that are not linear, with keep all beside hexahedra")
     add_output(parser)
     shape = parser.add_argument_group("how the shape is kept")
     add_choice(shape, "boundary", "boundary nodes slide along the surface, stay, or go where they like")
@@ -97,9 +97,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 @dataclass(frozen=True)
 class RegularizeJob:
-    """Regularizes a hexahedral mesh, as a :class:`hexconformal.app.commands.job.Job`."""
+    """Regularizes a mesh, as a :class:`hexconformal.app.commands.job.Job`."""
 
-    mesh: HexMesh
+    mesh: HexMesh | MixedMesh
     options: Options
 
     @property
@@ -110,21 +110,22 @@ class RegularizeJob:
     def start(self) -> Regularization:
         return Regularization(self.mesh, self.options)
 
-    def placeholder(self) -> HexMesh:
-        zero = np.zeros(len(self.mesh.cells))
-        of_regions = region_arrays(self.mesh, find_regions(self.mesh, self.options.interfaces))
+    def placeholder(self) -> HexMesh | MixedMesh:
+        mesh = collapsed_mesh(self.mesh)
+        zero = np.zeros(len(mesh.cells))
+        of_regions = region_arrays(mesh, find_regions(mesh, self.options.interfaces))
         return self.mesh.replaced(
             point_data={"moved_by": np.zeros_like(self.mesh.points)},
             cell_data={"scaled_jacobian": zero, "scaled_jacobian_change": zero, **of_regions},
         )
 
-    def snapshot(self, run: Any) -> HexMesh:
+    def snapshot(self, run: Any) -> HexMesh | MixedMesh:
         points = run.points
-        data = {"scaled_jacobian": corner_scaled_jacobian(points, run.mesh.cells)}
+        data = {"scaled_jacobian": corner_scaled_jacobian(points, collapsed_mesh(run.mesh).cells)}
         return run.mesh.replaced(points=points, cell_data=data)
 
 
 def run(arguments: Namespace) -> int:
     """Regularize a mesh; an interruption leaves the mesh reached so far."""
     options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
-    return run_command(arguments, VOLUMES, lambda: RegularizeJob(read_hexahedra(arguments), options))
+    return run_command(arguments, VOLUMES, lambda: RegularizeJob(read_to_work_on(arguments), options))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ...elements import CORNER_NEIGHBOURS, EDGES
+from ...elements import CellType, rows_by_type
 from ...mesh import unique_edges
 from ..area_vectors import face_area_vectors
 from ..edges import EdgeTable, edge_table
@@ -96,26 +98,32 @@ def crack_fronts(
     touched = np.zeros(len(points), dtype=bool)
     touched[nodes] = True
     near = cells[np.flatnonzero(touched[cells].sum(axis=1) >= 2)]
-    # Every edge of these cells, behind the opposed ones: those with the same nodes get the same number.
-    pairs = np.sort(near[:, EDGES].reshape(-1, 2), axis=1)
-    table = unique_edges(np.concatenate([nodes, pairs]))
-    number = np.full(len(table.nodes), -1)
-    number[table.of_pairs[: len(nodes)]] = np.arange(len(nodes))
-    of = number[table.of_pairs[len(nodes) :]]
-    which = np.flatnonzero(of >= 0)
-    angles = _dihedral_angles(points, near[which // len(EDGES)], which % len(EDGES))
-    inside = np.bincount(of[which], angles, minlength=len(nodes))
+    inside = np.zeros(len(nodes))
+    for one in rows_by_type(near):
+        own, beside = one.own_nodes(near), _beside(one.cell_type)
+        # Every edge of these cells, behind the opposed ones: those with the same nodes get the same number.
+        pairs = np.sort(own[:, one.cell_type.edges].reshape(-1, 2), axis=1)
+        table = unique_edges(np.concatenate([nodes, pairs]))
+        number = np.full(len(table.nodes), -1)
+        number[table.of_pairs[: len(nodes)]] = np.arange(len(nodes))
+        of = number[table.of_pairs[len(nodes) :]]
+        which = np.flatnonzero(of >= 0)
+        cell, edge = np.divmod(which, len(beside))
+        angles = _dihedral_angles(points[own[cell]], one.cell_type.edges[edge], beside[edge])
+        inside += np.bincount(of[which], angles, minlength=len(nodes))
     fronts[opposed] = inside > 360.0 - opening
     return fronts
 
 
-def _dihedral_angles(points: Floats, cells: Ints, edge: Ints) -> Floats:
-    """(k,) degrees between the two faces at an edge of a cell (k, 8), negative where it is turned inside out."""
-    x, rows = points[cells], np.arange(len(cells))[:, None]
-    a, b = x[rows[:, 0], EDGES[edge, 0]], x[rows[:, 0], EDGES[edge, 1]]
-    sides = x[rows, _BESIDE[edge, 0]] + x[rows, _BESIDE[edge, 1]] - (a + b)[:, None]
+def _dihedral_angles(x: Floats, edges: Ints, beside: Ints) -> Floats:
+    """(k,) degrees between the two faces at an edge (k, 2) of each cell, negative where it is turned inside out.
+
+    The cells are given by their nodes (k, j, 3), the faces by their nodes next to the ends of the edge (k, 2, 2).
+    """
+    rows = np.arange(len(x))[:, None]
+    a, b = x[rows[:, 0], edges[:, 0]], x[rows[:, 0], edges[:, 1]]
+    one, two = (x[rows, beside[:, face]].sum(axis=1) - (a + b) for face in range(2))
     along = b - a
-    one, two = sides[:, 0], sides[:, 1]
     length = np.einsum("ki,ki->k", along, along)
     across = np.einsum("ki,ki->k", along, np.cross(one, two)) * np.sqrt(length)
     flat = np.einsum("ki,ki->k", one, two) * length
@@ -123,16 +131,17 @@ def _dihedral_angles(points: Floats, cells: Ints, edge: Ints) -> Floats:
     return np.asarray(np.degrees(np.arctan2(across, flat)))
 
 
-def _beside() -> Ints:
-    """(12, 2, 2) nodes next to both ends of every edge, on its two faces in the order of a positive turn about it."""
-    out = np.empty((len(EDGES), 2, 2), dtype=np.int64)
-    for edge, (a, b) in enumerate(EDGES):
-        first = int(np.flatnonzero(CORNER_NEIGHBOURS[a] == b)[0])
-        out[edge, 0] = np.roll(CORNER_NEIGHBOURS[a], -first)[1:]
-        # Seen from the other end the edge runs backward, and the two faces change places.
-        first = int(np.flatnonzero(CORNER_NEIGHBOURS[b] == a)[0])
-        out[edge, 1] = np.roll(CORNER_NEIGHBOURS[b], -first)[:0:-1]
+@cache
+def _beside(cell_type: CellType) -> Ints:
+    """(e, 2, 2) nodes next to both ends of every edge, on its two faces in the order of a positive turn about it."""
+    out = np.empty((len(cell_type.edges), 2, 2), dtype=np.int64)
+    for edge, (a, b) in enumerate(cell_type.edges.tolist()):
+        for face in cell_type.faces:
+            if {a, b} <= set(face):
+                i, j = face.index(a), face.index(b)
+                # Seen from outside the face on the left of the edge runs along it, the one on its right back.
+                ahead = face[(i + 1) % len(face)] == b
+                step = 1 if ahead else -1
+                if face[(i + step) % len(face)] == b:
+                    out[edge, 1 if ahead else 0] = face[(i - step) % len(face)], face[(j + step) % len(face)]
     return out
-
-
-_BESIDE = _beside()

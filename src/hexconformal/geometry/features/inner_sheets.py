@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mesh import connected_components
+from ...mesh import connected_components, turned_over
 from ..edges import EdgeTable, edge_table
 from ..faces import Faces
 from .chains import chains
@@ -96,7 +96,7 @@ def with_one_side_out(quads: Ints, edges: EdgeTable | None = None) -> Ints:
     pairs = np.concatenate([[one, other + twin], [one + count, other + count - twin]], axis=1)
     side = connected_components(pairs.T, 2 * count)
     turned = side[:count] > side[count:]
-    return np.where(turned[:, None], quads[:, ::-1], quads)
+    return np.where(turned[:, None], turned_over(quads), quads)
 
 
 def wire_features(points: Floats, edges: Ints, kinds: Ints, schedule: FeatureSchedule | None = None) -> Features:

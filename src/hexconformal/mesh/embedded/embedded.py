@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import first_names
-from ...elements import EDGES, FACES
+from ...elements import EDGES, FACES, are_collapsed
 from ..carried_cells import CarriedCells
 from ..hex_mesh import HexMesh
 from .kinds import Classified, classify
@@ -93,6 +93,8 @@ def find_embedded(mesh: HexMesh, skin: Ints, with_sets: bool = True) -> Embedded
         nothing = np.zeros(len(skin), np.int64)
         return Embedded(none.reshape(0, 4), none, nothing, nothing - 1, none.reshape(0, 2), none, none)
     count = len(mesh.points)
+    if are_collapsed(mesh.cells).any():
+        quads, triangles = quads.behind(triangles), CarriedCells(np.empty((0, 3), dtype=np.int64))
     of_nodes = _parts_of_node_sets(mesh, skin, node_sets)
     sides = {f"side set {name!r}": nodes for name, nodes in face_sets.items()}
     sides |= {name: parts.faces for name, parts in of_nodes.items()}

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..face_rows import face_keys, whole_faces
+
 __all__ = ["parts_within", "same_rows"]
 
 Ints = NDArray[np.int64]
@@ -12,14 +14,14 @@ Mask = NDArray[np.bool_]
 
 
 def same_rows(rows: Ints) -> Ints:
-    """For each row (k, j) of nodes the first row with the same nodes, in whatever order.
+    """For each row (k, j) of nodes the first row with the same nodes, in whatever order; triangles have one twice.
 
     Examples
     --------
     >>> same_rows(np.array([[0, 1], [2, 1], [1, 0]]))
     array([0, 1, 0])
     """
-    ordered = np.sort(rows, axis=1)
+    ordered = face_keys(rows) if rows.shape[1] == 4 else np.sort(rows, axis=1)
     keys = list(ordered.T)
     width = int(ordered.max(initial=0)) + 1
     if width < 2**31:  # two nodes fit in one key, and fewer keys are sorted faster
@@ -56,4 +58,6 @@ def parts_within(cells: Ints, parts: Ints, inside: Mask) -> Ints:
     near = cells[np.count_nonzero(inside[cells], axis=1) >= parts.shape[1]]
     found = near[:, parts].reshape(-1, parts.shape[1])
     found = found[inside[found].all(axis=1)]
+    if parts.shape[1] == 4:
+        found = whole_faces(found)
     return found[same_rows(found) == np.arange(len(found))]

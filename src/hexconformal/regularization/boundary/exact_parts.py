@@ -35,7 +35,8 @@ def normals_inside(points: Field, quads: Ints, kinds: Ints, skin: Ints) -> Field
     # A quad with an edge of no length, in a tangled mesh, is no obstacle: the others around its nodes have planes.
     x = points[quads]
     edges = np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2)
-    sums = planar_normal_sums(points, quads[(edges > 0.0).all(axis=1)])
+    some = (edges > 0.0) | (quads == np.roll(quads, 1, axis=1))  # triangles have a node twice
+    sums = planar_normal_sums(points, quads[some.all(axis=1)])
     table = edge_table(quads)
     different = kinds[table.sides[:, 0]] != kinds[table.sides[:, 1]]
     rims = table.nodes[np.union1d(table.nonmanifold, table.manifold[different])]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mesh import NormalizedMesh, find_embedded, find_interfaces, find_regions
+from ...mesh import NormalizedMesh, face_keys, find_embedded, find_interfaces, find_regions
 from ..options import Options
 
 __all__ = ["KeptGeometry", "kept_geometry"]
@@ -80,7 +80,7 @@ def kept_geometry(normalized: NormalizedMesh, options: Options) -> KeptGeometry:
 def _refined(quads: Ints, kinds: Ints, others: Ints, other_kinds: Ints) -> tuple[Ints, Ints]:
     """Faces of two kinds of kinds, each face once, in one order, and the kinds that both together tell apart."""
     both = np.concatenate([quads, others])
-    _, first, which = np.unique(np.sort(both, axis=1), axis=0, return_index=True, return_inverse=True)
+    _, first, which = np.unique(face_keys(both), axis=0, return_index=True, return_inverse=True)
     told = np.zeros((len(first), 2), dtype=np.int64)
     told[which.ravel()[: len(quads)], 0] = kinds + 1
     told[which.ravel()[len(quads) :], 1] = other_kinds + 1
