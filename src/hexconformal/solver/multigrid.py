@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ..common import Schedule, tuned
-from ..kernel import loop, parallel_ranges
+from ..kernel import loop, parallel_ranges, strict_loop
 
 __all__ = ["Multigrid", "MultigridSchedule"]
 
@@ -19,7 +19,7 @@ Field = NDArray[np.float64]
 _SHIFT = 1e-8  # relative; makes a matrix with a constant null space definite
 
 
-@loop
+@strict_loop
 def _update(first, last, indptr, indices, data, x, b, scale, out):  # type: ignore[no-untyped-def]
     """out = b + scale * (A x) on rows, for fields of three components."""
     for row in range(first, last):
@@ -34,7 +34,7 @@ def _update(first, last, indptr, indices, data, x, b, scale, out):  # type: igno
         out[row, 2] = b[row, 2] + scale * s2
 
 
-@loop
+@strict_loop
 def _smooth(first, last, indptr, indices, data, relaxation, x, b, out):  # type: ignore[no-untyped-def]
     """out = x + relaxation (b - A x) on rows, for fields of three components."""
     for row in range(first, last):
