@@ -83,6 +83,11 @@ class _Sparse:
         parallel_ranges(_update, len(out), self.indptr, self.indices, self.data, x, b, scale, out)
         return out
 
+    def relaxation(self, damping: float) -> Field:
+        out = np.empty(len(self.indptr) - 1)
+        parallel_ranges(_relax, len(out), self.indptr, self.data, damping, out)
+        return out
+
     def smooth(self, relaxation: Field, x: Field, b: Field) -> Field:
         out = np.empty_like(x)
         parallel_ranges(_smooth, len(out), self.indptr, self.indices, self.data, relaxation, x, b, out)
@@ -92,7 +97,7 @@ class _Sparse:
 @dataclass(frozen=True)
 class _Level:
     matrix: _Sparse
-    relaxation: Field  # (n,) factors of the residual
+    relaxations: tuple[Field, Field]  # of two sweeps: (n,) factors of the residual
     prolongation: _Sparse
     restriction: _Sparse
 
@@ -107,13 +112,20 @@ class MultigridSchedule(Schedule):
         Unknowns that are solved for directly.
     strong
         Relative size of the entries that aggregates are made along.
-    damping
-        Of the smoother; with 2 it would no longer converge.
+    lowest
+        Least eigenvalue that the sweeps are made for, the largest being 1: smoother errors are left to coarser levels.
+        On cubes a cycle leaves 19 % of the error that it lowers least, 27 % with .1, 24 % with .5.
     """
 
     coarsest: int = tuned(200)
     strong: float = tuned(0.05, 0.0, 1.0)
-    damping: float = tuned(1.6, 0.0, 2.0)
+    lowest: float = tuned(0.2, 0.0, 1.0)
+
+    @property
+    def dampings(self) -> tuple[float, float]:
+        """Of two sweeps that leave errors times Chebyshev's polynomial of degree two, between `lowest` and 1."""
+        middle, half = 0.5 * (1.0 + self.lowest), 0.5 * (1.0 - self.lowest)
+        return 1.0 / (middle + half * np.sqrt(0.5)), 1.0 / (middle - half * np.sqrt(0.5))
 
 
 class Multigrid:
@@ -180,9 +192,8 @@ class Multigrid:
             # The row sums of |A|, as a diagonal matrix, are not below A: where cells are bad the smoother is
             # damped, and only there.
             fine = _Sparse.of(level.A)
-            relaxation = np.empty(level.A.shape[0])
-            parallel_ranges(_relax, len(relaxation), fine.indptr, fine.data, schedule.damping, relaxation)
-            self._levels.append(_Level(fine, relaxation, _Sparse.of(level.P), _Sparse.of(level.R)))
+            first, second = (fine.relaxation(damping) for damping in schedule.dampings)
+            self._levels.append(_Level(fine, (first, second), _Sparse.of(level.P), _Sparse.of(level.R)))
 
     def __call__(self, residual: Field) -> Field:
         """Apply the cycle to an (n, 3) field."""
@@ -198,11 +209,13 @@ class Multigrid:
             # Not a BLAS product: its threads would spin beside ours.
             return np.einsum("ij,jk->ik", self._coarse, b)
         level = self._levels[depth]
-        x = level.relaxation[:, None] * b
+        first, second = level.relaxations
+        x = level.matrix.smooth(second, first[:, None] * b, b)
         residual = level.matrix.update(x, b, -1.0)
         coarse = level.restriction.update(residual, np.zeros((len(level.restriction.indptr) - 1, 3)), 1.0)
         x = level.prolongation.update(self._cycle(coarse, depth + 1), x, 1.0)
-        return level.matrix.smooth(level.relaxation, x, b)
+        # The same sweeps the other way round: the cycle is symmetric.
+        return level.matrix.smooth(first, level.matrix.smooth(second, x, b), b)
 
 
 def _principal(matrix: scipy.sparse.csr_matrix, free: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
