@@ -9,17 +9,28 @@ The main job is one call::
     hc.write("better.vtu", result.mesh)
 """
 
+from typing import TYPE_CHECKING
+
 from . import current_folder as current_folder  # before all others
 from . import generate
-from .common import MeshError, OptionError, ReadError, WriteError
+from .common import MeshError, OptionError, ReadError, WriteError, loaded_later
 from .io import as_hex_mesh, as_volume_mesh, read, write
 from .kernel import use_threads
 from .mesh import HexMesh, MixedMesh
-from .motion import MeshMotion, MotionReport, MotionStep
 from .quality import MixedQuality, Quality, check, orient, quality
-from .regularization import Options, Record, Regularization, Report, Result, regularize
-from .runs import Series
 from .version import __version__
+
+if TYPE_CHECKING:
+    from .motion import MeshMotion, MotionReport, MotionStep
+    from .regularization import Options, Record, Regularization, Report, Result, regularize
+    from .runs import Series
+else:
+    __getattr__ = loaded_later(
+        __name__,
+        motion="MeshMotion MotionReport MotionStep",
+        regularization="Options Record Regularization Report Result regularize",
+        runs="Series",
+    )
 
 __all__ = [
     "HexMesh",

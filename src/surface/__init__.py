@@ -12,12 +12,24 @@ One call::
         print(moment.record.energy)
 """
 
-from . import flow
-from .flow import Evolution, Flow, Helfrich, MeanCurvature, Moment, PWillmore, Stepping, Willmore, evolve
+from typing import TYPE_CHECKING
+
+from hexconformal.common import loaded_later
+
 from .io import as_surface_mesh, read, write
 from .mesh import SurfaceMesh
 from .quality import Quality, quality
-from .remeshing import Options, Record, Remeshing, Report, Result, remesh
+
+if TYPE_CHECKING:
+    from . import flow
+    from .flow import Evolution, Flow, Helfrich, MeanCurvature, Moment, PWillmore, Stepping, Willmore, evolve
+    from .remeshing import Options, Record, Remeshing, Report, Result, remesh
+else:
+    __getattr__ = loaded_later(
+        __name__,
+        flow="Evolution Flow Helfrich MeanCurvature Moment PWillmore Stepping Willmore evolve",
+        remeshing="Options Record Remeshing Report Result remesh",
+    )
 
 __all__ = [
     "Evolution",

@@ -8,6 +8,7 @@ from .child_process import python_can_be_started, run_python
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, first_names, unusable_points
 from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
 from .interruption import as_interruption, interruptible, uninterrupted
+from .loaded_later import loaded_later
 from .output_places import OutputPlace, require_distinct_places, same_file
 from .schedule import Schedule, tuned
 from .serialization import Serializable, json_safe
@@ -44,6 +45,7 @@ __all__ = [
     "interruptible",
     "is_number",
     "json_safe",
+    "loaded_later",
     "options_from",
     "python_can_be_started",
     "reading",
