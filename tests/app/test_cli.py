@@ -85,6 +85,20 @@ def test_wrong_usage_ends_with_2(words, capsys):
     assert "usage: hexconformal" in capsys.readouterr().err
 
 
+def test_no_other_command_is_loaded():
+    code = """
+import sys
+from hexconformal.app.cli import main, parser
+main(["quality", "missing.vtu"])
+heavy = {"hexconformal.regularization", "hexconformal.motion", "surface.remeshing", "surface.flow", "pyvista", "rich"}
+assert not heavy & set(sys.modules), heavy & set(sys.modules)
+assert parser("quality").format_usage() == parser().format_usage()
+assert "hexconformal.motion" in sys.modules
+"""
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert (ran.returncode, ran.stderr) == (0, "error: missing.vtu does not exist\n")
+
+
 def test_version_and_module_entry():
     done = run_program("--version")
     assert (done.returncode, done.stdout) == (0, f"hexconformal {hc.__version__}\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +11,7 @@ from ..common import MeshError, OptionError, WriteError, interruptible
 from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
 from ..kernel import use_threads
 from ..version import __version__
-from .commands import COMMANDS, Command
+from .commands import COMMANDS, load
 from .terminal import Parser, flush_standard_streams, open_standard_streams, print_line
 
 __all__ = ["main", "parser"]
@@ -64,7 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        parsed = parser().parse_args(arguments)
+        words = sys.argv[1:] if arguments is None else arguments
+        parsed = parser(*words[:1]).parse_args(words)
     except SystemExit as ending:
         return int(ending.code or 0)
     try:
@@ -89,8 +91,8 @@ def _print_error(message: str, code: int) -> int:
     return code
 
 
-def parser() -> ArgumentParser:
-    """The parser of the command line, with all commands."""
+def parser(command: str = "") -> ArgumentParser:
+    """The parser of the command line, with all commands, or with one alone: others need not be loaded for it."""
     result = Parser(
         prog="hexconformal",
         description="Make hexahedral meshes, and surfaces, regular by minimizing quaternionic conformal distortion.",
@@ -100,12 +102,13 @@ def parser() -> ArgumentParser:
     )
     result.add_argument("--version", action="version", version=f"hexconformal {__version__}")
     subparsers = result.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name, command in COMMANDS.items():
-        _add_command(subparsers, name, command)
+    for name in (command,) if command in COMMANDS else COMMANDS:
+        _add_command(subparsers, name)
     return result
 
 
-def _add_command(subparsers: Any, name: str, command: Command) -> None:
+def _add_command(subparsers: Any, name: str) -> None:
+    command = load(name)
     summary = command.SUMMARY
     subparser: ArgumentParser = subparsers.add_parser(
         name,

@@ -1,16 +1,18 @@
 """The commands of the program, a module each.
 
-To add a command, write a module with the four names of `Command` and enter it in `COMMANDS`.
+To add a command, write a module with the four names of `Command` and enter its name in `COMMANDS`.
 """
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import Protocol
+from importlib import import_module
+from typing import Protocol, cast
 
-from . import check, demo, flow, move, orient, quality, regularize, remesh
+__all__ = ["COMMANDS", "Command", "load"]
 
-__all__ = ["COMMANDS", "Command"]
+# In the order in which the help lists them.
+COMMANDS = ("regularize", "remesh", "flow", "move", "quality", "orient", "check", "demo")
 
 
 class Command(Protocol):
@@ -34,14 +36,6 @@ class Command(Protocol):
         """Run the command and return its exit code."""
 
 
-# By name, in the order in which the help lists them.
-COMMANDS: dict[str, Command] = {
-    "regularize": regularize,
-    "remesh": remesh,
-    "flow": flow,
-    "move": move,
-    "quality": quality,
-    "orient": orient,
-    "check": check,
-    "demo": demo,
-}
+def load(name: str) -> Command:
+    """The command of that name: no other is loaded for it, with all that it needs."""
+    return cast(Command, import_module(f".{name}", __name__))

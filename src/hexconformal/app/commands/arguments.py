@@ -1,29 +1,27 @@
-"""Arguments that several commands share: inputs, outputs and choices."""
+"""Arguments that several commands share: inputs and outputs."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ...elements import HEXAHEDRON
 from ...io import as_volume_mesh, read
 from ...mesh import HexMesh, MixedMesh
-from ...regularization import CHOICES, Options
 from ..terminal import print_line
 
 __all__ = [
     "STDOUT",
-    "add_choice",
     "add_input",
-    "add_interfaces",
     "add_output",
     "add_outputs",
     "add_outside_references",
     "add_overwrite",
+    "note_dropped",
+    "read_hexahedra",
+    "read_to_work_on",
+    "read_volume",
 ]
-__all__ += ["note_dropped", "read_hexahedra", "read_to_work_on", "read_volume"]
 
 STDOUT = "-"
 
@@ -55,21 +53,6 @@ def add_output(parser: ArgumentParser) -> None:
 def add_overwrite(parser: ArgumentParser) -> None:
     """Add the flag that allows replacing the input."""
     parser.add_argument("--overwrite", action="store_true", help="allow OUT to be the input file itself")
-
-
-def add_choice(group: Any, name: str, text: str, choices: Sequence[str] = (), options: type = Options) -> None:
-    """Add an option that `options` has, with its default; that class refuses other values, in the same words."""
-    default = getattr(options, name)
-    metavar = "|".join(choices or CHOICES[name])
-    group.add_argument(f"--{name}", default=default, metavar=metavar, help=f"{text} (default {default})")
-
-
-def add_interfaces(group: Any, what: str) -> None:
-    """Add the option for what lies between regions; `what` tells what becomes of it."""
-    group.add_argument(
-        "--interfaces", default=Options.interfaces, metavar="auto|ignore|NAME", help=f"{what}: those that the file"
-        " tells apart, none, or those of a cell array (default %(default)s)",
-    )  # fmt: skip
 
 
 def add_outputs(parser: ArgumentParser, picture: str) -> None:

@@ -12,7 +12,8 @@ from ...elements import CELL_TYPES
 from ...mesh import MixedMesh, counts_by_type
 from ...quality import MixedQuality, check, quality
 from ..terminal import print_line
-from .arguments import add_input, add_interfaces, read_to_work_on
+from .arguments import add_input, read_to_work_on
+from .choices import add_interfaces
 from .contents import describe_contents
 from .kinds import SURFACES, read_any_mesh
 

@@ -13,7 +13,8 @@ from ...common import OptionError
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_interfaces, add_outside_references
+from .arguments import add_outside_references
+from .choices import add_interfaces
 from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]

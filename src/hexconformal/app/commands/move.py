@@ -10,7 +10,8 @@ from ...motion import MeshMotion, MotionRun, read_motion
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_input, add_interfaces, read_hexahedra
+from .arguments import add_input, read_hexahedra
+from .choices import add_interfaces
 from .outputs import named_inputs
 
 __all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]

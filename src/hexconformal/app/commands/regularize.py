@@ -12,7 +12,8 @@ import numpy as np
 from ...elements import corner_scaled_jacobian
 from ...mesh import HexMesh, MixedMesh, collapsed_mesh, find_regions, region_arrays
 from ...regularization import Options, Regularization
-from .arguments import add_choice, add_input, add_interfaces, add_output, add_outputs, read_to_work_on
+from .arguments import add_input, add_output, add_outputs, read_to_work_on
+from .choices import add_choice, add_interfaces
 from .job import run_command
 from .kinds import VOLUMES, MeshKind
 

@@ -17,7 +17,8 @@ from surface.quality import smallest_angles
 from surface.remeshing import EMPHASES, Options, Remeshing
 
 from ...common import OptionError
-from .arguments import add_choice, add_interfaces, add_output, add_outputs, add_outside_references
+from .arguments import add_output, add_outputs, add_outside_references
+from .choices import add_choice, add_interfaces
 from .job import run_command
 from .kinds import SURFACES
 
