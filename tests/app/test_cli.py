@@ -89,6 +89,7 @@ def test_no_other_command_is_loaded():
     code = """
 import sys
 from hexconformal.app.cli import main, parser
+main(["--help"])
 main(["quality", "missing.vtu"])
 heavy = {"hexconformal.regularization", "hexconformal.motion", "surface.remeshing", "surface.flow", "pyvista", "rich"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
-from typing import Any
 
 from ..common import MeshError, OptionError, WriteError, interruptible
 from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
 from ..kernel import use_threads
 from ..version import __version__
-from .commands import COMMANDS, load
+from .commands import COMMANDS, Command, load
 from .terminal import Parser, flush_standard_streams, open_standard_streams, print_line
 
 __all__ = ["main", "parser"]
@@ -66,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     try:
         words = sys.argv[1:] if arguments is None else arguments
-        parsed = parser(*words[:1]).parse_args(words)
+        parsed = parser(next((word for word in words if word in COMMANDS), "")).parse_args(words)
     except SystemExit as ending:
         return int(ending.code or 0)
     try:
@@ -91,8 +90,8 @@ def _print_error(message: str, code: int) -> int:
     return code
 
 
-def parser(command: str = "") -> ArgumentParser:
-    """The parser of the command line, with all commands, or with one alone: others need not be loaded for it."""
+def parser(command: str | None = None) -> ArgumentParser:
+    """The parser of the command line; where one command is named, the others have no arguments, and are not loaded."""
     result = Parser(
         prog="hexconformal",
         description="Make hexahedral meshes, and surfaces, regular by minimizing quaternionic conformal distortion.",
@@ -102,22 +101,21 @@ def parser(command: str = "") -> ArgumentParser:
     )
     result.add_argument("--version", action="version", version=f"hexconformal {__version__}")
     subparsers = result.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name in (command,) if command in COMMANDS else COMMANDS:
-        _add_command(subparsers, name)
+    for name, summary in COMMANDS.items():
+        subparser = subparsers.add_parser(
+            name,
+            help=summary[0].lower() + summary[1:].partition(".")[0],
+            description=summary,
+            formatter_class=RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+        if command in (None, name):
+            _complete(subparser, load(name))
     return result
 
 
-def _add_command(subparsers: Any, name: str) -> None:
-    command = load(name)
-    summary = command.SUMMARY
-    subparser: ArgumentParser = subparsers.add_parser(
-        name,
-        help=summary[0].lower() + summary[1:].partition(".")[0],
-        description=summary,
-        epilog=f"examples:\n{command.EXAMPLES}",
-        formatter_class=RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+def _complete(subparser: ArgumentParser, command: Command) -> None:
+    subparser.epilog = f"examples:\n{command.EXAMPLES}"
     subparser.set_defaults(run=command.run)
     subparser.add_argument(
         "--threads", type=int, metavar="N", help="processors to use; default all that the process may (same result)"

@@ -1,6 +1,6 @@
 """The commands of the program, a module each.
 
-To add a command, write a module with the four names of `Command` and enter its name in `COMMANDS`.
+To add a command, write a module with the three names of `Command` and enter it in `COMMANDS`.
 """
 
 from __future__ import annotations
@@ -11,8 +11,24 @@ from typing import Protocol, cast
 
 __all__ = ["COMMANDS", "Command", "load"]
 
-# In the order in which the help lists them.
-COMMANDS = ("regularize", "remesh", "flow", "move", "quality", "orient", "check", "demo")
+# With the texts of their help; the first sentences stand in the list of commands, in this order.
+COMMANDS = {
+    "regularize": "Make the cells of a mesh of hexahedra, wedges, pyramids or tetrahedra regular."
+    " Inverted cells are unfolded, valid ones stay valid.",
+    "remesh": "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over.",
+    "flow": "Let a surface flow to lower area or bending energy, remeshing on the way."
+    " Writes frames, a history and a checkpoint after every step into a folder.",
+    "move": "Move a mesh with its boundary, step after step."
+    " Writes frames with the mesh velocity, a history and a checkpoint after every step into a folder;"
+    " ends with exit code 1 where the boundary asks for the impossible.",
+    "quality": "Measure every cell of a mesh (validity, det J > 0 everywhere, is certified) or of a surface."
+    " Wedges, pyramids and tetrahedra are measured like hexahedra.",
+    "orient": "Put mirrored cells, or cells in a foreign node order, into VTK's order. No point moves.",
+    "check": "Tell whether a mesh, or a surface, can be worked on, and what is doubtful about it."
+    " Exit code 1 if it cannot.",
+    "demo": "Make a cube of skewed cells regular."
+    " Leaves meshes, a ParaView series, a picture and a report in a folder.",
+}
 
 
 class Command(Protocol):
@@ -20,13 +36,10 @@ class Command(Protocol):
 
     Attributes
     ----------
-    SUMMARY
-        Help text; its first sentence stands in the list of commands.
     EXAMPLES
         Lines that stand below the help.
     """
 
-    SUMMARY: str
     EXAMPLES: str
 
     def add_arguments(self, parser: ArgumentParser) -> None:

@@ -17,12 +17,8 @@ from .choices import add_interfaces
 from .contents import describe_contents
 from .kinds import SURFACES, read_any_mesh
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
-
-SUMMARY = (
-    "Tell whether a mesh, or a surface, can be worked on, and what is doubtful about it. Exit code 1 if it cannot."
-)
 EXAMPLES = (
     "  hexconformal check part.vtu\n  hexconformal check part.vtu --interfaces layer\n  hexconformal check statue.ply\n"
 )

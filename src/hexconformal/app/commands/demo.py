@@ -20,13 +20,11 @@ from .job import FinishedJob, exit_code_of, run_job
 from .outputs import Outputs
 from .regularize import RegularizeJob
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
 _TOLERANCE = 1e-12
 _LARGEST = 1000
 
-
-SUMMARY = "Make a cube of skewed cells regular. Leaves meshes, a ParaView series, a picture and a report in a folder."
 EXAMPLES = "  hexconformal demo\n  hexconformal demo /tmp/cube --size 30\n"
 
 

@@ -17,12 +17,8 @@ from .arguments import add_outside_references
 from .choices import add_interfaces
 from .outputs import named_inputs
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
-SUMMARY = (
-    "Let a surface flow to lower area or bending energy, remeshing on the way. Writes frames, a history and a"
-    " checkpoint after every step into a folder."
-)
 EXAMPLES = """  hexconformal flow statue.ply run/ --flow mean-curvature --conserve volume --remesh --steps 200
   hexconformal flow cube.ply run/ --flow willmore --conserve area,volume --remesh
   hexconformal flow cell.vtp run/ --flow helfrich --kc 1 --c0 0.5 --remesh --t-end 0.1 --outputs 0.01,0.05

@@ -14,13 +14,8 @@ from .arguments import add_input, read_hexahedra
 from .choices import add_interfaces
 from .outputs import named_inputs
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
-
-SUMMARY = (
-    "Move a mesh with its boundary, step after step. Writes frames with the mesh velocity, a history and a"
-    " checkpoint after every step into a folder; ends with exit code 1 where the boundary asks for the impossible."
-)
 EXAMPLES = """  hexconformal move box.vtu run/ --motion motion.csv
   hexconformal move box.vtu run/ --motion motion.csv --fixed wall --operator elastic
   hexconformal move box.vtu run/ --motion longer.csv --resume

@@ -12,10 +12,8 @@ from ..terminal import print_line
 from .arguments import add_input, add_output, note_dropped, read_volume
 from .outputs import check_paths, named_inputs
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
-
-SUMMARY = "Put mirrored cells, or cells in a foreign node order, into VTK's order. No point moves."
 EXAMPLES = "  hexconformal orient mirrored.msh sound.msh\n"
 
 

@@ -11,13 +11,8 @@ from .arguments import STDOUT, add_input, add_overwrite, note_dropped
 from .kinds import read_any_mesh
 from .outputs import check_paths, check_pictures, named_inputs
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
-
-SUMMARY = (
-    "Measure every cell of a mesh (validity, det J > 0 everywhere, is certified) or of a surface. Wedges, pyramids and "
-    "tetrahedra are measured like hexahedra."
-)
 EXAMPLES = """  hexconformal quality part.vtu
   hexconformal quality part.vtu --plot quality.png
   hexconformal quality part.vtu --worst 20 --picture worst.png

@@ -17,10 +17,8 @@ from .choices import add_choice, add_interfaces
 from .job import run_command
 from .kinds import VOLUMES, MeshKind
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
-
-SUMMARY = "Make the cells of a hexahedral mesh regular. Inverted cells are unfolded, valid ones stay valid."
 EXAMPLES = """  hexconformal regularize part.vtu better.vtu
   hexconformal regularize part.vtu better.vtu --hausdorff 0.01 --features keep
   hexconformal regularize part.vtu better.vtu --surface part.stl

@@ -22,10 +22,8 @@ from .choices import add_choice, add_interfaces
 from .job import run_command
 from .kinds import SURFACES
 
-__all__ = ["EXAMPLES", "SUMMARY", "add_arguments", "run"]
+__all__ = ["EXAMPLES", "add_arguments", "run"]
 
-
-SUMMARY = "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over."
 EXAMPLES = f"""  hexconformal remesh statue.ply better.vtu
   hexconformal remesh statue.ply better.vtu --target flat --max-iterations 20 --frames run.pvd
   hexconformal remesh part.stl better.stl --hausdorff 0.002 --feature-angle 30 --history run.csv
