@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from . import current_folder as current_folder  # before all others
 from . import generate
 from .common import MeshError, OptionError, ReadError, WriteError, loaded_later
-from .io import as_hex_mesh, as_volume_mesh, read, write
+from .io import as_hex_mesh, as_volume_mesh, elevated, read, write
 from .kernel import use_threads
 from .mesh import HexMesh, MixedMesh
 from .quality import MixedQuality, Quality, check, orient, quality
@@ -54,6 +54,7 @@ __all__ = [
     "as_hex_mesh",
     "as_volume_mesh",
     "check",
+    "elevated",
     "generate",
     "orient",
     "quality",

@@ -22,23 +22,44 @@ from .lengths_volumes import cell_volumes, edge_lengths
 from .linear_measures import measures_of
 from .linear_validity import determinant_bounds, valid_cells
 from .pyramid import PYRAMID
-from .registry import CELL_TYPES
+from .quadratic import (
+    BETWEEN,
+    EDGE_NODES,
+    HEXAHEDRON20,
+    HEXAHEDRON27,
+    LATTICE,
+    QUADRATIC_TYPES,
+    from_nodes,
+    quadratic_bounds,
+    quadratic_coefficients,
+    quadratic_measures,
+    quadratic_shape_gradients,
+    quadratic_shapes,
+)
+from .registry import CELL_TYPES, SOLID_TYPES
 from .table_measures import all_valid, corner_scaled_jacobian, corner_shape, is_valid, minimum_jacobian
 from .tetrahedron import TETRAHEDRON
 from .validity import contiguous
 from .wedge import WEDGE
 
 __all__ = [
+    "BETWEEN",
     "CELL_TYPES",
     "COLLAPSED",
     "CORNERS",
     "CORNER_NEIGHBOURS",
     "EDGES",
+    "EDGE_NODES",
     "FACES",
     "HEXAHEDRON",
+    "HEXAHEDRON20",
+    "HEXAHEDRON27",
+    "LATTICE",
     "MEASURES",
     "PYRAMID",
+    "QUADRATIC_TYPES",
     "QUADRATURE_RULES",
+    "SOLID_TYPES",
     "TETRAHEDRON",
     "WEDGE",
     "CellType",
@@ -54,10 +75,16 @@ __all__ = [
     "determinant_bounds",
     "edge_lengths",
     "edge_weights",
+    "from_nodes",
     "gauss_rule",
     "is_valid",
     "measures_of",
     "minimum_jacobian",
+    "quadratic_bounds",
+    "quadratic_coefficients",
+    "quadratic_measures",
+    "quadratic_shape_gradients",
+    "quadratic_shapes",
     "recognized",
     "rows_by_type",
     "shape_gradients",

@@ -9,7 +9,7 @@ from ..kernel import parallel_ranges, strict_loop
 from .validity import DEPTH, bracket_minimum, contiguous, edge_vectors, fill_coefficients
 
 __all__ = ["MEASURES", "cell_measures", "corner_scaled_jacobian", "corner_shape"]
-__all__ += ["mean_ratio", "scaled_jacobian"]
+__all__ += ["face_area", "mean_ratio", "scaled_jacobian"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -131,7 +131,7 @@ def _corner_range(first, last, points, cells, shape, smallest):  # type: ignore[
 
 
 @strict_loop
-def _face_area(edges, i, j):  # type: ignore[no-untyped-def]
+def face_area(edges, i, j):  # type: ignore[no-untyped-def]
     """Area of the parallelogram that two edges span."""
     x = edges[i, 1] * edges[j, 2] - edges[i, 2] * edges[j, 1]
     y = edges[i, 2] * edges[j, 0] - edges[i, 0] * edges[j, 2]
@@ -157,7 +157,7 @@ def _measure_range(first, last, points, cells, columns):  # type: ignore[no-unty
                     det = stack[0, 18 * z + 6 * y + 2 * x]
                     scaled = min(scaled, scaled_jacobian(det, lengths[i] * lengths[j] * lengths[k]))
                     norm = lengths[i] ** 2 + lengths[j] ** 2 + lengths[k] ** 2
-                    area = _face_area(edges, i, j) + _face_area(edges, j, k) + _face_area(edges, k, i)
+                    area = face_area(edges, i, j) + face_area(edges, j, k) + face_area(edges, k, i)
                     shape = min(shape, mean_ratio(det, norm))
                     distortion = max(distortion, 1.0 - area / norm if norm > 0.0 else 1.0)
 

@@ -1,4 +1,4 @@
-"""Types of linear cells as tables: all that differs between a tetrahedron and a hexahedron for who loops over cells."""
+"""Types of cells as tables: all that differs between a tetrahedron and a hexahedron for who loops over cells."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CellType:
-    """A type of linear cells, nodes in VTK's order.
+    """A type of cells, nodes in VTK's order; of quadratic ones the tables are about corners, which come first.
 
     At a corner q with the edges E_q (columns, in the order of `neighbours`) to its three neighbours, cells are measured
     by J = E_q W^-1 with the matrix `inverse_target`, equation (6a). One matrix serves all corners, as those of the

@@ -58,14 +58,14 @@ class TypedRows:
 
 
 def collapsed_cells(cells: Ints, cell_type: CellType) -> Ints:
-    """Cells (k, j) of a type as hexahedra (k, 8).
+    """Cells (k, j) of a type as hexahedra (k, 8), quadratic ones by their corners.
 
     Examples
     --------
     >>> collapsed_cells(np.arange(6)[None], WEDGE)
     array([[0, 1, 2, 2, 3, 4, 5, 5]])
     """
-    return np.ascontiguousarray(cells[:, COLLAPSED[cell_type.name]])
+    return np.ascontiguousarray(cells[:, COLLAPSED.get(cell_type.name, COLLAPSED[HEXAHEDRON.name])])
 
 
 def recognized(cells: Ints) -> list[tuple[CellType, Ints, Ints]]:

@@ -10,6 +10,7 @@ from .cell_measures import MEASURES, cell_measures, mean_ratio, scaled_jacobian
 from .cell_type import CellType
 from .hexahedron import HEXAHEDRON
 from .linear_validity import edge, fill_rows, length, row_bounds, triple_product
+from .quadratic import QUADRATIC_TYPES, quadratic_measures
 from .validity import contiguous
 
 __all__ = ["measures_of"]
@@ -40,6 +41,8 @@ def measures_of(points: Floats, cells: Ints, cell_type: CellType) -> Floats:
     """
     if cell_type is HEXAHEDRON:
         return cell_measures(points, cells)
+    if cell_type.name in QUADRATIC_TYPES:
+        return quadratic_measures(points, cells, cell_type)
     rows = np.empty((len(MEASURES), len(cells)))
     tables = cell_type.neighbours, cell_type.edges, cell_type.inverse_target, cell_type.nodes, cell_type.samples
     scales = cell_type.corner_volume, cell_type.reference_volume

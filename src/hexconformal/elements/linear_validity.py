@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..kernel import parallel_ranges, strict_loop
 from .cell_type import CellType
 from .hexahedron import HEXAHEDRON
+from .quadratic import QUADRATIC_TYPES, quadratic_bounds
 from .validity import ROUNDING, contiguous, minimum_jacobian
 
 __all__ = ["determinant_bounds", "valid_cells"]
@@ -38,7 +39,8 @@ def determinant_bounds(points: Floats, cells: Ints, cell_type: CellType) -> tupl
     Returns
     -------
     (m,) lower bounds, rounding included: positive proves the cell valid;
-    (m,) the minimum: not positive tells that it is invalid. Of hexahedra as :func:`minimum_jacobian` has them.
+    (m,) the minimum: not positive tells that it is invalid. Of hexahedra, linear or quadratic, as
+    :func:`minimum_jacobian` has them.
 
     Examples
     --------
@@ -49,6 +51,8 @@ def determinant_bounds(points: Floats, cells: Ints, cell_type: CellType) -> tupl
     """
     if cell_type is HEXAHEDRON:
         return minimum_jacobian(points, cells)
+    if cell_type.name in QUADRATIC_TYPES:
+        return quadratic_bounds(points, cells, cell_type)
     lower, upper = np.empty(len(cells)), np.empty(len(cells))
     tables = cell_type.neighbours, cell_type.nodes, cell_type.samples
     parallel_ranges(_bracket_range, len(cells), *contiguous(points, cells), *tables, lower, upper)

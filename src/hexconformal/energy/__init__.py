@@ -9,6 +9,7 @@ from .composed_term import ComposedTerm
 from .corner_term import CornerMeasures, CornerTerm, CornerWeights
 from .distortion_term import DistortionTerm
 from .objective import Objective
+from .quadratic import QuadraticTerm
 from .soft_minimum import SoftMinimumTerm, corner_jacobians
 from .target import (
     STRETCHED_ASPECTS,
@@ -33,6 +34,7 @@ __all__ = [
     "DistortionTerm",
     "Objective",
     "Patch",
+    "QuadraticTerm",
     "SoftMinimumTerm",
     "Term",
     "VolumeTerm",

@@ -6,6 +6,7 @@ there; what several of them share is in `format_tools`. Imports `common`,
 """
 
 from .convert import to_pyvista
+from .elevation import elevated
 from .format_tools.file_checks.references import outside_references_allowed
 from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_named_by, read_contents
 from .formats.vtk import write_vtk
@@ -31,6 +32,7 @@ __all__ = [
     "cell_nodes",
     "cell_offsets",
     "cell_table",
+    "elevated",
     "files_named_by",
     "from_vtk",
     "library_of",

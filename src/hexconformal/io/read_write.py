@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..common import MeshError, OptionError, check_writable, reading, save_atomically
-from ..elements import CELL_TYPES
+from ..elements import SOLID_TYPES
 from ..mesh import HexMesh, MixedMesh, counts_by_type
 from .convert import grid_from_meshio
 from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS, read_contents
@@ -62,20 +62,20 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = F
 
 
 def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = False) -> HexMesh | MixedMesh:
-    """Take in a mesh of hexahedra, wedges, pyramids and tetrahedra; what is handed in is never changed.
+    """Take in a mesh of hexahedra, linear or quadratic, wedges, pyramids and tetrahedra, and change nothing of it.
 
     Parameters
     ----------
     source
         What :func:`as_hex_mesh` takes, a MixedMesh, or ``(points, cells)`` with cells by the name of their type.
     other_cells
-        Solid cells of other types, such as those of higher order: "refuse" raises, "keep" carries them along.
+        Solid cells of other types, such as polyhedra: "refuse" raises, "keep" carries them along.
     linearize
-        Take the corners of hexahedra with 20 or 27 nodes.
+        Take the corners of hexahedra with 20 or 27 nodes, which otherwise stay as they are.
 
     Returns
     -------
-    A HexMesh if all of its cells are hexahedra, otherwise a MixedMesh.
+    A HexMesh if all of its cells are linear hexahedra, otherwise a MixedMesh.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool 
     >>> as_volume_mesh((TETRAHEDRON.ideal, {"tetra": [[0, 1, 2, 3]]}))
     MixedMesh(4 points, 1 tetrahedron)
     """
-    return _taken_in(source, other_cells, linearize, tuple(CELL_TYPES))
+    return _taken_in(source, other_cells, linearize, tuple(SOLID_TYPES))
 
 
 def _taken_in(source: Any, other_cells: str, linearize: bool, types: Collection[str]) -> HexMesh | MixedMesh:

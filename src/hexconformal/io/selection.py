@@ -1,4 +1,4 @@
-"""The cells that are worked on or measured, hexahedra or all linear ones, and what becomes of the others."""
+"""The cells that are worked on or measured, hexahedra or those of all types, and what becomes of the others."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import CELL_TYPES, FACES, recognized
+from ..elements import BETWEEN, CELL_TYPES, QUADRATIC_TYPES, SOLID_TYPES, recognized
 from ..mesh import CellBlock, HexMesh, MixedMesh, flat_nodes
 
 __all__ = ["HEXAHEDRA", "Block", "Selection", "mesh_of", "scatter_to_cells", "select", "with_straight_edges"]
@@ -19,12 +19,7 @@ HEXAHEDRA = ("hexahedron",)  # the types of cells that can be worked on
 
 _LARGEST = 2**53  # numbers of nodes up to which those that come as real numbers are exact
 
-# Corners that each higher-order node of VTK's (and meshio's) hexahedra with 20 and 27 nodes lies between.
-_EDGE_NODES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
-_PARENT_CORNERS = [*_EDGE_NODES, *(tuple(face) for face in FACES.tolist()), tuple(range(8))]
-
 _VOXEL = [0, 1, 3, 2, 4, 5, 7, 6]
-_HIGHER_ORDER = ("hexahedron20", "hexahedron27")
 
 
 @dataclass(frozen=True)
@@ -73,7 +68,7 @@ def select(
     ghosts: NDArray[np.bool_] | None = None,
     types: Collection[str] = HEXAHEDRA,
 ) -> Selection:
-    """Find the hexahedra, or the cells of some linear types, among all cells.
+    """Find the hexahedra, or the cells of some types, among all cells.
 
     Ghost cells (m,), those of the neighbouring part of a mesh that is in parts, are carried along, their nodes held.
 
@@ -81,31 +76,31 @@ def select(
     ------
     MeshError
         If there are none, if there are other three-dimensional cells and `other_cells` is "refuse", or if there
-        are hexahedra of higher order and `linearize` is False. Collapsed hexahedra (with a repeated node) count as
-        other cells.
+        are hexahedra of higher order, not among the types, and `linearize` is False. Collapsed hexahedra (with a
+        repeated node) count as other cells.
     """
     blocks, ghost_nodes, notes = _without_ghosts(blocks, ghosts)
     blocks = [part for block in blocks for part in _without_collapsed(block) if len(part.rows)]
     others, higher_order, linearized = [], [], []
     found: dict[str, list[Block]] = {}
     for block in blocks:
-        if block.name in types:
+        if block.name in QUADRATIC_TYPES and linearize:
+            found.setdefault("hexahedron", []).append(replace(block, nodes=block.nodes[:, :8]))
+            higher_order.append(block.nodes)
+            linearized.append(block)
+        elif block.name in types:
             found.setdefault(block.name, []).append(block)
         elif block.name == "voxel":
             found.setdefault("hexahedron", []).append(replace(block, nodes=block.nodes[:, _VOXEL]))
             notes.append(f"{len(block.rows)} voxels are taken as hexahedra")
-        elif block.name in _HIGHER_ORDER and linearize:
-            found.setdefault("hexahedron", []).append(replace(block, nodes=block.nodes[:, :8]))
-            higher_order.append(block.nodes)
-            linearized.append(block)
         elif block.dimension == 3:
             others.append(block)
     if linearized:
         notes.append(f"cells taken as linear, their edges straightened: {_counts_by_type(linearized)}")
-    curved = _counts_by_type([block for block in others if block.name in _HIGHER_ORDER])
+    curved = _counts_by_type([block for block in others if block.name in QUADRATIC_TYPES])
     if curved:
         raise MeshError(f"cells of higher order: {curved}; linearize=True (--linearize) works with their corners")
-    wanted = ", ".join(CELL_TYPES[name].plural for name in types)
+    wanted = ", ".join(CELL_TYPES[name].plural for name in types if name in CELL_TYPES)
     if not found:
         flat = blocks and all(block.name in ("triangle", "quad") for block in blocks)
         hint = "; for surfaces there are surface.remesh, and the command remesh" if flat else ""
@@ -121,7 +116,7 @@ def select(
     if others:
         notes.append(f"other cells are carried along, their nodes held: {_counts_by_type(others)}")
     rows = np.sort(np.concatenate([block.rows for parts in found.values() for block in parts]))
-    by_type = tuple(_cell_block(name, found[name], rows) for name in CELL_TYPES if name in found)
+    by_type = tuple(_cell_block(name, found[name], rows) for name in SOLID_TYPES if name in found)
     only_hexes = list(found) == ["hexahedron"]
     cells = by_type[0].cells if only_hexes else flat_nodes(by_type)
     return Selection(cells, rows, held, tuple(higher_order), tuple(notes), () if only_hexes else by_type)
@@ -135,7 +130,7 @@ def _cell_block(name: str, parts: list[Block], rows: NDArray[np.int64]) -> CellB
     bad = np.flatnonzero(~(np.abs(nodes) < _LARGEST).all(axis=1))
     if len(bad):
         raise MeshError(f"cells must have nodes that are numbers; others: {first_ids(bad)}")
-    return CellBlock(CELL_TYPES[name], nodes.astype(np.int64), np.searchsorted(rows, own[order]))
+    return CellBlock(SOLID_TYPES[name], nodes.astype(np.int64), np.searchsorted(rows, own[order]))
 
 
 def mesh_of(points: Any, selection: Selection, point_data: Any, cell_data: Any, origin: Any) -> HexMesh | MixedMesh:
@@ -187,7 +182,7 @@ def with_straight_edges(points: NDArray[np.float64], selection: Selection) -> ND
     """A writable copy of the points with higher-order nodes put where the trilinear map of the corners has them."""
     result = points.copy()
     for nodes in selection.higher_order:
-        for column, parents in zip(range(8, nodes.shape[1]), _PARENT_CORNERS, strict=False):
+        for column, parents in zip(range(8, nodes.shape[1]), BETWEEN, strict=False):
             result[nodes[:, column]] = points[nodes[:, list(parents)]].mean(axis=1)
     return result
 

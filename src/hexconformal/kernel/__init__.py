@@ -19,6 +19,7 @@ from .distortion import (
     plane_density,
     plane_gradient,
     plane_normal,
+    regularized,
 )
 from .jit import algebra, loop, strict_loop
 from .quaternion import Vector, add, combine, cross, dot, polar, scale, subtract
@@ -58,6 +59,7 @@ __all__ = [
     "plane_normal",
     "plus",
     "polar",
+    "regularized",
     "scale",
     "store",
     "store_inverses",

@@ -1,4 +1,4 @@
-"""The container of a mesh of several types of linear cells."""
+"""The container of a mesh of several types of cells, or of one that is not that of linear hexahedra."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError, first_names
-from ..elements import CELL_TYPES, HEXAHEDRON, WEDGE, CellType, cell_volumes, collapsed_cells
+from ..elements import HEXAHEDRON, SOLID_TYPES, WEDGE, CellType, cell_volumes, collapsed_cells
 from .arrays import checked_cells, checked_data, checked_points, read_only
 from .hex_mesh import HexMesh
 
@@ -92,15 +92,15 @@ class MixedMesh:
         Raises
         ------
         MeshError
-            If a type is none of the linear ones, or shapes or types of arrays make no sense.
+            If there is no such type, or shapes or types of arrays make no sense.
         """
-        unknown = [name for name in cells if name not in CELL_TYPES]
+        unknown = [name for name in cells if name not in SOLID_TYPES]
         if unknown:
-            raise MeshError(f"types of cells must be some of {', '.join(CELL_TYPES)}, not {first_names(unknown)}")
+            raise MeshError(f"types of cells must be some of {', '.join(SOLID_TYPES)}, not {first_names(unknown)}")
         blocks, start = [], 0
         for name, nodes in cells.items():
-            table = checked_cells(nodes, len(CELL_TYPES[name].nodes), CELL_TYPES[name].plural)
-            blocks.append(CellBlock(CELL_TYPES[name], table, np.arange(start, start + len(table))))
+            table = checked_cells(nodes, len(SOLID_TYPES[name].nodes), SOLID_TYPES[name].plural)
+            blocks.append(CellBlock(SOLID_TYPES[name], table, np.arange(start, start + len(table))))
             start += len(table)
         return cls(checked_points(points), tuple(blocks))
 
@@ -164,7 +164,7 @@ def collapsed_mesh(mesh: HexMesh | MixedMesh) -> HexMesh:
     """The mesh with cells of other types than hexahedra as collapsed ones, for what works on a table of eight nodes.
 
     Wedges may be in either order of their triangles, as formats differ: where most of them would be inside out they are
-    taken the other way round.
+    taken the other way round. Quadratic hexahedra are there by their corners.
 
     Examples
     --------

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import Serializable
-from ..elements import CELL_TYPES, HEXAHEDRON, MEASURES, cell_measures, contiguous, measures_of
+from ..elements import HEXAHEDRON, MEASURES, SOLID_TYPES, cell_measures, contiguous, measures_of
 from ..io import as_volume_mesh
 from ..mesh import CellBlock, MixedMesh, with_wedges_upright
 from .statistics import Statistics, as_table, statistics
@@ -84,7 +84,8 @@ class MixedSummary(Summary):
     Attributes
     ----------
     types
-        Summaries of the cells of each type, by its name: "hexahedron", "wedge", "pyramid", "tetra".
+        Summaries of the cells of each type, by its name: "hexahedron", "wedge", "pyramid", "tetra", "hexahedron20",
+        "hexahedron27".
     """
 
     types: dict[str, Summary]
@@ -92,7 +93,7 @@ class MixedSummary(Summary):
     def __str__(self) -> str:
         lines = [self._counts("cells")]
         for name, one in self.types.items():
-            head = one._counts(CELL_TYPES[name].plural if one.count != 1 else CELL_TYPES[name].singular)
+            head = one._counts(SOLID_TYPES[name].plural if one.count != 1 else SOLID_TYPES[name].singular)
             lines += [head, *as_table({measure: getattr(one, measure) for measure in MEASURES})]
         return "\n".join(lines)
 
@@ -103,7 +104,8 @@ class MixedSummary(Summary):
 class Quality:
     """Measures of every cell, each an (m,) array.
 
-    J is that of equation (6a): of other cells than hexahedra against the ideal of their type, whose edges are equal.
+    J is that of equation (6a): of other cells than hexahedra against the ideal of their type, whose edges are equal. Of
+    quadratic hexahedra it is the Jacobian itself, and what is said of corners holds for 9 x 9 x 9 places in each.
 
     Attributes
     ----------
@@ -202,7 +204,8 @@ class MixedQuality(Quality):
     Attributes
     ----------
     blocks
-        The cells by their type. In `cells` (m, 8) the last node of a cell stands for those that it has not.
+        The cells by their type. In `cells` (m, 8) the last node of a cell stands for those that it has not;
+        quadratic ones have their corners there.
     """
 
     blocks: tuple[CellBlock, ...] = ()
@@ -249,8 +252,8 @@ def quality(mesh: Any) -> Quality:
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes; wedges, pyramids and tetrahedra are measured, too. Points and
-        cells by the name of their type, ``(points, {"tetra": cells})``, will do.
+        Anything :func:`hexconformal.as_hex_mesh` takes; wedges, pyramids, tetrahedra and hexahedra of 20 or 27
+        nodes are measured, too. Points and cells by the name of their type, ``(points, {"tetra": cells})``, will do.
 
     Returns
     -------

@@ -10,6 +10,7 @@ from ..mesh import FaceTable, MixedMesh, mixed_components, mixed_faces, split_qu
 from .finding import Finding, error, warning
 from .node_order import NO_BOUNDARY, mirrored_cells
 from .point_checks import check_finite, check_places, repeated_rows
+from .quadratic_checks import check_quadratic
 
 __all__ = ["check_mixed"]
 
@@ -31,7 +32,7 @@ def check_mixed(mesh: MixedMesh) -> tuple[Finding, ...]:
         found = [*_check_repeated(mesh), *_check_flat(mesh), *check_places(mesh, "cell")]
         if not any(finding.kind == "repeated nodes" for finding in found):
             upright = with_wedges_upright(mesh)
-            found += [*_check_wedges(mesh, upright), *_check_faces(upright)]
+            found += [*_check_wedges(mesh, upright), *_check_faces(upright), *check_quadratic(mesh)]
     return tuple(sorted(found, key=lambda finding: finding.severity))
 
 

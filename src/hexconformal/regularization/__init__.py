@@ -1,12 +1,13 @@
 """Regularizing a mesh: options, the stages in their order, acceptance, report.
 
-Belongs here: what is done with a mesh of hexahedra, and when. Imports `common`, `elements`, `mesh`, `energy`, `io`,
+Belongs here: what is done with a mesh, and when. Imports `common`, `elements`, `mesh`, `energy`, `io`,
 `geometry`, `quality`, `solver`, `formulation` and `untangling`.
 """
 
 from .options import CHOICES, Options, Record
+from .regularize import regularize, run_on
 from .report import Report
-from .run import Regularization, Result, regularize
+from .run import Regularization, Result
 
 __all__ = [
     "CHOICES",
@@ -16,4 +17,5 @@ __all__ = [
     "Report",
     "Result",
     "regularize",
+    "run_on",
 ]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import OptionError, options_from
+from ..common import OptionError
 from ..elements import corner_scaled_jacobian, corner_shape
 from ..formulation import Iteration, Schedules
 from ..geometry import sharp_length
@@ -34,7 +34,7 @@ from .report import Report
 from .setting import Setting
 from .stages import Stages
 
-__all__ = ["Regularization", "Result", "regularize"]
+__all__ = ["Regularization", "Result"]
 
 Field = NDArray[np.float64]
 
@@ -281,70 +281,3 @@ class Regularization:
             min_shape=float(corner_shape(iteration.points, self._normalized.cells).min()),
             worst_gain=self._setting.worst_gain(scaled_jacobian),
         )
-
-
-def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
-    """Make the cells of a hexahedral mesh regular by minimizing their quaternionic conformal distortion.
-
-    The distortion of the planes (e1, e2), (e1, e3), (e2, e3) of every cell is summed and minimized over the node
-    positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the
-    quaternionic energy itself is asked for. A cell that is valid stays valid in every iteration.
-
-    Parameters
-    ----------
-    mesh
-        A path, a pyvista grid, a meshio.Mesh, a :class:`hexconformal.HexMesh` or a tuple ``(points, cells)``.
-        It is not changed.
-    callback
-        Called with the record of every iteration.
-    **options
-        Fields of :class:`hexconformal.Options`, which tells more of each.
-
-        How the shape is kept: `boundary` ("slide", "fixed", "free"), `hausdorff` (how far a curved boundary may
-        move, in diagonals of the bounding box), `constraint` ("barrier", "compatible", relaxed by `eps`), `features`
-        ("auto", "keep", "soft": sharp edges and corners; `feature_band`: how far they may move), `surface` (another
-        one to slide on, with its features), `interfaces` (between regions: "auto", "ignore", an array), `couplings`
-        (nodes that move together: "auto", "ignore", pairs), `conserve_volume`, `fixed` (nodes to hold).
-
-        What is minimized: `target` (the perfect cell), `sizes` ("input", "free", or target volumes), `weight`
-        ("reference", "volume"), `energy` ("barrier", "quaternionic"), `quadrature` ("auto", "gauss", "corners"),
-        `method` ("auto", "lbfgs", "newton", "majorize"), `emphasis` ("auto", "worst", "mean": raise the worst cells,
-        or not), `gradient_tolerance`, `max_iterations`.
-
-    Returns
-    -------
-    Result
-        With the mesh in the type that came in, a report, and the history. Not to converge is no error: the
-        report gives the reason.
-
-    Raises
-    ------
-    MeshError
-        If the mesh cannot be worked on, or `surface` is not that of the mesh.
-    ReadError
-        If a file cannot be read.
-    OptionError
-        If an option is unknown or makes no sense.
-
-    Examples
-    --------
-    >>> from hexconformal.generate import cylinder, jittered, sheared_cube
-    >>> result = regularize(sheared_cube(6))
-    >>> result.converged, bool(result.report.after.scaled_jacobian.min > 0.9999)
-    (True, True)
-
-    A curved boundary slides, here within a thousandth of the diagonal, and encloses the volume that it did.
-
-    >>> report = regularize(jittered(*cylinder(4, 3, 6), 0.3), hausdorff=0.001, conserve_volume=True).report
-    >>> bool(report.hausdorff <= 0.001), bool(abs(report.volume_change) < 1e-10)
-    (True, True)
-    >>> sorted(report.options)  # doctest: +NORMALIZE_WHITESPACE
-    ['boundary', 'conserve_volume', 'constraint', 'couplings', 'emphasis', 'energy', 'eps', 'feature_band',
-     'features', 'fixed', 'gradient_tolerance', 'hausdorff', 'interfaces', 'max_iterations', 'method', 'quadrature',
-     'sizes', 'surface', 'target', 'weight']
-    """
-    run = Regularization(mesh, options_from(Options, options))
-    for record in run:
-        if callback is not None:
-            callback(record)
-    return run.result()

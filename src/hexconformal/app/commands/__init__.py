@@ -24,6 +24,7 @@ COMMANDS = {
     "quality": "Measure every cell of a mesh (validity, det J > 0 everywhere, is certified) or of a surface."
     " Wedges, pyramids and tetrahedra are measured like hexahedra.",
     "orient": "Put mirrored cells, or cells in a foreign node order, into VTK's order. No point moves.",
+    "elevate": "Make quadratic hexahedra of 20 or 27 nodes from linear ones. The shape stays, arrays too; sets do not.",
     "check": "Tell whether a mesh, or a surface, can be worked on, and what is doubtful about it."
     " Exit code 1 if it cannot.",
     "demo": "Make a cube of skewed cells regular."

@@ -8,7 +8,7 @@ from typing import Any
 from surface.quality import require_sound
 
 from ...common import MeshError, aligned
-from ...elements import CELL_TYPES
+from ...elements import SOLID_TYPES
 from ...mesh import MixedMesh, counts_by_type
 from ...quality import MixedQuality, check, quality
 from ..terminal import print_line
@@ -62,7 +62,7 @@ def _table_of_types(measured: MixedQuality) -> list[str]:
     rows = []
     for name, one in measured.summary(0).types.items():
         figures = str(one.count), str(one.inverted), str(one.invalid), f"{one.total_volume:.5g}"
-        rows.append((CELL_TYPES[name].plural, *figures, f"{one.scaled_jacobian.min:.3f}"))
+        rows.append((SOLID_TYPES[name].plural, *figures, f"{one.scaled_jacobian.min:.3f}"))
     return aligned(("type", "cells", "inverted", "invalid", "volume", "min SJ"), rows, len(rows))
 
 

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...elements import corner_scaled_jacobian
-from ...mesh import HexMesh, MixedMesh, collapsed_mesh, find_regions, region_arrays
-from ...regularization import Options, Regularization
+from ...elements import QUADRATIC_TYPES, corner_scaled_jacobian
+from ...mesh import HexMesh, MixedMesh, blocks_of, collapsed_mesh, find_regions, region_arrays
+from ...quality import quality
+from ...regularization import Options, run_on
 from .arguments import add_input, add_output, add_outputs, read_to_work_on
 from .choices import add_choice, add_interfaces
 from .job import run_command
@@ -106,8 +107,8 @@ class RegularizeJob:
         """Volumes, drawn with the regions that the options mean."""
         return replace(VOLUMES, before_after=partial(VOLUMES.before_after, interfaces=self.options.interfaces))
 
-    def start(self) -> Regularization:
-        return Regularization(self.mesh, self.options)
+    def start(self) -> Any:
+        return run_on(self.mesh, self.options)
 
     def placeholder(self) -> HexMesh | MixedMesh:
         mesh = collapsed_mesh(self.mesh)
@@ -120,7 +121,12 @@ class RegularizeJob:
 
     def snapshot(self, run: Any) -> HexMesh | MixedMesh:
         points = run.points
-        data = {"scaled_jacobian": corner_scaled_jacobian(points, collapsed_mesh(run.mesh).cells)}
+        curved = any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(run.mesh))
+        if curved:
+            measured = quality(run.mesh.replaced(points)).scaled_jacobian
+        else:
+            measured = corner_scaled_jacobian(points, collapsed_mesh(run.mesh).cells)
+        data = {"scaled_jacobian": measured}
         return run.mesh.replaced(points=points, cell_data=data)
 
 

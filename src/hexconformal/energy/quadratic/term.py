@@ -1,0 +1,113 @@
+"""The distortion of a mesh of quadratic hexahedra, equation (10a)."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...elements import CellType, quadratic_shape_gradients
+from ...kernel import parallel_ranges
+from ...mesh import corner_incidences
+from ..quadrature_kernels import gather
+from ..term import Patch, Term
+from .kernel import quadratic_sums
+
+__all__ = ["QuadraticTerm"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_FOLDED = 1e60  # an energy beyond this is that of a folded point, which is huge rather than not a number
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticTerm(Term):
+    """Mean of the density (8) over the 3 x 3 x 3 Gauss-Lobatto points, the nodes of 27, and how uneven det J is.
+
+    Attributes
+    ----------
+    cells
+        (m, 20 or 27) nodes, VTK order.
+    cell_type
+        HEXAHEDRON20 or HEXAHEDRON27.
+    count
+        Number of nodes n.
+    boxes
+        (m, 3) edge lengths, with the product one, of the box that each cell should be; None for cubes.
+    eps
+        That of the barrier, 0 or more.
+    evenness
+        Weight of (mean of d) (mean of 1 / d) - 1, d = chi_eps(det J): without it three quadratic fields that are
+        conformal at the points cost nothing, beside the similarities.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import HEXAHEDRON27
+    >>> term = QuadraticTerm(np.arange(27)[None], HEXAHEDRON27, 27)
+    >>> bool(abs(term.value(HEXAHEDRON27.ideal)) < 1e-25)
+    True
+    >>> round(term.value(HEXAHEDRON27.ideal * [1.0, 1.0, 2.0]), 6)
+    2.519842
+    """
+
+    cells: Ints
+    cell_type: CellType
+    count: int
+    boxes: Field | None = None
+    eps: float = 0.0
+    evenness: float = 1.0
+
+    @cached_property
+    def _incidences(self) -> tuple[Ints, Ints]:
+        return corner_incidences(self.cells, self.count)
+
+    def _sums(self, points: Field) -> tuple[float, Field]:
+        energies, forces = np.empty(len(self.cells)), np.empty((*self.cells.shape, 3))
+        boxes = np.empty((0, 3)) if self.boxes is None else self.boxes
+        arguments = *_rule(self.cell_type), boxes, self.eps, self.evenness, energies, forces
+        parallel_ranges(quadratic_sums, len(self.cells), points, self.cells, *arguments, smallest=64)
+        total = float(energies.sum())
+        return (total if total < _FOLDED else float("inf")), forces
+
+    def value(self, points: Field) -> float:
+        """The sum over all cells at points (n, 3); infinite where a point is folded and eps is 0."""
+        return self._sums(points)[0]
+
+    def value_gradient(self, points: Field) -> tuple[float, Field]:
+        """The sum, and its gradient (n, 3)."""
+        total, forces = self._sums(points)
+        out = np.empty((self.count, 3))
+        parallel_ranges(gather, self.count, *self._incidences, forces.reshape(-1, 3), out)
+        return total, out
+
+    def determinants(self, points: Field) -> Field:
+        """(m, 27) det J at the points."""
+        return np.asarray(np.linalg.det(self._frames(points)))
+
+    def scaled_jacobians(self, points: Field) -> Field:
+        """(m,) smallest scaled Jacobian at the points."""
+        frames = self._frames(points)
+        lengths = np.linalg.norm(frames, axis=3).prod(axis=2)
+        return np.asarray((np.linalg.det(frames) / np.maximum(lengths, 1e-300)).min(axis=1))
+
+    def restricted(self, patch: Patch) -> QuadraticTerm:
+        """The same of the cells of a patch."""
+        boxes = None if self.boxes is None else self.boxes[patch.cells]
+        return replace(self, cells=patch.local[self.cells[patch.cells]], count=len(patch.nodes), boxes=boxes)
+
+    def _frames(self, points: Field) -> Field:
+        """(m, 27, 3, 3) J, a column in each row."""
+        corners = points[self.cells] - points[self.cells[:, :1]]
+        return np.einsum("iaq,mak->mqik", _rule(self.cell_type)[0], corners, optimize=True)
+
+
+@cache
+def _rule(cell_type: CellType) -> tuple[Field, Field]:
+    """(3, k, 27) derivatives of the shape functions at the points, and (27,) weights."""
+    places = np.array(list(itertools.product((0.0, 0.5, 1.0), repeat=3)))
+    weights = np.array(list(itertools.product((1.0, 4.0, 1.0), repeat=3))).prod(axis=1) / 216.0
+    return np.ascontiguousarray(quadratic_shape_gradients(places, cell_type).transpose(2, 1, 0)), weights

@@ -1,0 +1,64 @@
+"""Checks of quadratic hexahedra among the cells of a mesh: what they share besides corners."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import first_ids
+from ..elements import EDGE_NODES, FACES, QUADRATIC_TYPES
+from ..mesh import CellBlock, MixedMesh
+from .finding import Finding, error, warning
+
+__all__ = ["check_quadratic"]
+
+Ints = NDArray[np.int64]
+
+_FACE_CENTRES = np.arange(20, 26)
+
+
+def check_quadratic(mesh: MixedMesh) -> list[Finding]:
+    """Quadratic cells, and edges and faces that do not have the same node in their middle in all cells around.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import HEXAHEDRON20
+    >>> one = MixedMesh.of_types(HEXAHEDRON20.ideal, {"hexahedron20": [range(20)]})
+    >>> [finding.kind for finding in check_quadratic(one)]
+    ['higher order']
+    """
+    curved = [block for block in mesh.blocks if block.cell_type.name in QUADRATIC_TYPES]
+    if not curved:
+        return []
+    ids = np.sort(np.concatenate([block.places for block in curved]))
+    names = ", ".join(f"{len(block.cells)} {block.cell_type.name}" for block in curved)
+    text, linear = f"cells of higher order: {names}", "by their corners, linearize=True (--linearize)"
+    if len(curved) < len(mesh.blocks):
+        found = [error("higher order", ids, f"{text}; beside others they are worked on {linear} only")]
+    else:
+        advice = "they are worked on where the boundary stays, boundary='fixed' (--boundary fixed), or"
+        found = [warning("higher order", ids, f"{text}; {advice} {linear}")]
+    for what, corners, middles in (("edges", EDGE_NODES[:, :2], EDGE_NODES[:, 2]), ("faces", FACES, _FACE_CENTRES)):
+        torn = _torn(mesh.blocks, corners, middles)
+        if len(torn):
+            text = f"cells with {what} that have another node in their middle, or none, in a cell beside"
+            found.append(warning(f"torn {what}", torn, f"{text}: {first_ids(torn, mesh.cell_labels)}"))
+    return found
+
+
+def _torn(blocks: Sequence[CellBlock], corners: Ints, middles: Ints) -> Ints:
+    """Hexahedra one of whose edges, or faces, with these corners has not the same middle in all of them."""
+    ends, nodes, owners = [], [], []
+    for block in blocks:
+        if block.cells.shape[1] >= 8:
+            has = middles < block.cells.shape[1]
+            nodes.append(np.where(has, block.cells[:, np.where(has, middles, 0)], -1).ravel())
+            ends.append(np.sort(block.cells[:, corners].reshape(-1, corners.shape[1]), axis=1))
+            owners.append(np.repeat(block.places, len(middles)))
+    _, first, inverse = np.unique(np.concatenate(ends), axis=0, return_index=True, return_inverse=True)
+    which, found = inverse.ravel(), np.concatenate(nodes)
+    torn = np.zeros(len(first), dtype=bool)
+    torn[which[found != found[first][which]]] = True
+    return np.unique(np.concatenate(owners)[torn[which]])

@@ -1,0 +1,30 @@
+"""`elevate`, and the other commands on what it makes."""
+
+import numpy as np
+from program import run
+
+import hexconformal as hc
+
+
+def test_command(here, capsys):
+    assert run("elevate part.vtu curved.vtu --to 27") == 0
+    out = capsys.readouterr().out
+    raised, linear = hc.quality("curved.vtu"), hc.quality("part.vtu")
+    assert f"{len(linear.volume)} hexahedra of 27 nodes, " in out
+    np.testing.assert_allclose(raised.volume, linear.volume)
+    assert run("quality curved.vtu --out measured.vtu --json q.json --plot q.png") == 0
+    assert f"{len(linear.volume)} hexahedra of 27 nodes, " in capsys.readouterr().out
+    np.testing.assert_array_equal(hc.as_volume_mesh("measured.vtu").cell_data["volume"], raised.volume)
+    assert run("check curved.vtu") == 0
+    assert "warning: cells of higher order: " in capsys.readouterr().out
+    assert run("regularize curved.vtu better.vtu") == 1
+    assert "cells of higher order: " in capsys.readouterr().err
+    assert run("regularize curved.vtu better.vtu --boundary fixed --frames f.pvd --history h.csv --plot p.png") == 0
+    assert "energy" in capsys.readouterr().out
+    better = hc.as_volume_mesh("better.vtu")
+    assert set(better.cell_data) >= {"scaled_jacobian", "scaled_jacobian_change"}
+    assert hc.quality(better).valid.all()
+    assert run("quality curved.vtu --linearize") == 0
+    assert "hexahedra of" not in capsys.readouterr().out
+    assert run("elevate part.vtu part2.vtu --to 8") == 2
+    assert "must be 20 or 27" in capsys.readouterr().err

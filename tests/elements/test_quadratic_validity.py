@@ -1,0 +1,144 @@
+"""Validity of quadratic hexahedra against sampling, exact arithmetic, linear cells, and cells made to be hard."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from meshes.hexahedra import separate
+from meshes.quadratic_cells import QUADRATIC, lattice, random_cells, sampled_determinants, vtk_gradients
+
+from hexconformal.elements import HEXAHEDRON, determinant_bounds, quadratic_coefficients, valid_cells
+from hexconformal.elements.hexahedron import CORNERS
+from hexconformal.elements.quadratic import control_vectors
+
+each_type = pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.name)
+COUNT = 20_000
+
+
+@each_type
+def test_sampling_agrees(cell_type):
+    x = random_cells(cell_type, COUNT, 0.13)
+    x *= np.random.default_rng(1).uniform(0.2, 5, (COUNT, 1, 3))
+    lower, upper = determinant_bounds(*separate(x), cell_type)
+    valid, least = lower > 0, sampled_determinants(cell_type, x, 6).min(axis=1)
+    assert 0.3 < valid.mean() < 0.9
+    assert (lower <= least).all()
+    # Every one is decided; what is said to be invalid, and seen by no sample, is seen by finer ones.
+    assert (valid | (upper <= 0)).all()
+    unseen = ~valid & (least > 0)
+    assert unseen.mean() < 0.03
+    finer = sampled_determinants(cell_type, x[unseen][:30], 33)
+    assert (finer.min(axis=1) <= 1e-3 * finer.max(axis=1)).all()
+
+
+@each_type
+def test_coefficients_are_those_of_the_determinant(cell_type):
+    x = random_cells(cell_type, 50, 0.3)
+    t = lattice(6)
+    binomials = np.array([1, 5, 10, 10, 5, 1])
+    powers = np.arange(6)
+    one, two, three = (binomials * v[:, None] ** powers * (1 - v[:, None]) ** (5 - powers) for v in t.T)
+    values = np.einsum("qi,qj,qk->qkji", one, two, three).reshape(len(t), 216)
+    found = quadratic_coefficients(*separate(x), cell_type) @ values.T
+    np.testing.assert_allclose(found, sampled_determinants(cell_type, x, 6), atol=1e-13)
+
+
+@each_type
+def test_control_vectors_are_exact_in_the_reference_cube(cell_type):
+    tables = control_vectors(cell_type)
+    assert (tables.table * 64 == np.round(tables.table * 64)).all()
+    # The derivative of a map at a corner is a control vector: three times a node less four and one of the others.
+    x = random_cells(cell_type, 1, 0.3)[0]
+    differences = x[tables.pairs[..., 1]] - x[tables.pairs[..., 0]]
+    corner = np.einsum("adc,adr->arc", differences, tables.table)[:, 0]
+    np.testing.assert_allclose(corner, (vtk_gradients(cell_type, np.zeros((1, 3)))[0].T @ x), atol=1e-15)
+
+
+@each_type
+def test_invalid_inside_alone(cell_type, shared):
+    name = cell_type.name.replace("hexahedron", "hex")
+    x = np.load(shared / "meshes" / "elements" / f"{name}_invalid_inside.npy")[None]
+    assert not valid_cells(*separate(x), cell_type)[0]
+    assert sampled_determinants(cell_type, x, 3).min() > 0
+    assert sampled_determinants(cell_type, x, 61).min() < 0
+
+
+@each_type
+def test_linear_cells_with_straight_edges_are_valid_as_linear_ones(cell_type):
+    corners = CORNERS + np.random.default_rng(2).uniform(-0.45, 0.45, (COUNT, 8, 3))
+    weights = np.where(CORNERS == 1, cell_type.ideal[:, None], 1 - cell_type.ideal[:, None]).prod(axis=2)
+    raised = weights @ corners
+    expected = valid_cells(*separate(corners), HEXAHEDRON)
+    assert 0.1 < expected.mean() < 0.9
+    np.testing.assert_array_equal(valid_cells(*separate(raised), cell_type), expected)
+
+
+@each_type
+@pytest.mark.parametrize("scale", [1e-30, 1e-3, 1e30])
+def test_scale_and_place_do_not_matter(cell_type, scale):
+    x = random_cells(cell_type, 2000, 0.13)
+    expected = valid_cells(*separate(x), cell_type)
+    np.testing.assert_array_equal(valid_cells(*separate(scale * x), cell_type), expected)
+    np.testing.assert_array_equal(valid_cells(*separate(scale * (x + 1000.0)), cell_type), expected)
+
+
+@each_type
+def test_upside_down_is_inside_out(cell_type):
+    x = random_cells(cell_type, 200, 0.05)
+    points, cells = separate(x)
+    turned = cells[:, cell_type.mirrored]
+    assert valid_cells(points, cells, cell_type).all()
+    assert not valid_cells(points, turned, cell_type).any()
+    mirrored = points * [1, 1, -1]
+    np.testing.assert_array_equal(valid_cells(mirrored, turned, cell_type), True)
+
+
+def exact_determinants(cell_type, x):
+    """det J at the 27 nodes without rounding."""
+    gradients = vtk_gradients(cell_type, lattice(3))
+    assert (gradients * 64 == np.round(gradients * 64)).all()
+    x = np.vectorize(Fraction)(x)
+    for weights in gradients:
+        f = np.vectorize(Fraction)(weights).T @ x
+        yield sum(f[0, i] * (f[1, i - 2] * f[2, i - 1] - f[1, i - 1] * f[2, i - 2]) for i in range(3))
+
+
+@each_type
+def test_what_is_said_to_be_valid_is_valid_however_flat(cell_type):
+    rng = np.random.default_rng(3)
+    x = random_cells(cell_type, 100, 0.03)
+    # Flat up to rounding, and turned so that it is rounded everywhere.
+    x[:, :, 2] *= 10.0 ** rng.uniform(-18, -10, (len(x), 1))
+    x = x @ np.linalg.qr(rng.normal(size=(3, 3)))[0] + rng.normal(size=(len(x), 1, 3))
+    valid = valid_cells(*separate(x), cell_type)
+    truly = np.array([min(exact_determinants(cell_type, one)) > 0 for one in x])
+    assert not (valid & ~truly).any()
+    assert 0.1 < valid.mean() < truly.mean() < 1
+
+
+@each_type
+def test_rounding_is_bounded(cell_type):
+    rng = np.random.default_rng(4)
+    x = random_cells(cell_type, 20, 0.1) * [1, 1, 1e-6] @ np.linalg.qr(rng.normal(size=(3, 3)))[0] + 1.0
+    lower, _ = determinant_bounds(*separate(x), cell_type)
+    for one, bound in zip(x, lower, strict=True):
+        assert Fraction(float(bound)) <= min(exact_determinants(cell_type, one))
+
+
+@each_type
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_numbers_that_are_none_make_no_valid_cell(cell_type, bad):
+    for node in cell_type.nodes:
+        x = cell_type.ideal.copy()
+        x[node, 1] = bad
+        assert not valid_cells(x, np.array([cell_type.nodes]), cell_type)[0]
+
+
+@each_type
+def test_what_touches_zero_is_given_up(cell_type):
+    # x -> x^2 has no slope on a face.
+    x = cell_type.ideal.copy()
+    x[:, 0] = x[:, 0] ** 2
+    assert not valid_cells(x, np.array([cell_type.nodes]), cell_type)[0]
+    x[:, 0] += 1e-6 * cell_type.ideal[:, 0]
+    assert valid_cells(x, np.array([cell_type.nodes]), cell_type)[0]

@@ -1,0 +1,103 @@
+"""The distortion of quadratic hexahedra against numpy, differences, and the similarities it must not see."""
+
+import numpy as np
+import pytest
+from meshes.quadratic_cells import QUADRATIC, frames, lattice, random_cells
+
+from hexconformal.energy import QuadraticTerm
+from hexconformal.kernel import barrier_gradient
+
+each_type = pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.name)
+
+
+def term_of(cell_type, **options):
+    nodes = len(cell_type.nodes)
+    return QuadraticTerm(np.arange(nodes)[None], cell_type, nodes, **options)
+
+
+def hessian(term, x):
+    columns = []
+    for i in range(x.size):
+        variation = np.zeros(x.size)
+        variation[i] = 1.0
+        columns.append(term.second_product(x, variation.reshape(x.shape)).ravel())
+    return np.array(columns)
+
+
+@each_type
+@pytest.mark.parametrize("eps", [0.0, 0.3])
+def test_value_is_that_of_the_formula(cell_type, eps):
+    x = random_cells(cell_type, 1, 0.08 if eps == 0.0 else 0.5)[0]
+    weights = np.array([1, 4, 1]) / 6
+    weights = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
+    f = frames(cell_type, x[None], lattice(3))[0]
+    densities = [barrier_gradient(tuple(tuple(column) for column in one.T.tolist()), eps)[0] for one in f]
+    d = np.linalg.det(f)
+    chi = (d + np.sqrt(eps**2 + d**2)) / 2
+    expected = weights @ densities + (weights @ chi) * (weights @ (1 / chi)) - 1
+    assert term_of(cell_type, eps=eps).value(x) == pytest.approx(expected, rel=1e-11)
+
+
+@each_type
+@pytest.mark.parametrize("eps", [0.0, 0.3])
+def test_gradient_is_the_derivative(cell_type, eps):
+    x = random_cells(cell_type, 1, 0.08 if eps == 0.0 else 0.4)[0]
+    term, variation = term_of(cell_type, eps=eps), np.random.default_rng(3).normal(size=x.shape)
+    _, gradient = term.value_gradient(x)
+    step = 1e-6
+    difference = (term.value(x + step * variation) - term.value(x - step * variation)) / (2 * step)
+    assert (gradient * variation).sum() == pytest.approx(difference, rel=1e-6)
+    np.testing.assert_allclose(gradient.sum(axis=0), 0, atol=1e-11)
+
+
+@each_type
+def test_similar_copies_cost_nothing_and_nothing_else_does(cell_type):
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    term, x = term_of(cell_type), 3.0 * cell_type.ideal @ turn + [5, 0, 1]
+    assert 0.0 <= term.value(x) < 1e-25
+    # Translations, rotations and the size; three fields that are conformal at the points, too, without evenness.
+    for other, dimension in ((term, 7), (term_of(cell_type, evenness=0.0), 10)):
+        values = np.linalg.eigvalsh(hessian(other, cell_type.ideal))
+        assert (values < 1e-6 * values.max()).sum() == dimension
+
+
+@each_type
+@pytest.mark.parametrize("eps", [0.0, 0.3])
+def test_against_a_box_a_cell_is_measured_as_if_it_were_shrunk(cell_type, eps):
+    box, x = np.array([4.0, 0.5, 0.5]), random_cells(cell_type, 1, 0.05)[0]
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    assert abs(term_of(cell_type, boxes=box[None]).value(cell_type.ideal * box @ turn * np.linalg.det(turn))) < 1e-25
+    stretched, plain = term_of(cell_type, boxes=box[None], eps=eps), term_of(cell_type, eps=eps)
+    f = frames(cell_type, x[None], lattice(3))[0] / box
+    densities = [barrier_gradient(tuple(tuple(column) for column in one.T.tolist()), eps)[0] for one in f]
+    weights = np.array([1, 4, 1]) / 6
+    weights = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
+    d = np.linalg.det(f)
+    chi = (d + np.sqrt(eps**2 + d**2)) / 2
+    expected = weights @ densities + (weights @ chi) * (weights @ (1 / chi)) - 1
+    assert stretched.value(x) == pytest.approx(expected, rel=1e-11)
+    assert stretched.value(x) > plain.value(x)
+    variation = np.random.default_rng(3).normal(size=x.shape)
+    difference = (stretched.value(x + 1e-6 * variation) - stretched.value(x - 1e-6 * variation)) / 2e-6
+    assert (stretched.value_gradient(x)[1] * variation).sum() == pytest.approx(difference, rel=1e-6)
+
+
+@each_type
+def test_what_is_folded_at_a_point_is_infinite(cell_type):
+    x = cell_type.ideal.copy()
+    x[0] = [2, 0, 0]
+    assert term_of(cell_type).value(x) == np.inf
+    assert np.isfinite(term_of(cell_type, eps=0.1).value(x))
+    assert term_of(cell_type).determinants(x).min() < 0
+
+
+@each_type
+def test_cells_that_share_nodes_pull_together(cell_type):
+    x = random_cells(cell_type, 2, 0.05).reshape(-1, 3)
+    nodes = len(cell_type.nodes)
+    cells = np.arange(2 * nodes).reshape(2, nodes)
+    cells[1, 0] = cells[0, 6]
+    _, gradient = QuadraticTerm(cells, cell_type, len(x)).value_gradient(x)
+    parts = [QuadraticTerm(cells[i : i + 1], cell_type, len(x)).value_gradient(x)[1] for i in range(2)]
+    np.testing.assert_allclose(gradient, parts[0] + parts[1], atol=1e-12)

@@ -1,0 +1,162 @@
+"""Regularizing quadratic hexahedra whose boundary stays."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+from meshes.hexahedra import separate
+from meshes.quadratic_cells import random_cells, sampled_determinants
+
+import hexconformal as hc
+from hexconformal.elements import HEXAHEDRON27, LATTICE, determinant_bounds, valid_cells
+from hexconformal.formulation import Iteration
+from hexconformal.io.convert import to_pyvista
+from hexconformal.regularization.quadratic import QuadraticRegularization
+from hexconformal.regularization.quadratic import run as quadratic_run
+from hexconformal.regularization.quadratic.stages import QuadraticSchedule, QuadraticSetting, unfold_and_minimize
+
+each_number = pytest.mark.parametrize("nodes", [20, 27])
+
+
+def tangled(nodes, amount, n=3, seed=0):
+    """A block of cells whose inner nodes, of all kinds, are moved by up to `amount` of a cell."""
+    mesh = hc.elevated(hc.generate.box((n, n, n)), nodes)
+    inside = ((mesh.points > 1e-9) & (mesh.points < 1 - 1e-9)).all(axis=1)
+    moves = np.random.default_rng(seed).uniform(-amount / n, amount / n, mesh.points.shape)
+    return mesh.replaced(mesh.points + inside[:, None] * moves), inside
+
+
+@each_number
+def test_a_shaken_block_becomes_the_block(nodes):
+    mesh, inside = tangled(nodes, 0.4)
+    assert (~hc.quality(mesh).valid).sum() > 5
+    result = hc.regularize(mesh, boundary="fixed", gradient_tolerance=1e-9)
+    assert result.converged
+    np.testing.assert_array_equal(result.points[~inside], mesh.points[~inside])
+    np.testing.assert_allclose(result.points, hc.elevated(hc.generate.box((3, 3, 3)), nodes).points, atol=1e-3)
+    assert result.report.after.invalid == 0
+    assert result.report.after.scaled_jacobian.min > 0.99
+    assert result.report.boundary_moved == 0
+    assert result.mesh.cell_data["scaled_jacobian"].min() == result.report.after.scaled_jacobian.min
+
+
+@each_number
+def test_spheres_of_the_design(nodes, shared):
+    source = hc.as_volume_mesh(shared / "meshes" / "elements" / f"sphere_hex{nodes}_tangled.vtu")
+    result = hc.regularize(source, boundary="fixed")
+    report = result.report
+    assert report.before.invalid >= 188
+    assert report.after.invalid == 0
+    assert report.after.scaled_jacobian.min >= 0.75
+    cells = source.blocks[0]
+    det = sampled_determinants(cells.cell_type, result.points[cells.cells], 9)
+    assert (det.min(axis=1) / det.max(axis=1)).min() >= 0.10
+    sphere = np.abs(np.linalg.norm(source.points, axis=1) - 1) < 1e-9
+    assert sphere.sum() > 100
+    np.testing.assert_array_equal(result.points[sphere], source.points[sphere])
+
+
+@each_number
+def test_no_valid_cell_is_lost_once_all_are_unfolded(nodes):
+    mesh, _ = tangled(nodes, 0.3)
+    setting = QuadraticSetting(mesh, QuadraticSchedule())
+    block, seen = mesh.blocks[0], None
+    for iteration in unfold_and_minimize(setting, 60, 1e-6):
+        if iteration.phase == "lbfgs":
+            valid = determinant_bounds(setting.to_user(iteration.points), block.cells, block.cell_type)[0] > 0
+            assert seen is None or not (seen & ~valid).any()
+            seen = valid
+    assert seen is not None
+    assert seen.all()
+
+
+def test_what_is_invalid_between_the_points_of_the_energy_is_not_stepped_to():
+    x = random_cells(HEXAHEDRON27, 2000, 0.12)
+    positive = (sampled_determinants(HEXAHEDRON27, x, 3) > 0).all(axis=1)
+    unseen = x[positive & ~valid_cells(*separate(x), HEXAHEDRON27)][0]
+    mesh = hc.MixedMesh.of_types(HEXAHEDRON27.ideal, {"hexahedron27": [range(27)]})
+    setting = QuadraticSetting(mesh, QuadraticSchedule())
+    # All of its nodes but one are on the boundary: it is as if they were not.
+    object.__setattr__(setting, "free", np.ones(27, dtype=bool))
+    problem, start = setting.problem(0.0, np.ones(1, dtype=bool)), setting.start
+    trial = (unseen - setting.centre) / setting.unit
+    assert np.isfinite(problem.objective.value(trial))
+    assert problem.acceptable(start)
+    assert not problem.acceptable(trial)
+    assert problem.spoiled(trial).all()
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_fewer_invalid_cells_are_better_only_if_no_valid_one_is_lost(lost, monkeypatch):
+    mesh, _ = tangled(20, 0.0, n=3)
+    points = mesh.points.copy()
+    corner = np.flatnonzero((np.abs(points - 1 / 3) < 1e-9).all(axis=1))[0]
+    points[corner] += 0.9 / 3  # folds all cells around
+    after = mesh.points.copy()
+    if lost:
+        # Where x is 5/6 and y, z are 2/3 is a node in the middle of an edge of cells that were valid.
+        node = np.flatnonzero(np.abs(after - [5 / 6, 2 / 3, 2 / 3]).max(axis=1) < 1e-9)[0]
+        after[node, 0] -= 0.3
+    run = QuadraticRegularization(mesh.replaced(points), hc.Options(boundary="fixed"))
+    before = hc.quality(mesh.replaced(points)).valid
+    now = hc.quality(mesh.replaced(after)).valid
+    assert (~now).sum() < (~before).sum()
+    assert (before & ~now).any() == lost
+    trial = (after - mesh.replaced(points).points.mean(axis=0)) / run._setting.unit
+    iterations = [Iteration("input", run._setting.start), Iteration("untangle", trial)]
+    monkeypatch.setattr(quadratic_run, "unfold_and_minimize", lambda *arguments: iter(iterations))
+    list(run)
+    np.testing.assert_allclose(run.points, points if lost else after, atol=1e-14)
+
+
+def test_the_boundary_is_all_nodes_of_outer_faces():
+    mesh, inside = tangled(27, 0.0)
+    setting = QuadraticSetting(mesh, QuadraticSchedule())
+    np.testing.assert_array_equal(setting.boundary, ~inside)
+    assert LATTICE.shape == (27, 3)
+
+
+def test_cells_that_are_stretched_on_purpose_stay_so():
+    plain = hc.elevated(hc.generate.box((3, 3, 3), (1, 1, 20)), 20)
+    inside = ((plain.points > 1e-9) & (plain.points < np.array([1, 1, 20]) - 1e-9)).all(axis=1)
+    moves = np.random.default_rng(0).uniform(-0.03, 0.03, plain.points.shape)
+    report = hc.regularize(plain.replaced(plain.points + inside[:, None] * moves), boundary="fixed").report
+    assert report.before.scaled_jacobian.min < 0.9
+    assert report.after.scaled_jacobian.min > 0.99
+    assert report.after.edge_ratio.min > 19
+
+
+def test_what_cannot_be_unfolded_comes_back_as_it_was():
+    mesh, inside = tangled(20, 0.0, n=2)
+    points = mesh.points.copy()
+    # A boundary node of one cell on the far side of it.
+    points[0] = [0.9, 0.9, 0.9]
+    result = hc.regularize(mesh.replaced(points), boundary="fixed")
+    assert not result.converged
+    assert "cannot be unfolded as the boundary stays" in result.report.reason
+    before, after = hc.quality(mesh.replaced(points)), hc.quality(result.mesh)
+    assert not (before.valid & ~after.valid).any()
+    np.testing.assert_array_equal(result.points[~inside], points[~inside])
+
+
+def test_a_grid_comes_back_as_a_grid_and_a_run_can_be_left():
+    mesh, _ = tangled(20, 0.05)
+    grid = to_pyvista(mesh)[0]
+    result = hc.regularize(grid, boundary="fixed", max_iterations=2)
+    assert type(result.mesh) is pv.UnstructuredGrid
+    assert (result.report.iterations, result.report.reason) == (2, "limit of iterations")
+    seen = []
+    hc.regularize(grid, boundary="fixed", callback=seen.append)
+    assert [record.iteration for record in seen] == list(range(len(seen)))
+    energies = [record.energy for record in seen[1:]]
+    assert energies == sorted(energies, reverse=True)
+
+
+def test_options_without_effect_are_refused():
+    mesh, _ = tangled(20, 0.0)
+    with pytest.raises(hc.MeshError, match=r"cells of higher order: 27 hexahedra of 20 nodes; .*boundary='fixed'"):
+        hc.regularize(mesh)
+    with pytest.raises(hc.OptionError, match="there is no target, method: leave"):
+        hc.regularize(mesh, boundary="fixed", target="input", method="newton")
+    both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": mesh.blocks[0].cells, "hexahedron": [range(8)]})
+    with pytest.raises(hc.MeshError, match="higher order: 27 hexahedron20; beside others"):
+        hc.regularize(both, boundary="fixed")
