@@ -211,6 +211,39 @@ def test_a_report_tells_of_every_type():
     assert set(report.to_dict()["after"]["types"]) == set(NAMES)
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"constraint": "compatible"},
+        {"conserve_volume": True},
+        {"weight": "volume"},
+        {"method": "lbfgs"},
+        {"method": "newton"},
+        {"features": "soft"},
+        {"hausdorff": 0.0},
+        {"hausdorff": 0.05},
+        {"emphasis": "mean"},
+        {"sizes": "free"},
+        {"max_iterations": 2},
+        {"boundary": "free"},
+    ],
+    ids=str,
+)
+def test_options_do_what_they_say(options):
+    mesh = jittered_inside(mixed_block(2), 0.15, seed=3)
+    before, report = minima(mesh), hc.regularize(mesh, **options).report
+    assert report.after.invalid == 0
+    assert report.after.shape.mean > report.before.shape.mean
+    if options.get("emphasis") != "mean":
+        assert all(report.after.types[name].scaled_jacobian.min >= before[name] - 1e-6 for name in NAMES)
+    if options.get("boundary") != "free":
+        assert report.hausdorff <= options.get("hausdorff", 0.005)
+    if "conserve_volume" in options:
+        assert abs(report.volume_change) < 1e-10
+    if "max_iterations" in options:
+        assert report.iterations <= 2
+
+
 def test_layers_of_wedges_and_hexahedra_stay_thin():
     points, cells = box((6, 6, 6), (6.0, 6.0, 0.9))
     one_side = points[cells].mean(axis=1)[:, 0] > 3.0

@@ -7,7 +7,7 @@ from math import isfinite
 from typing import Any
 
 from ..common import Serializable, json_safe
-from ..elements import CELL_TYPES
+from ..elements import SOLID_TYPES
 from ..geometry import SHARP
 from ..quality import MixedSummary, Summary
 from .region_rows import InterfaceRow, RegionRow, table_lines
@@ -121,7 +121,7 @@ class Report(Serializable):
         if isinstance(before, MixedSummary) and isinstance(after, MixedSummary):
             for name, one in before.types.items():
                 minimum = one.scaled_jacobian.min, after.types[name].scaled_jacobian.min
-                rows.append((f"{CELL_TYPES[name].plural}, scaled jac. min", *minimum))
+                rows.append((f"{SOLID_TYPES[name].plural}, scaled jac. min", *minimum))
         if isfinite(self.energy_before) and isfinite(self.energy_after):
             rows.append(("energy", self.energy_before, self.energy_after))
         state = "converged" if self.converged else "not converged"

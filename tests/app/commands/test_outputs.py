@@ -13,7 +13,7 @@ from hexconformal.app.commands.regularize import RegularizeJob
 
 def test_a_format_that_cannot_hold_the_mesh_is_refused_before_the_work(here, capsys, monkeypatch):
     (pv.read("part.vtu") + pv.Pyramid().translate((5, 0, 0))).save("mixed.vtu")
-    monkeypatch.setattr("hexconformal.app.commands.regularize.Regularization", None)  # the work itself must not begin
+    monkeypatch.setattr("hexconformal.app.commands.regularize.run_on", None)  # the work itself must not begin
     assert run("regularize mixed.vtu out.inp --other-cells keep") == 1
     assert error_line(capsys) == "error: cannot write out.inp: abaqus files have no pyramid cells\n"
     assert {path.name for path in here.iterdir()} == {"part.vtu", "mixed.vtu"}
