@@ -66,6 +66,14 @@ def test_the_boundary_has_triangles_first_and_encloses_the_cells():
     assert hausdorff(points + [0.0, 0.0, 0.3], points, quads) == pytest.approx(0.3, rel=1e-6)
 
 
+def test_area_vectors_of_faces_in_any_order():
+    points, cells = collapsed_tables()
+    quads, _ = boundary_quads(cells)
+    order = np.random.default_rng(0).permutation(len(quads))
+    found, expected = face_area_vectors(points, quads[order]), face_area_vectors(points, Faces.of(quads))[order]
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
 def test_tables_with_triangles_behind_are_refused():
     with pytest.raises(ValueError, match="triangles must come"):
         Faces.of(np.array([[0, 1, 2, 3], [4, 5, 6, 6]]))

@@ -154,6 +154,24 @@ def test_an_interface_of_triangles_and_quadrilaterals_stays_in_its_plane():
     assert len(result.report.regions) == 3
 
 
+@pytest.mark.parametrize("options", [{}, {"conserve_volume": True}, {"boundary": "free"}], ids=str)
+def test_an_interface_through_cells_of_all_types(options):
+    mesh = jittered_inside(mixed_block(2), 0.15, seed=11)
+    points = mesh.points.copy()
+    points[mixed_block(2).points[:, 1] == 1.0, 1] = 1.0
+    beyond = points[collapsed_mesh(mesh).cells].mean(axis=1)[:, 1] > 1.0
+    regions = np.where(beyond, 2, 1)
+    result = hc.regularize(MixedMesh(points, mesh.blocks, {}, {"material": regions}), **options)
+    (interface,) = result.report.interfaces
+    assert interface.quads > 20
+    assert interface.distance < 1e-10 if options.get("boundary") != "free" else interface.distance is not None
+    assert result.report.after.invalid == 0
+    assert len(result.report.regions) == 2
+    if "conserve_volume" in options:
+        for row in result.report.regions:
+            assert row.volume_after == pytest.approx(row.volume_before, rel=1e-9)
+
+
 def test_tagged_triangles_of_the_boundary_keep_their_outline():
     mesh = jittered_inside(mixed_block(2), 0.1, seed=8)
     top = mesh.points[:, 2] == 2.0

@@ -38,6 +38,10 @@ def face_area_vectors(points: Field, faces: Faces | Ints) -> Field:
     >>> face_area_vectors(square, Faces(np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])))[:, 2]
     array([0.5, 1. ])
     """
+    if not isinstance(faces, Faces) and faces.shape[1] == 4:
+        # Of a triangle with its last node twice this is right, too: they may come in any order.
+        y = points[faces]
+        return np.asarray(np.cross(y[:, 2] - y[:, 0], y[:, 3] - y[:, 1]) / 2)
     faces = Faces.of(faces)
     x, y = points[faces.triangles], points[faces.quads]
     flat = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])

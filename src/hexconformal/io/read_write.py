@@ -105,6 +105,9 @@ def _taken_in(source: Any, other_cells: str, linearize: bool, types: Collection[
     if isinstance(source, tuple) and len(source) == 2:
         points, cells = source
         if not isinstance(cells, Mapping):
+            if getattr(cells, "shape", ())[1:] in ((4,), (5,), (6,)):
+                advice = "give others by the name of their type, (points, {'tetra': cells})"
+                raise MeshError(f"cells must be an (m, 8) array of hexahedra, not {cells.shape}; {advice}")
             return HexMesh(points, cells)
         return HexMesh(points, *cells.values()) if set(cells) == set(HEXAHEDRA) else MixedMesh.of_types(points, cells)
     library = library_of(source)

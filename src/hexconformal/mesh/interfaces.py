@@ -85,7 +85,7 @@ def find_interfaces(cells: Ints, labels: Ints) -> Interfaces:
     one, other = one[between], other[between]
     quads = _turned(table.quads[between], one > other)
     low, high = np.minimum(one, other), np.maximum(one, other)
-    order = np.lexsort([high, low])
+    order = np.lexsort([quads[:, 2] != quads[:, 3], high, low])  # triangles first
     pairs, counts = np.unique(np.stack([low, high], axis=1), axis=0, return_counts=True)
     return Interfaces(pairs, np.ascontiguousarray(quads[order]), counts)
 
@@ -135,7 +135,7 @@ def region_surfaces(cells: Ints, labels: Ints) -> list[Ints]:
     shared = outer[inside[outer]]
     quads = np.concatenate([table.quads[outer], _turned(table.quads[shared], np.ones(len(shared), dtype=bool))])
     owners = np.concatenate([labels[one[outer]], labels[other[shared]]])
-    order = np.argsort(owners, kind="stable")
+    order = np.lexsort([quads[:, 2] != quads[:, 3], owners])  # triangles first
     ends = np.cumsum(np.bincount(owners, minlength=int(labels.max()) + 1))
     return np.split(quads[order], ends[:-1])
 

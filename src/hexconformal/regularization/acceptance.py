@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import first_names
+from ..elements import are_collapsed
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import LEVEL, Formulation
 from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdorff, mean_distance
@@ -172,4 +173,6 @@ def auto_target_notes(normalized: NormalizedMesh) -> list[str]:
     if stretched.mean() < _MANY_STRETCHED or not normalized.valid.all():
         return []
     why = f"the {stretched.sum()} cells of aspect {STRETCHED_ASPECTS[0]:g} or more are skewed, not bricks"
+    if are_collapsed(normalized.cells).any():
+        return [f"target auto: cubes, and ideals of other types, as {why}"]
     return [f"target auto: cubes, as {why}; target='input' would keep their shapes"]

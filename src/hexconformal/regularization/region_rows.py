@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..common import aligned
 from ..geometry import hausdorff
-from ..mesh import HexMesh, Regions, find_interfaces
+from ..mesh import HexMesh, Regions, find_interfaces, triangles_first
 from ..quality import Quality, measure_regions
 
 __all__ = ["InterfaceRow", "RegionRow", "interface_rows", "region_rows", "table_lines"]
@@ -119,7 +119,8 @@ def interface_rows(
         distances = [hausdorff(points, mesh.points, part) / diagonal if any_moved else 0.0 for part, any_moved in parts]
     else:
         away = moved > 0
-        largest = hausdorff(points, mesh.points, interfaces.quads[away[interfaces.owners]]) / diagonal
+        faces = interfaces.quads[away[interfaces.owners]]
+        largest = hausdorff(points, mesh.points, faces[triangles_first(faces)]) / diagonal
         notes = [f"interfaces: {away.sum()} moved, measured all together: by at most {largest:.3g} diagonals"]
         distances = [None if any_moved else 0.0 for any_moved in away]
     names = [(regions.names[one], regions.names[other]) for one, other in interfaces.pairs.tolist()]

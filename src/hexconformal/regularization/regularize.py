@@ -27,7 +27,7 @@ def run_on(mesh: Any, options: Options) -> Regularization | QuadraticRegularizat
 
 
 def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
-    """Make the cells of a hexahedral mesh regular by minimizing their quaternionic conformal distortion.
+    """Make the cells of a mesh regular by minimizing their quaternionic conformal distortion.
 
     The distortion of the planes (e1, e2), (e1, e3), (e2, e3) of every cell is summed and minimized over the node
     positions (Gruber & Aulisa, volumetric remeshing): equation (6), in the form of equation (8) unless the
@@ -36,7 +36,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     Parameters
     ----------
     mesh
-        A path, a pyvista grid, a meshio.Mesh, a :class:`hexconformal.HexMesh` or a tuple ``(points, cells)``.
+        A path, a pyvista grid, a meshio.Mesh, a :class:`hexconformal.HexMesh` or MixedMesh, or a tuple
+        ``(points, cells)``, of hexahedra, or with cells by the name of their type, ``{"tetra": ..., "wedge": ...}``.
         It is not changed. Hexahedra of 20 or 27 nodes are worked on with ``boundary="fixed"``.
     callback
         Called with the record of every iteration.

@@ -93,7 +93,9 @@ def find_embedded(mesh: HexMesh, skin: Ints, with_sets: bool = True) -> Embedded
         nothing = np.zeros(len(skin), np.int64)
         return Embedded(none.reshape(0, 4), none, nothing, nothing - 1, none.reshape(0, 2), none, none)
     count = len(mesh.points)
+    what = "quadrilaterals that are no faces of hexahedra"
     if are_collapsed(mesh.cells).any():
+        what = "triangles and quadrilaterals that are no faces of cells"
         quads, triangles = quads.behind(triangles), CarriedCells(np.empty((0, 3), dtype=np.int64))
     of_nodes = _parts_of_node_sets(mesh, skin, node_sets)
     sides = {f"side set {name!r}": nodes for name, nodes in face_sets.items()}
@@ -106,7 +108,7 @@ def find_embedded(mesh: HexMesh, skin: Ints, with_sets: bool = True) -> Embedded
     for name, places in {"lines": edges.carried_places, **edges.set_places}.items():
         told.add("kept as curves", name, len(np.unique(places[places >= 0])), "edges")
     held = _Held(mesh, told)
-    held.add("quadrilaterals that are no faces of hexahedra", quads.nodes[faces.carried_places < 0])
+    held.add(what, quads.nodes[faces.carried_places < 0])
     held.add("lines that are no edges of hexahedra", lines.nodes[edges.carried_places < 0])
     held.add("triangles", triangles.nodes)
     held.add("vertices", vertices.nodes)
