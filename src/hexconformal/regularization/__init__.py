@@ -5,9 +5,9 @@ Belongs here: what is done with a mesh, and when. Imports `common`, `elements`, 
 """
 
 from .options import CHOICES, Options, Record
-from .regularize import regularize, run_on
 from .report import Report
 from .run import Regularization, Result
+from .run_on_mesh import regularize, run_on
 
 __all__ = [
     "CHOICES",
