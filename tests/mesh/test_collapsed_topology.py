@@ -12,34 +12,11 @@ from hexconformal.geometry.features.crack_fronts import crack_fronts
 from hexconformal.mesh import (
     boundary_quads,
     collapsed_mesh,
-    face_keys,
     face_table,
-    mixed_faces,
     turned_over,
     with_wedges_upright,
 )
 from hexconformal.mesh.topology import boundary_depths
-
-
-def keys_of(faces):
-    faces = np.where(faces < 0, faces[:, [2, 2, 2, 2]], faces)  # other tables write a triangle with -1
-    return {tuple(row) for row in face_keys(faces).tolist()}
-
-
-def test_faces_are_those_that_the_types_have():
-    mesh = mixed_block(2)
-    cells = collapsed_mesh(mesh).cells
-    ours, theirs = face_table(cells), mixed_faces(mesh.blocks)
-    assert len(ours.quads) == len(theirs.quads)
-    for count in (1, 2):
-        assert keys_of(ours.quads[ours.counts == count]) == keys_of(theirs.quads[theirs.counts == count])
-    assert (ours.orientation[ours.counts == 2] == 1).all()
-    sides = {
-        tuple(key): tuple(sorted(pair)) for key, pair in zip(face_keys(ours.quads).tolist(), ours.cells, strict=True)
-    }
-    quads = np.where(theirs.quads < 0, theirs.quads[:, [2, 2, 2, 2]], theirs.quads)
-    for key, pair in zip(face_keys(quads).tolist(), theirs.cells, strict=True):
-        assert sides[tuple(key)] == tuple(sorted(pair))
 
 
 def test_a_mirrored_neighbour_is_seen_across_triangles_too():

@@ -4,22 +4,21 @@ import numpy as np
 import pytest
 from meshes.hexahedra import block
 from meshes.linear_cells import renumberings
-from meshes.mixed import cut_block, four_types
+from meshes.mixed import cut_block, faces_by_nodes, four_types, mixed_block
 
 from hexconformal import MeshError, MixedMesh
-from hexconformal.elements import HEXAHEDRON, TETRAHEDRON
+from hexconformal.elements import TETRAHEDRON
 from hexconformal.mesh import (
     CellBlock,
     HexMesh,
     blocks_of,
     boundary_quads,
     cells_in_rows,
+    components,
     face_table,
     flat_nodes,
-    mixed_components,
-    mixed_faces,
-    split_quads,
 )
+from hexconformal.quality.mixed_checks import split_quads
 
 
 def test_cells_are_in_the_order_of_their_places():
@@ -91,24 +90,42 @@ def test_arrays_are_read_only_and_replaced():
         mesh.replaced(cell_data={"number": np.arange(12)})
 
 
-def test_faces_of_hexahedra_are_those_of_before():
-    points, cells = block(3)
-    cells = cells.copy()
-    cells[5] = cells[5][list(HEXAHEDRON.mirrored)]
-    ours, theirs = mixed_faces(blocks_of(HexMesh(points, cells))), face_table(cells)
+def runs_the_other_way(one, other):
+    turned = other[::-1]
+    k = turned.index(one[0])
+    return turned[k:] + turned[:k] == one
 
-    def rows(table):
-        keys = np.lexsort(np.sort(table.quads, axis=1).T)
-        return [np.sort(table.quads, axis=1)[keys], table.cells[keys], table.counts[keys], table.orientation[keys]]
 
-    for one, other in zip(rows(ours), rows(theirs), strict=True):
-        np.testing.assert_array_equal(one, other)
+def with_a_mirrored_cell_of_each_type(mesh):
+    cells = {one.cell_type.name: one.cells.copy() for one in blocks_of(mesh)}
+    for one in blocks_of(mesh):
+        cells[one.cell_type.name][0] = one.cells[0][list(one.cell_type.mirrored)]
+    return MixedMesh.of_types(mesh.points, cells)
+
+
+FITTING = [HexMesh(*block(3)), four_types(), cut_block(2), mixed_block(2)]
+
+
+@pytest.mark.parametrize("mesh", FITTING + [with_a_mirrored_cell_of_each_type(mesh) for mesh in FITTING])
+def test_faces_are_those_of_the_cells_one_at_a_time(mesh):
+    table, expected = face_table(mesh.cells if isinstance(mesh, HexMesh) else mesh.table), faces_by_nodes(mesh)
+    assert len(table.quads) == len(expected)
+    for quad, cells, count, sign in zip(
+        table.quads.tolist(), table.cells, table.counts, table.orientation, strict=True
+    ):
+        owners = expected[frozenset(quad)]
+        nodes = dict(owners)
+        assert count == len(owners)
+        assert sorted(cells[cells >= 0]) == [place for place, _ in owners]
+        first = quad[:3] if quad[2] == quad[3] else quad
+        assert runs_the_other_way(first, nodes[cells[0]][::-1])
+        assert sign == (0 if count == 1 else 1 if runs_the_other_way(first, nodes[cells[1]]) else -1)
 
 
 def test_faces_between_types_are_shared():
     mesh = four_types()
-    faces = mixed_faces(mesh.blocks)
-    triangle = faces.quads[:, 3] < 0
+    faces = face_table(mesh.table)
+    triangle = faces.quads[:, 2] == faces.quads[:, 3]
     # Three cubes have 16 faces, two of them inside; four of the boundary are cut into triangles of tetrahedra, and two
     # by wedges, which have one quadrilateral between them.
     assert (faces.counts[~triangle] == 1).sum() == 4 + 1 + 3 + 1 - 1
@@ -117,7 +134,7 @@ def test_faces_between_types_are_shared():
     assert (faces.orientation[faces.counts == 2] == 1).all()
     assert (faces.orientation[faces.counts == 1] == 0).all()
     # The boundary is closed: every edge is gone along both ways.
-    rows = [[node for node in row if node >= 0] for row in faces.quads[faces.counts == 1].tolist()]
+    rows = [row[: 3 + (row[2] != row[3])] for row in faces.quads[faces.counts == 1].tolist()]
     edges = [pair for row in rows for pair in zip(row, row[1:] + row[:1], strict=True)]
     assert sorted(edges) == sorted((b, a) for a, b in edges)
     assert not split_quads(faces).any()
@@ -128,7 +145,7 @@ def test_a_mirrored_cell_disagrees_with_all_around_it():
     orders = np.random.default_rng(0).choice(np.array(renumberings(TETRAHEDRON)), 162)
     cells = np.take_along_axis(mesh.blocks[0].cells, orders, axis=1)
     cells[70] = cells[70][list(TETRAHEDRON.mirrored)]
-    faces = mixed_faces(MixedMesh.of_types(mesh.points, {"tetra": cells}).blocks)
+    faces = face_table(MixedMesh.of_types(mesh.points, {"tetra": cells}).table)
     opposed = (faces.orientation != 1) & (faces.counts == 2)
     assert (faces.orientation[opposed] == -1).all()
     assert ((faces.cells[opposed] == 70).any(axis=1)).all()
@@ -137,7 +154,7 @@ def test_a_mirrored_cell_disagrees_with_all_around_it():
 
 def test_boundary_of_a_block_in_tetrahedra_is_that_of_its_cubes_halved():
     points, cells = block(3)
-    faces = mixed_faces(cut_block(3).blocks)
+    faces = face_table(cut_block(3).table)
     quads, _ = boundary_quads(cells)
     triangles = faces.quads[faces.counts == 1][:, :3]
     assert len(triangles) == 2 * len(quads)
@@ -159,18 +176,18 @@ def test_quadrilaterals_that_meet_two_triangles_are_found():
         ]
     )
     mesh = MixedMesh.of_types(points, {"hexahedron": left, "tetra": tetrahedra})
-    faces = mixed_faces(mesh.blocks)
+    faces = face_table(mesh.table)
     found = faces.quads[split_quads(faces)]
     assert len(found) == 4
     assert (points[found][:, :, 0] == 1).all()
     # With a hexahedron on the other side, too, it is no matter of the boundary.
-    both = mixed_faces(MixedMesh.of_types(points, {"hexahedron": cells, "tetra": tetrahedra}).blocks)
+    both = face_table(MixedMesh.of_types(points, {"hexahedron": cells, "tetra": tetrahedra}).table)
     assert not (points[both.quads[split_quads(both)]][:, :, 0] == 1).all(axis=1).any()
 
 
 def test_a_face_of_three_cells_has_the_first_two():
     cells = [[0, 1, 2, 3], [0, 2, 1, 4], [0, 1, 2, 5]]
-    faces = mixed_faces(MixedMesh.of_types(np.zeros((6, 3)), {"tetra": cells}).blocks)
+    faces = face_table(MixedMesh.of_types(np.zeros((6, 3)), {"tetra": cells}).table)
     crowded = faces.counts == 3
     assert faces.cells[crowded].tolist() == [[0, 1]]
     assert faces.orientation[crowded].tolist() == [1]
@@ -180,7 +197,7 @@ def test_pieces():
     mesh = four_types()
     points = np.concatenate([mesh.points, mesh.points + 10])
     cells = {one.cell_type.name: np.concatenate([one.cells, one.cells + len(mesh.points)]) for one in mesh.blocks}
-    count, labels = mixed_components(MixedMesh.of_types(points, cells).blocks)
+    count, labels = components(MixedMesh.of_types(points, cells).table)
     assert count == 2
     sizes = [len(one.cells) for one in mesh.blocks]
     assert labels.tolist() == [piece for size in sizes for piece in [0] * size + [1] * size]

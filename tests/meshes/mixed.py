@@ -90,3 +90,14 @@ def cut_block(n=3):
     points, cells = block(n)
     paths = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
     return MixedMesh.of_types(points, {"tetra": np.concatenate([cells[:, path] for path in paths])})
+
+
+def faces_by_nodes(mesh):
+    """Of each face, by its set of nodes, the places of its cells and the nodes as each goes round it, one at a time."""
+    faces = {}
+    for one in blocks_of(mesh):
+        for place, cell in zip(one.places.tolist(), one.cells.tolist(), strict=True):
+            for face in one.cell_type.faces:
+                nodes = [cell[k] for k in face]
+                faces.setdefault(frozenset(nodes), []).append((place, nodes))
+    return {nodes: sorted(owners) for nodes, owners in faces.items()}

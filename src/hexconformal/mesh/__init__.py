@@ -13,7 +13,6 @@ from .embedded import Embedded, find_embedded
 from .face_rows import face_keys, triangles_first, turned_over, whole_faces
 from .hex_mesh import HexMesh
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
-from .mixed_faces import mixed_components, mixed_faces, split_quads
 from .mixed_mesh import (
     CellBlock,
     MixedMesh,
@@ -76,8 +75,6 @@ __all__ = [
     "find_interfaces",
     "find_regions",
     "flat_nodes",
-    "mixed_components",
-    "mixed_faces",
     "morton_codes",
     "node_pattern",
     "node_rings",
@@ -85,7 +82,6 @@ __all__ = [
     "region_arrays",
     "region_surfaces",
     "scalar_matrix",
-    "split_quads",
     "telling_tags",
     "triangles_first",
     "turned_over",

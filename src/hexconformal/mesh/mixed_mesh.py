@@ -113,6 +113,14 @@ class MixedMesh:
         return flat_nodes(self.blocks)
 
     @property
+    def table(self) -> Ints:
+        """(m, 8) all cells as hexahedra, some of whose nodes coincide; quadratic ones by their corners."""
+        table = np.empty((sum(len(block.cells) for block in self.blocks), 8), dtype=np.int64)
+        for block in self.blocks:
+            table[block.places] = collapsed_cells(block.cells, block.cell_type)
+        return table
+
+    @property
     def held(self) -> NDArray[np.bool_]:
         """(n,) nodes of the cells that were carried along, of none of these types: keep them where they are."""
         return np.zeros(len(self.points), dtype=bool) if self.origin is None else self.origin.selection.held
@@ -174,10 +182,7 @@ def collapsed_mesh(mesh: HexMesh | MixedMesh) -> HexMesh:
     """
     if isinstance(mesh, HexMesh):
         return mesh
-    cells = np.empty((sum(len(block.cells) for block in mesh.blocks), 8), dtype=np.int64)
-    for block in with_wedges_upright(mesh).blocks:
-        cells[block.places] = collapsed_cells(block.cells, block.cell_type)
-    return HexMesh(mesh.points, cells, mesh.point_data, mesh.cell_data, mesh.origin)
+    return HexMesh(mesh.points, with_wedges_upright(mesh).table, mesh.point_data, mesh.cell_data, mesh.origin)
 
 
 def with_wedges_upright(mesh: MixedMesh) -> MixedMesh:

@@ -24,7 +24,6 @@ __all__ = [
     "connected_regions",
     "face_table",
     "node_rings",
-    "orientations",
 ]
 
 
@@ -145,7 +144,7 @@ def face_table(cells: NDArray[np.int64]) -> FaceTable:
     inside = across >= 0
     owners = np.stack([faces // 6, np.where(inside, across // 6, -1)], axis=1)
     orientation = np.zeros(len(faces), dtype=np.int8)
-    orientation[inside] = orientations(quads[inside], _quads(cells, across[inside]))
+    orientation[inside] = _orientations(quads[inside], _quads(cells, across[inside]))
     return FaceTable(quads, owners, counts, orientation)
 
 
@@ -313,11 +312,10 @@ def _first_occurrences(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return first
 
 
-def orientations(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
-    """Of faces (k, j) of the same nodes: 1 where they go round the other way, -1 the same way, 0 where not alike."""
+def _orientations(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int8]:
+    """Of faces (k, 4) of the same nodes: 1 where they go round the other way, -1 the same way, 0 where not alike."""
     rows = np.arange(len(one))
     place = np.argmax(other == one[:, :1], axis=1)
-    size = one.shape[1]
-    after = other[rows, (place + 1) % size]
-    after = np.where(after == one[:, 0], other[rows, (place + 2) % size], after)  # a triangle may have a node twice
+    after = other[rows, (place + 1) % 4]
+    after = np.where(after == one[:, 0], other[rows, (place + 2) % 4], after)  # a triangle may have a node twice
     return np.asarray(np.subtract(after == one[:, -1], after == one[:, 1], dtype=np.int8))

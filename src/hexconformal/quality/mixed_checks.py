@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..mesh import FaceTable, MixedMesh, mixed_components, mixed_faces, split_quads, with_wedges_upright
+from ..mesh import FaceTable, MixedMesh, components, face_table, with_wedges_upright
 from .finding import Finding, error, warning
 from .node_order import NO_BOUNDARY, mirrored_cells
 from .point_checks import check_finite, check_places, repeated_rows
 from .quadratic_checks import check_quadratic
 
-__all__ = ["check_mixed"]
+__all__ = ["check_mixed", "split_quads"]
 
 _FLAT_VOLUME = 1e-10  # relative to the product of the edges at a corner
 
@@ -86,7 +86,8 @@ def _check_wedges(mesh: MixedMesh, upright: MixedMesh) -> list[Finding]:
 
 def _check_faces(mesh: MixedMesh) -> list[Finding]:
     found = []
-    faces, cell_labels = mixed_faces(mesh.blocks), mesh.cell_labels
+    table, cell_labels = mesh.table, mesh.cell_labels
+    faces = face_table(table)
     crowded = np.flatnonzero(faces.counts > 2)
     if len(crowded):
         cells = np.unique(faces.cells[crowded])
@@ -95,7 +96,7 @@ def _check_faces(mesh: MixedMesh) -> list[Finding]:
     if (faces.counts > 1).all():
         return [*found, error("no boundary", np.arange(faces.cells.max() + 1), NO_BOUNDARY)]
     found += _check_order(mesh, faces)
-    count, pieces = mixed_components(mesh.blocks)
+    count, pieces = components(table)
     if count > 1:
         first = np.unique(pieces, return_index=True)[1]
         text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first, cell_labels)}"
@@ -128,4 +129,26 @@ def _check_order(mesh: MixedMesh, faces: FaceTable) -> list[Finding]:
 def _nodes_of(mesh: MixedMesh, faces: FaceTable, rows: NDArray[np.int64]) -> str:
     """Nodes of the first of some faces."""
     labels = np.arange(len(mesh.points)) if mesh.node_labels is None else mesh.node_labels
-    return ", ".join(str(tuple(labels[nodes[nodes >= 0]].tolist())) for nodes in faces.quads[rows[:3]])
+    corners = (nodes[: 3 + int(nodes[2] != nodes[3])] for nodes in faces.quads[rows[:3]])
+    return ", ".join(str(tuple(labels[nodes].tolist())) for nodes in corners)
+
+
+def split_quads(faces: FaceTable) -> NDArray[np.bool_]:
+    """(f,) quadrilaterals on the boundary in whose place there are two triangles on the other side.
+
+    Examples
+    --------
+    >>> cells = {"pyramid": [[0, 1, 2, 3, 4]], "tetra": [[0, 2, 1, 5], [0, 3, 2, 5]]}
+    >>> table = face_table(MixedMesh.of_types(np.zeros((6, 3)), cells).table)
+    >>> table.quads[split_quads(table)]
+    array([[0, 3, 2, 1]])
+    """
+    alone, triangles = faces.counts == 1, faces.quads[:, 2] == faces.quads[:, 3]
+    result = np.zeros(len(faces.counts), dtype=bool)
+    quads, beside = np.flatnonzero(alone & ~triangles), np.sort(faces.quads[alone & triangles, :3], axis=1)
+    if len(quads) and len(beside):
+        thirds = [np.sort(faces.quads[quads][:, [i, (i + 1) % 4, (i + 2) % 4]], axis=1) for i in range(4)]
+        numbers = np.unique(np.concatenate([beside, *thirds]), axis=0, return_inverse=True)[1].ravel()
+        known = np.isin(numbers[len(beside) :], numbers[: len(beside)]).reshape(4, -1)
+        result[quads] = (known[0] & known[2]) | (known[1] & known[3])
+    return result

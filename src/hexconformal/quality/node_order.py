@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import CORNER_NEIGHBOURS, CORNERS, MEASURES, measures_of
+from ..elements import CORNER_NEIGHBOURS, CORNERS, cell_volumes
 from ..io import as_volume_mesh
-from ..mesh import CellBlock, FaceTable, HexMesh, MixedMesh, connected_components, face_table, mixed_faces
+from ..mesh import CellBlock, FaceTable, HexMesh, MixedMesh, connected_components, face_table
 
 __all__ = ["NO_BOUNDARY", "Order", "OrientReport", "centre_determinants", "detect_order", "mirrored_cells"]
 __all__ += ["orient"]
@@ -97,7 +97,7 @@ def orient(mesh: Any) -> tuple[HexMesh | MixedMesh, OrientReport]:
     """
     mesh = as_volume_mesh(mesh)
     if isinstance(mesh, MixedMesh):
-        turned = mirrored_cells(mesh, mixed_faces(mesh.blocks))
+        turned = mirrored_cells(mesh, face_table(mesh.table))
         blocks = tuple(_turned_round(block, turned[block.places]) for block in mesh.blocks)
         return (replace(mesh, blocks=blocks) if turned.any() else mesh), OrientReport("VTK", np.flatnonzero(turned))
     order = detect_order(mesh.points, mesh.cells)
@@ -173,10 +173,7 @@ def mirrored_cells(mesh: MixedMesh, faces: FaceTable) -> NDArray[np.bool_]:
     MeshError
         If no choice makes all neighbours agree, or there is no boundary.
     """
-    volumes = np.empty(sum(len(block.cells) for block in mesh.blocks))
-    for block in mesh.blocks:
-        measures = dict(zip(MEASURES, measures_of(mesh.points, block.cells, block.cell_type), strict=True))
-        volumes[block.places] = measures["volume"]
+    volumes = cell_volumes(mesh.points, mesh.table)
     return _mirrored(faces, volumes, mesh.cell_labels)
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import Schedule, tuned
-from ...elements import EDGE_NODES, LATTICE, determinant_bounds
+from ...elements import EDGE_NODES, FACES, LATTICE, determinant_bounds
 from ...energy import Objective, QuadraticTerm, stretched_boxes
 from ...formulation import Iteration
-from ...mesh import CellBlock, MixedMesh, mixed_faces
+from ...mesh import CellBlock, MixedMesh, boundary_quads
 from ...solver import Iterate, Problem, lbfgs
 
 __all__ = ["QuadraticSchedule", "QuadraticSetting", "unfold_and_minimize"]
@@ -76,18 +76,16 @@ class QuadraticSetting:
     @cached_property
     def boundary(self) -> Mask:
         """(n,) nodes on the boundary, those on its edges and faces too."""
-        found = np.zeros(len(self.mesh.points), dtype=bool)
-        faces = mixed_faces(self.blocks)
-        corners = np.sort(faces.quads[faces.counts == 1], axis=1)
-        outside = {tuple(nodes) for nodes in corners.tolist()}
+        found, table = np.zeros(len(self.mesh.points), dtype=bool), self.mesh.table
+        quads, owners = boundary_quads(table)
+        face = (table[owners][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
+        row = np.empty(len(table), dtype=np.int64)
         for block in self.blocks:
+            row[block.places] = np.arange(len(block.cells))
+            mine = np.isin(owners, block.places)
             lattice = LATTICE[: block.cells.shape[1]]
-            for axis in range(3):
-                for side in (0, 2):
-                    members = np.flatnonzero(lattice[:, axis] == side)
-                    own = np.sort(block.cells[:, members[members < 8]], axis=1)
-                    rows = np.array([tuple(nodes) in outside for nodes in own.tolist()])
-                    found[block.cells[rows][:, members]] = True
+            members = np.array([np.flatnonzero(lattice[:, axis] == side) for axis in range(3) for side in (0, 2)])
+            found[block.cells[row[owners[mine]][:, None], members[face[mine]]]] = True
         return found
 
     @cached_property
