@@ -155,17 +155,119 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.elements.validity": (
         ("elements/test_validity.py",),
         [
-            ("_ROUNDING = 16 *", "_ROUNDING = 0 *"),
+            ("ROUNDING = 16 *", "ROUNDING = 0 *"),
             ("weight = 0.5 if z == 1 else 1.0", "weight = 1.0 if z == 1 else 1.0"),
             ("(0.5 if x != kx else 1.0)", "(0.5 if x == kx else 1.0)"),
+            ("if not lower > 0.0:\n            found[0] = True", "if lower < 0.0:\n            found[0] = True"),
+        ],
+    ),
+    "hexconformal.elements.bernstein": (
+        ("elements/test_validity.py",),
+        [
             ("elif level == 3 * depth:", "elif level == depth:"),
             ("if first > 0.0 or not upper > 0.0:", "if first > -1e-3 or not upper > 0.0:"),
-            ("middle = 0.5 * (pq + qr)", "middle = 0.5 * (pq + q)"),
-            ("for i in (2, 6, 8, 18, 20, 24, 26):", "for i in (2, 6, 8, 18, 20, 24):"),
+            ("line[m] = 0.5 * (line[m] + line[m + 1])", "line[m] = 0.5 * (line[m] + line[m])"),
+            ("for p in corners:", "for p in corners[:7]:"),
             ("lower = min(lower, bound)", "lower = max(lower, bound)"),
-            ("if not lower > 0.0:\n            found[0] = True", "if lower < 0.0:\n            found[0] = True"),
+            ("stack[size], len(line) ** (level % 3), line", "stack[size], 1, line"),
+        ],
+    ),
+    "hexconformal.elements.table_measures": (
+        ("elements/test_validity.py", "elements/test_collapsed.py"),
+        [
             ("(points, cells)[0] > 0", "(points, cells)[1] > 0"),
             ("cells = cells[among]", "cells = cells[among[:1]]"),
+            ("one.own_nodes(cells), one.cell_type)", "cells[one.rows], HEXAHEDRON)"),
+            ('worst_corners(points, nodes, name == "shape")', 'worst_corners(points, nodes, name != "shape")'),
+            ("[MEASURES.index(name)]", "[0]"),
+            ("return bool(is_valid(points, cells).all())", "return bool(is_valid(points, cells).any())"),
+        ],
+    ),
+    "hexconformal.elements.collapsed": (
+        ("elements/test_collapsed.py",),
+        [
+            ("(ordered[:, 1:] != ordered[:, :-1]).all(axis=1)", "True"),
+            ("left = left[~fits]", "left = left[fits]"),
+            ("cells[:, 6] == cells[:, 7]", "cells[:, 4] == cells[:, 5]"),
+            ("others * (1 + (cells[:, 2] == cells[:, 3])", "others * (1 + (cells[:, 1] == cells[:, 2])"),
+            ("slice(int(rows[0]), int(rows[-1]) + 1)", "slice(int(rows[0]), int(rows[-1]))"),
+            ("together = rows[-1] - rows[0] == len(rows) - 1", "together = True"),
+            ("(0, 3, 7, 4, 1, 2, 6, 5)", "(1, 2, 3, 0, 5, 6, 7, 4)"),
+        ],
+    ),
+    "hexconformal.mesh.topology": (
+        ("mesh/test_mixed_mesh.py", "mesh/test_collapsed_topology.py"),
+        [
+            ("after = np.where(after == one[:, 0], other[rows, (place + 2) % 4], after)", "pass"),
+            ("pointed & triangles, pointed, others", "pointed & ~triangles, pointed, others"),
+            ("[3.0, 1.5, 3.0, 2.0]", "[3.0, 1.5, 3.0, 1.0]"),
+            ("order = triangles_first(quads)", "order = np.arange(len(quads))"),
+            ("if b == c or c == d:", "if b == c:"),
+        ],
+    ),
+    "hexconformal.mesh.face_rows": (
+        ("mesh/test_collapsed_topology.py", "mesh/test_mixed_mesh.py"),
+        [
+            ("faces[:, [0, 2, 1, 1]]", "faces[:, [0, 1, 2, 2]]"),
+            ("return faces[:, [0, 2, 1]]", "return faces[:, [1, 2, 0]]"),
+            ('faces[:, 2] != faces[:, 3], kind="stable"', 'faces[:, 2] == faces[:, 3], kind="stable"'),
+        ],
+    ),
+    "hexconformal.mesh.mixed_mesh": (
+        ("mesh/test_mixed_mesh.py", "mesh/test_collapsed_topology.py"),
+        [
+            ("wedges.mean() <= 0.5 or", "wedges.mean() < 0.0 or"),
+            ("table[block.places] =", "table[np.sort(block.places)] ="),
+            ("out[block.places[mine] - first]", "out[: mine.sum()]"),
+            ("starts = np.cumsum(sizes) - sizes", "starts = np.cumsum(sizes)"),
+        ],
+    ),
+    "hexconformal.geometry.features.crack_fronts": (
+        ("geometry/test_crack_fronts.py", "mesh/test_collapsed_topology.py"),
+        [
+            ("inside > 360.0 - opening", "inside > 180.0"),
+            ("inside += np.bincount", "inside = np.bincount"),
+            ("sum(axis=1) >= 2", "sum(axis=1) >= 3"),
+            ("out[edge, 1 if ahead else 0]", "out[edge, 0 if ahead else 1]"),
+        ],
+    ),
+    "hexconformal.quality.mixed_checks": (
+        ("quality/test_mixed.py", "mesh/test_mixed_mesh.py"),
+        [
+            ("(known[0] & known[2]) |", "(known[0] & known[1]) |"),
+            ("np.abs(np.linalg.det(edges)) <= _FLAT", "np.linalg.det(edges) <= _FLAT"),
+            ("found += [*_check_order(mesh, faces), *check_pieces(mesh, table)]", "found += check_pieces(mesh, table)"),
+        ],
+    ),
+    "hexconformal.quality.face_checks": (
+        ("quality/test_mixed.py", "quality/test_checks.py"),
+        [
+            ("np.flatnonzero(faces.counts > 2)", "np.flatnonzero(faces.counts > 3)"),
+            ("if count == 1:", "if count <= 2:"),
+            ("nodes[: 3 + int(nodes[2] != nodes[3])]", "nodes[:4]"),
+            ("if (faces.counts > 1).all():", "if False:"),
+            ("faces.quads[faces.counts == 1]", "faces.quads[faces.counts == 2]"),
+            ("(quads[owner[hit]] != found[:, None]).all(axis=1)", "found >= 0"),
+        ],
+    ),
+    "hexconformal.untangling.untangle_interior": (
+        ("untangling/test_untangle_interior.py", "regularization/test_mixed.py"),
+        [
+            ("np.arange(6), np.arange(3, 9)", "np.arange(6), np.arange(6)"),
+            ("first += size * len(own)", "first += size"),
+            ("0.5 * (below + above)", "0.4 * below + 0.6 * above"),
+        ],
+    ),
+    "hexconformal.energy.corner_term": (
+        ("energy/test_corner_term.py", "energy/test_other_types.py", "regularization/test_mixed.py"),
+        [
+            ("8.0 * cell_type.volume / len(table)", "1.0"),
+            ("w.proportion if part.corners is _HEXAHEDRON else 0.0", "w.proportion"),
+            ("largest[one.rows] = 1.0 / stiffness", "largest[:] = 1.0 / stiffness"),
+            ("inverses = corners.inverses", "inverses = np.empty((0, 1, 3, 3))"),
+            ("places[a] * (places[a] + 1) // 2 + places[b]", "a * (a + 1) // 2 + b"),
+            ("inverses = inverses[one.rows]", "inverses = inverses[:1]"),
+            ("out[:, part.rows] = columns", "out[:, : columns.shape[1]] = columns"),
         ],
     ),
     "hexconformal.solver.problem": (
@@ -300,8 +402,11 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             "regularization/test_minimization.py",
             "energy/test_volume_term.py",
             "energy/test_corner_term.py",
+            "regularization/test_mixed.py",
         ),
         [
+            ("below = (quality > 0.0) & (quality < self.least)", "below = np.zeros(len(quality), dtype=bool)"),
+            ("< self.least - LEVEL).any()", "< -2.0).any()"),
             ("None if self._valid.all() else np.flatnonzero(self._valid)", "np.flatnonzero(~self._valid)"),
             ("self._valid |= is_valid(points, self._cells)", "pass"),
             ("volume * self.volume_factor", "volume"),

@@ -23,7 +23,7 @@ import numpy as np
 from machine import run
 from numpy.typing import NDArray
 
-from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.elements.hexahedron import EDGES
 
 __all__ = ["PEERS", "Answer", "available"]

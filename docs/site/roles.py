@@ -15,6 +15,7 @@ PACKAGES = ("hexconformal", "surface", "surface.flow")
 MODULES = (
     "hexconformal.generate",
     "hexconformal.kernel.distortion",
+    "hexconformal.elements.table_measures",
     "hexconformal.elements.validity",
     "hexconformal.kernel.quaternion",
 )

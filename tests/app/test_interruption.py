@@ -19,7 +19,7 @@ import hexconformal as hc
 import surface
 from hexconformal.app.cli import main
 from hexconformal.common.interruption import as_interruption
-from hexconformal.elements.validity import is_valid
+from hexconformal.elements import is_valid
 from hexconformal.generate import box, jittered
 
 MOMENTS = int(os.environ.get("HEXCONFORMAL_MOMENTS", "2"))

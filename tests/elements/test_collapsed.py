@@ -64,6 +64,18 @@ def test_a_table_says_the_same_of_cells_as_their_type(cell_type):
     np.testing.assert_allclose(cell_volumes(points, cells), measured["volume"], atol=1e-14)
 
 
+def test_a_table_of_all_types_says_of_each_what_a_table_of_that_alone_says():
+    tables = [table_of(one, random_cells(one, 40, 0.35)) for one in TYPES]
+    points, starts = np.concatenate([x for x, *_ in tables]), np.cumsum([0, *(len(x) for x, *_ in tables)])
+    order = np.random.default_rng(0).permutation(40 * len(TYPES))
+    cells = np.concatenate([own + start for (_, own, _), start in zip(tables, starts, strict=False)])[order]
+    for measure in (is_valid, corner_scaled_jacobian, corner_shape, cell_volumes):
+        alone = np.concatenate([measure(x, own) for x, own, _ in tables])
+        np.testing.assert_array_equal(measure(points, cells), alone[order])
+    assert not all_valid(points, cells)
+    assert all_valid(points, cells, np.flatnonzero(is_valid(points, cells)))
+
+
 @each_type
 def test_lengths_of_edges_have_the_mean_and_the_least_of_the_edges_of_the_type(cell_type):
     points, cells, nodes = table_of(cell_type, random_cells(cell_type, 50, 0.3))

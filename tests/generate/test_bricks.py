@@ -5,7 +5,7 @@ import pytest
 
 from hexconformal import generate
 from hexconformal.common.errors import OptionError
-from hexconformal.elements.validity import all_valid
+from hexconformal.elements import all_valid
 from hexconformal.mesh.topology import boundary_quads, face_table
 from hexconformal.quality.assessment import quality
 

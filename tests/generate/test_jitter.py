@@ -3,7 +3,7 @@
 import numpy as np
 
 from hexconformal import generate
-from hexconformal.elements.validity import all_valid, is_valid
+from hexconformal.elements import all_valid, is_valid
 from hexconformal.mesh.topology import boundary_quads
 
 

@@ -17,8 +17,8 @@ from paths import ROOT
 
 import hexconformal as hc
 import surface
+from hexconformal.elements import minimum_jacobian
 from hexconformal.elements.hexahedron import CORNERS
-from hexconformal.elements.validity import minimum_jacobian
 from hexconformal.energy import CornerTerm, CornerWeights, DistortionTerm
 from hexconformal.generate import ball, box, jittered
 from hexconformal.geometry.closest_point import CurveLocator

@@ -5,8 +5,7 @@ import pytest
 from meshes.hexahedra import cube_in_cube, turned
 
 from hexconformal import MeshError, OptionError
-from hexconformal.elements.cell_measures import corner_scaled_jacobian
-from hexconformal.elements.validity import is_valid
+from hexconformal.elements import corner_scaled_jacobian, is_valid
 from hexconformal.generate import box, cylinder
 from hexconformal.motion.mesh_motion import MeshMotion
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from paths import ROOT
 
-from hexconformal.elements.validity import is_valid
+from hexconformal.elements import is_valid
 
 EXAMPLE = ROOT / "examples" / "moving_cylinder.py"
 SMALL = {"around": 4, "layers": 8, "first": 0.04}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from meshes.hexahedra import separate
 
-from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS, CORNERS, shape_gradients
 from hexconformal.generate import box, jittered, sheared_block
 from hexconformal.quality.assessment import MEASURES, Quality, quality

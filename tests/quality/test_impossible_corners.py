@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hexconformal import HexMesh, check, generate, regularize
-from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.mesh.topology import face_table
 from hexconformal.quality.impossible_corners import impossible_corners
 

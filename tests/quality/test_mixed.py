@@ -1,5 +1,6 @@
 """Quality, checks and node order of meshes of several types."""
 
+import ast
 import json
 
 import numpy as np
@@ -123,6 +124,11 @@ def test_every_fault_is_found_and_named():
     found = findings(tetra=again)
     assert found["duplicate cells"].ids.tolist() == [8]
     assert found["crowded faces"].severity == "error"
+    first = ast.literal_eval(found["crowded faces"].message.split("(nodes ")[1].split("), of")[0])[0]
+    assert len(first) == 3
+    assert set(first) < set(cells["tetra"][2].tolist())
+    later = {name: rows + 1 for name, rows in cells.items()}
+    assert findings(**later)["bad index"].message.endswith("ids start at 1 here, subtract 1")
     unused = np.concatenate([sound.points, [[9.0, 9, 9], [9.0, 9, 9]]])
     assert findings(unused)["unreferenced points"].ids.tolist() == [17, 18]
     assert findings(np.where(np.arange(17)[:, None] == 4, np.nan, sound.points))["not finite"].ids.tolist() == [4]
@@ -138,6 +144,21 @@ def test_every_fault_is_found_and_named():
     apart = np.concatenate([sound.points, sound.points[cells["pyramid"][0]] + 7])
     pieces = findings(apart, pyramid=np.concatenate([cells["pyramid"], [[17, 18, 19, 20, 21]]]))["pieces"]
     assert pieces.ids.tolist() == [0, 13]
+
+
+def test_nodes_that_hang_beside_a_wedge_are_told():
+    # A prism on the half of a cube that is cut at half its height.
+    points, cells = block(1)
+    wedge = np.array([[0.0, 1, 0], [1, 1, 0], [0.5, 2, 0], [0, 1, 1], [1, 1, 1], [0.5, 2, 1]])
+    low, high = points.copy(), points.copy()
+    low[:, 2] /= 2
+    high[:, 2] = high[:, 2] / 2 + 0.5
+    unique, ids = np.unique(np.concatenate([low, high, wedge]), axis=0, return_inverse=True)
+    ids = ids.ravel()
+    mesh = hc.MixedMesh.of_types(unique, {"hexahedron": ids[np.vstack([cells, cells + 8])], "wedge": [ids[16:]]})
+    (finding,) = hc.check(mesh)
+    assert finding.kind == "hanging nodes"
+    np.testing.assert_array_equal(unique[finding.ids], [[0, 1, 0.5], [1, 1, 0.5]])
 
 
 def test_quadrilaterals_against_triangles_are_told():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hexconformal as hc
-from hexconformal.elements.validity import is_valid
+from hexconformal.elements import is_valid
 from hexconformal.formulation.formulation import ValidCells
 from hexconformal.formulation.schedules import MinimizationSchedule, Schedules
 from hexconformal.generate import boundary_layer, box, jittered, sheared_cube

@@ -5,7 +5,7 @@ from corner_problems import fixed_boundary, formulation_of
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.geometry import find_features
 from hexconformal.mesh import boundary_quads
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches

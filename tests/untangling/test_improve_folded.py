@@ -6,9 +6,8 @@ from corner_problems import fixed_boundary
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements import corner_scaled_jacobian, is_valid
 from hexconformal.elements.hexahedron import CORNER_NEIGHBOURS
-from hexconformal.elements.validity import is_valid
 from hexconformal.energy.soft_minimum import corner_jacobians
 from hexconformal.untangling.improve_folded import improve_folded
 

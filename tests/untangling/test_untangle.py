@@ -6,7 +6,7 @@ from corner_problems import fixed_boundary, formulation_of
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.elements.cell_measures import corner_scaled_jacobian
+from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.mesh.topology import boundary_quads
 from hexconformal.untangling.untangle import _unfold_patches, folded_cells, harmonic, pull_back, untangle
 

@@ -4,7 +4,7 @@ import numpy as np
 from corner_problems import fixed_boundary
 
 from hexconformal import generate
-from hexconformal.elements.validity import is_valid
+from hexconformal.elements import is_valid
 from hexconformal.mesh.topology import boundary_quads
 from hexconformal.untangling.untangle import folded_cells
 from hexconformal.untangling.untangle_interior import untangle_interior

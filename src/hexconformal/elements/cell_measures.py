@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import parallel_ranges, strict_loop
-from .validity import DEPTH, bracket_minimum, contiguous, edge_vectors, fill_coefficients
+from .bernstein import DEPTH, bracket_minimum
+from .validity import CORNER_PLACES, contiguous, edge_vectors, fill_coefficients
 
-__all__ = ["MEASURES", "cell_measures", "corner_scaled_jacobian", "corner_shape"]
-__all__ += ["face_area", "mean_ratio", "scaled_jacobian"]
+__all__ = ["MEASURES", "cell_measures", "face_area", "mean_ratio", "scaled_jacobian", "worst_corners"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -38,53 +38,10 @@ def cell_measures(points: Floats, cells: Ints) -> Floats:
     return rows
 
 
-def corner_scaled_jacobian(points: Floats, cells: Ints) -> Floats:
-    """Smallest scaled Jacobian of the eight corners, nothing else: cheap enough for every iteration.
-
-    Parameters
-    ----------
-    points
-        (n, 3) coordinates.
-    cells
-        (m, 8) nodes in VTK order.
-
-    Returns
-    -------
-    (m,) values in [-1, 1]; 0 at the most where an edge has no length.
-
-    Examples
-    --------
-    >>> from hexconformal.generate import box
-    >>> corner_scaled_jacobian(*box((1, 1, 2)))
-    array([1., 1.])
-    """
+def worst_corners(points: Floats, cells: Ints, shape: bool) -> Floats:
+    """(m,) smallest scaled Jacobian of the corners of hexahedra (m, 8), or smallest mean ratio, and nothing else."""
     smallest = np.empty(len(cells))
-    parallel_ranges(_corner_range, len(cells), *contiguous(points, cells), False, smallest)
-    return smallest
-
-
-def corner_shape(points: Floats, cells: Ints) -> Floats:
-    """Smallest mean ratio of the eight corners, 3 det^(2/3) / (sum of squared edges), nothing else.
-
-    Parameters
-    ----------
-    points
-        (n, 3) coordinates.
-    cells
-        (m, 8) nodes in VTK order.
-
-    Returns
-    -------
-    (m,) values in [0, 1]; 0 where a corner is folded or flat.
-
-    Examples
-    --------
-    >>> from hexconformal.generate import box
-    >>> corner_shape(*box((1, 1, 1), (1.0, 1.0, 8.0))).round(4)
-    array([0.1818])
-    """
-    smallest = np.empty(len(cells))
-    parallel_ranges(_corner_range, len(cells), *contiguous(points, cells), True, smallest)
+    parallel_ranges(_corner_range, len(cells), *contiguous(points, cells), shape, smallest)
     return smallest
 
 
@@ -142,7 +99,7 @@ def face_area(edges, i, j):  # type: ignore[no-untyped-def]
 @strict_loop
 def _measure_range(first, last, points, cells, columns):  # type: ignore[no-untyped-def]
     """Fill the columns in the order of MEASURES."""
-    edges, lengths, areas = np.empty((12, 3)), np.empty(12), np.empty((2, 2, 3, 3))
+    edges, lengths, areas, line = np.empty((12, 3)), np.empty(12), np.empty((2, 2, 3, 3)), np.empty(3)
     stack, levels = np.empty((3 * DEPTH + 1, 27)), np.empty(3 * DEPTH + 1, np.int64)
     for cell in range(first, last):
         edge_vectors(points, cells, cell, edges)
@@ -168,7 +125,7 @@ def _measure_range(first, last, points, cells, columns):  # type: ignore[no-unty
         for k in range(27):
             volume += stack[0, k] / 27.0
             largest = max(largest, abs(stack[0, k]))
-        lower, _ = bracket_minimum(stack, levels, rounding, DEPTH)
+        lower, _ = bracket_minimum(stack, levels, line, CORNER_PLACES, rounding, DEPTH)
 
         columns[0, cell] = scaled
         columns[1, cell] = max(-1.0, lower / largest) if largest > 0.0 else 0.0

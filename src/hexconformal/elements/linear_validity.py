@@ -15,7 +15,7 @@ from ..kernel import parallel_ranges, strict_loop
 from .cell_type import CellType
 from .hexahedron import HEXAHEDRON
 from .quadratic import QUADRATIC_TYPES, quadratic_bounds
-from .validity import ROUNDING, contiguous, minimum_jacobian
+from .validity import ROUNDING, contiguous, hexahedron_bounds
 
 __all__ = ["determinant_bounds", "valid_cells"]
 __all__ += ["edge", "fill_rows", "length", "row_bounds", "triple_product"]
@@ -50,7 +50,7 @@ def determinant_bounds(points: Floats, cells: Ints, cell_type: CellType) -> tupl
     (True, array([6.928203]))
     """
     if cell_type is HEXAHEDRON:
-        return minimum_jacobian(points, cells)
+        return hexahedron_bounds(points, cells)
     if cell_type.name in QUADRATIC_TYPES:
         return quadratic_bounds(points, cells, cell_type)
     lower, upper = np.empty(len(cells)), np.empty(len(cells))

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from . import validity
-from .cell_measures import MEASURES
-from .cell_measures import corner_scaled_jacobian as scaled_jacobian_of_hexahedra
-from .cell_measures import corner_shape as shape_of_hexahedra
+from .cell_measures import MEASURES, worst_corners
 from .collapsed import are_collapsed, rows_by_type
 from .hexahedron import HEXAHEDRON
 from .linear_measures import measures_of
 from .linear_validity import determinant_bounds
+from .validity import hexahedra_are_valid, hexahedron_bounds
 
 __all__ = ["all_valid", "corner_scaled_jacobian", "corner_shape", "is_valid", "minimum_jacobian"]
 
@@ -47,7 +43,7 @@ def minimum_jacobian(points: Floats, cells: Ints) -> tuple[Floats, Floats]:
     (True, 8.0)
     """
     if not are_collapsed(cells).any():
-        return validity.minimum_jacobian(points, cells)
+        return hexahedron_bounds(points, cells)
     lower, upper = np.empty((2, len(cells)))
     for one in rows_by_type(cells):
         lower[one.rows], upper[one.rows] = determinant_bounds(points, one.own_nodes(cells), one.cell_type)
@@ -95,9 +91,11 @@ def all_valid(points: Floats, cells: Ints, among: Ints | None = None) -> bool:
     >>> all_valid(CORNERS.astype(float), np.arange(8)[None])
     True
     """
+    if among is not None:
+        cells = cells[among]
     if not are_collapsed(cells).any():
-        return validity.all_valid(points, cells, among)
-    return bool(is_valid(points, cells if among is None else cells[among]).all())
+        return hexahedra_are_valid(points, cells)
+    return bool(is_valid(points, cells).all())
 
 
 def corner_scaled_jacobian(points: Floats, cells: Ints) -> Floats:
@@ -120,7 +118,7 @@ def corner_scaled_jacobian(points: Floats, cells: Ints) -> Floats:
     >>> corner_scaled_jacobian(*box((1, 1, 2)))
     array([1., 1.])
     """
-    return _measure(points, cells, "scaled_jacobian", scaled_jacobian_of_hexahedra)
+    return _worst_corners(points, cells, "scaled_jacobian")
 
 
 def corner_shape(points: Floats, cells: Ints) -> Floats:
@@ -143,17 +141,17 @@ def corner_shape(points: Floats, cells: Ints) -> Floats:
     >>> corner_shape(*box((1, 1, 1), (1.0, 1.0, 8.0))).round(4)
     array([0.1818])
     """
-    return _measure(points, cells, "shape", shape_of_hexahedra)
+    return _worst_corners(points, cells, "shape")
 
 
-def _measure(points: Floats, cells: Ints, name: str, hexahedra: Any) -> Floats:
+def _worst_corners(points: Floats, cells: Ints, name: str) -> Floats:
     if not are_collapsed(cells).any():
-        return np.asarray(hexahedra(points, cells))
+        return worst_corners(points, cells, name == "shape")
     out = np.empty(len(cells))
     for one in rows_by_type(cells):
         nodes = one.own_nodes(cells)
         if one.cell_type is HEXAHEDRON:
-            out[one.rows] = hexahedra(points, nodes)
+            out[one.rows] = worst_corners(points, nodes, name == "shape")
         else:
             out[one.rows] = measures_of(points, nodes, one.cell_type)[MEASURES.index(name)]
     return out

@@ -1,9 +1,6 @@
-"""Validity of trilinear hexahedra: det J > 0 everywhere, certified by Bernstein coefficients.
+"""Validity of trilinear hexahedra: det J > 0 everywhere, certified by Bernstein coefficients, equation (13).
 
-On the unit cube det J is a polynomial of degree two in each reference coordinate. Its 27 Bernstein
-coefficients bound it from below and above, and the eight at the corners are attained; where they do not
-decide the sign, the cell is bisected (de Casteljau) until they do (Johnen, Weill & Remacle 2017). Equation (13) of
-docs/mathematics.md.
+On the unit cube det J is a polynomial of degree two in each reference coordinate, with 27 coefficients.
 """
 
 from __future__ import annotations
@@ -14,19 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel import parallel_ranges, strict_loop
+from .bernstein import DEPTH, bracket_minimum, corner_places
 from .hexahedron import EDGES
 
-__all__ = ["DEPTH", "ROUNDING", "all_valid", "bernstein_coefficients", "contiguous", "is_valid", "minimum_jacobian"]
-__all__ += ["bracket_minimum", "edge_vectors", "fill_coefficients"]
+__all__ = ["CORNER_PLACES", "ROUNDING", "bernstein_coefficients", "contiguous", "edge_vectors", "fill_coefficients"]
+__all__ += ["hexahedra_are_valid", "hexahedron_bounds"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-DEPTH = 8  # largest number of times that a cell is halved in each direction
-# Bisections of one cell before it counts as undecided: only a det that touches zero comes near.
-_BUDGET = 4096
 # Rounding of a coefficient, relative to the product of the lengths along e1, e2, e3.
 ROUNDING = 16 * float(np.finfo(np.float64).eps)
+CORNER_PLACES = corner_places(2)
 
 
 def bernstein_coefficients(x: Floats) -> Floats:
@@ -58,84 +54,15 @@ def bernstein_coefficients(x: Floats) -> Floats:
     return coefficients.reshape(*x.shape[:-2], 27)
 
 
-def minimum_jacobian(points: Floats, cells: Ints, depth: int = DEPTH) -> tuple[Floats, Floats]:
-    """Bracket the minimum of det J over every cell.
-
-    The bounds are as tight as the sign needs: cells are subdivided only while it is undecided.
-
-    Parameters
-    ----------
-    points
-        (n, 3) coordinates.
-    cells
-        (m, 8) nodes in VTK order.
-    depth
-        How often a cell may be halved in each direction.
-
-    Returns
-    -------
-    (m,) lower bounds, rounding included: positive proves the cell valid;
-    (m,) upper bounds, values that det J attains: not positive proves it invalid.
-
-    Examples
-    --------
-    >>> from hexconformal.elements.hexahedron import CORNERS
-    >>> lower, upper = minimum_jacobian(2.0 * CORNERS, np.arange(8)[None])
-    >>> bool(np.isclose(lower[0], 8.0)), float(upper[0])
-    (True, 8.0)
-    """
+def hexahedron_bounds(points: Floats, cells: Ints, depth: int = DEPTH) -> tuple[Floats, Floats]:
+    """Bounds of the minimum of det J of hexahedra (m, 8) alone; :func:`minimum_jacobian` takes all types."""
     lower, upper = np.empty(len(cells)), np.empty(len(cells))
     parallel_ranges(_bracket_range, len(cells), *contiguous(points, cells), depth, lower, upper)
     return lower, upper
 
 
-def is_valid(points: Floats, cells: Ints) -> NDArray[np.bool_]:
-    """Tell for every cell whether det J > 0 everywhere in it, certified.
-
-    Cells that stay undecided (det J touches zero within rounding, or NaN) are not valid.
-
-    Parameters
-    ----------
-    points
-        (n, 3) coordinates.
-    cells
-        (m, 8) nodes in VTK order.
-
-    Returns
-    -------
-    (m,) booleans.
-
-    Examples
-    --------
-    >>> from hexconformal.elements.hexahedron import CORNERS
-    >>> points = CORNERS.astype(float)
-    >>> cells = np.arange(8)[None]
-    >>> is_valid(points, cells), is_valid(-points, cells)
-    (array([ True]), array([False]))
-    """
-    return minimum_jacobian(points, cells)[0] > 0
-
-
-def all_valid(points: Floats, cells: Ints, among: Ints | None = None) -> bool:
-    """Tell whether every cell is valid (see `is_valid`), and stop at the first that is not.
-
-    Parameters
-    ----------
-    points
-        (n, 3) coordinates.
-    cells
-        (m, 8) nodes in VTK order.
-    among
-        Ids of the cells to look at; default all.
-
-    Examples
-    --------
-    >>> from hexconformal.elements.hexahedron import CORNERS
-    >>> all_valid(CORNERS.astype(float), np.arange(8)[None])
-    True
-    """
-    if among is not None:
-        cells = cells[among]
+def hexahedra_are_valid(points: Floats, cells: Ints) -> bool:
+    """Tell whether all hexahedra (m, 8) are valid, and stop at the first that is not."""
     found = np.zeros(1, dtype=np.bool_)
     parallel_ranges(_find_invalid, len(cells), *contiguous(points, cells), DEPTH, found)
     return not found[0]
@@ -196,78 +123,23 @@ def fill_coefficients(edges, areas, coefficients):  # type: ignore[no-untyped-de
 
 
 @strict_loop
-def _bisect(parent, left, right, stride):  # type: ignore[no-untyped-def]
-    """Halve a block of coefficients along one axis (stride 1, 3 or 9); left may be the parent."""
-    for i in range(27):
-        if (i // stride) % 3 == 0:
-            p, q, r = parent[i], parent[i + stride], parent[i + 2 * stride]
-            pq, qr = 0.5 * (p + q), 0.5 * (q + r)
-            middle = 0.5 * (pq + qr)
-            left[i], left[i + stride], left[i + 2 * stride] = p, pq, middle
-            right[i], right[i + stride], right[i + 2 * stride] = middle, qr, r
-
-
-@strict_loop
-def _bounds(block):  # type: ignore[no-untyped-def]
-    """Smallest coefficient, and smallest of the eight at the corners, which are values of det J."""
-    lower, upper = block[0], block[0]
-    for i in range(1, 27):
-        lower = min(lower, block[i])
-    for i in (2, 6, 8, 18, 20, 24, 26):
-        upper = min(upper, block[i])
-    return lower, upper
-
-
-@strict_loop
-def bracket_minimum(stack, levels, rounding, depth):  # type: ignore[no-untyped-def]
-    """(lower, upper) of the polynomial whose coefficients are stack[0]; bisects while undecided."""
-    first, upper = _bounds(stack[0])
-    first -= rounding
-    # Written so that NaN ends here and is never valid.
-    if first > 0.0 or not upper > 0.0:
-        return first, upper
-    lower = np.inf
-    levels[0] = 0
-    size = 1
-    for _ in range(_BUDGET):
-        block, level = stack[size - 1], levels[size - 1]
-        bound, corner = _bounds(block)
-        bound -= rounding
-        upper = min(upper, corner)
-        if upper <= 0.0:
-            break
-        if bound > 0.0:
-            lower = min(lower, bound)
-            size -= 1
-            if size == 0:
-                return lower, upper
-        elif level == 3 * depth:
-            break
-        else:
-            _bisect(block, block, stack[size], 3 ** (level % 3))
-            levels[size - 1] = levels[size] = level + 1
-            size += 1
-    return first, upper
-
-
-@strict_loop
 def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ignore[no-untyped-def]
-    edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
+    edges, areas, line = np.empty((12, 3)), np.empty((2, 2, 3, 3)), np.empty(3)
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
         edge_vectors(points, cells, c, edges)
         rounding = fill_coefficients(edges, areas, stack[0])
-        lower[c], upper[c] = bracket_minimum(stack, levels, rounding, depth)
+        lower[c], upper[c] = bracket_minimum(stack, levels, line, CORNER_PLACES, rounding, depth)
 
 
 @strict_loop
 def _find_invalid(first, last, points, cells, depth, found):  # type: ignore[no-untyped-def]
-    edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
+    edges, areas, line = np.empty((12, 3)), np.empty((2, 2, 3, 3)), np.empty(3)
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
         edge_vectors(points, cells, c, edges)
         rounding = fill_coefficients(edges, areas, stack[0])
-        lower, _ = bracket_minimum(stack, levels, rounding, depth)
+        lower, _ = bracket_minimum(stack, levels, line, CORNER_PLACES, rounding, depth)
         if not lower > 0.0:
             found[0] = True
         # Set by any range; all of them write the same value.

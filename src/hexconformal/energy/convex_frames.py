@@ -148,54 +148,59 @@ def _unit_cross_block(k: float, u: Vector, v: Vector) -> Frame:
 
 
 @algebra
+def _add_stiffened(
+    s: Field, q: int, weight: float, stiffness: float, offset: float, d: float, density: float, g: Frame, a: Frame
+) -> tuple[float, Frame, Frame]:
+    """Add phi(e), e = density factor - offset, and its derivative, of those of density (g) and determinant d (a).
+
+    Returns the weight of the second derivative of the density, and two frames v, w: (r, c) of the remaining convex
+    Hessian is g_r v_c^T + a_r w_c^T.
+    """
+    factor, slope, curvature = barrier_factor(d, 0.0)
+    curvature = max(curvature, 2.0 * slope * slope / factor)
+    e = density * factor - offset
+    margin = 1.0 - stiffness * e
+    s[DENSITY, q] += weight * e / margin
+    s[MARGIN, q] = min(s[MARGIN, q], min(margin, d))
+    first = weight / (margin * margin)
+    second = 2.0 * stiffness * first / margin
+    down = density * slope
+    _add_to(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
+    # first * (slope (g a^T + a g^T) + density bend a a^T) + second * (factor g + down a) (factor g + down a)^T
+    both = first * slope + second * factor * down
+    along = plus(times(second * factor * factor, g), times(both, a))
+    across = plus(times(both, g), times(first * density * curvature + second * down * down, a))
+    return first * factor, along, across
+
+
+@algebra
+def _add_block(s: Field, q: int, row: int, block: Frame, g: Vector, along: Vector, a: Vector, across: Vector) -> None:
+    _add_to(plus(block, outer_sum(g, along, a, across)), s, row, q)
+
+
+@algebra
 def add_angles(s: Field, weight: float, stiffness: float, lanes: Lanes) -> None:
     """Add the same of phi(e(u)), u the unit columns."""
     for q in range(len(lanes)):
         f = frame_at(s, FRAME, q)
         u, r = directions(f)
-        d = determinant(u)
         density, g = frame_gradient(u)
-        density += JACOBIAN_WEIGHT
-        factor, slope, curvature = barrier_factor(d, 0.0)
-        curvature = max(curvature, 2.0 * slope * slope / factor)
         g, a = _chain(u, r, g), _chain(u, r, cofactor(u))
-        e = density * factor - JACOBIAN_WEIGHT
-        margin = 1.0 - stiffness * e
-        s[DENSITY, q] += weight * e / margin
-        s[MARGIN, q] = min(s[MARGIN, q], min(margin, d))
-        first = weight / (margin * margin)
-        second = 2.0 * stiffness * first / margin
-        down = density * slope
-        _add_to(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
-        # first * (slope (g a^T + a g^T) + density bend a a^T) + second * (factor g + down a) (factor g + down a)^T
-        both = first * slope + second * factor * down
-        along = plus(times(second * factor * factor, g), times(both, a))
-        across = plus(times(both, g), times(first * density * curvature + second * down * down, a))
-        k = 4.0 * first * factor
-        _add_to(
-            plus(orthogonal_projection(2.0 * k * r[0] * r[0], u[0]), outer_sum(g[0], along[0], a[0], across[0])),
-            s,
-            BLOCKS,
-            q,
-        )
+        density += JACOBIAN_WEIGHT
+        k, v, w = _add_stiffened(s, q, weight, stiffness, JACOBIAN_WEIGHT, determinant(u), density, g, a)
+        k *= 4.0
+        own = orthogonal_projection(2.0 * k * r[0] * r[0], u[0])
+        _add_block(s, q, BLOCKS, own, g[0], v[0], a[0], w[0])
         turn = _unit_cross_block(k * r[0] * r[1], u[0], u[1])
-        _add_to(plus(turn, outer_sum(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
+        _add_block(s, q, BLOCKS + 9, turn, g[0], v[1], a[0], w[1])
         turn = _unit_cross_block(k * r[0] * r[2], u[0], u[2])
-        _add_to(plus(turn, outer_sum(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
-        _add_to(
-            plus(orthogonal_projection(2.0 * k * r[1] * r[1], u[1]), outer_sum(g[1], along[1], a[1], across[1])),
-            s,
-            BLOCKS + 27,
-            q,
-        )
+        _add_block(s, q, BLOCKS + 18, turn, g[0], v[2], a[0], w[2])
+        own = orthogonal_projection(2.0 * k * r[1] * r[1], u[1])
+        _add_block(s, q, BLOCKS + 27, own, g[1], v[1], a[1], w[1])
         turn = _unit_cross_block(k * r[1] * r[2], u[1], u[2])
-        _add_to(plus(turn, outer_sum(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
-        _add_to(
-            plus(orthogonal_projection(2.0 * k * r[2] * r[2], u[2]), outer_sum(g[2], along[2], a[2], across[2])),
-            s,
-            BLOCKS + 45,
-            q,
-        )
+        _add_block(s, q, BLOCKS + 36, turn, g[1], v[2], a[1], w[2])
+        own = orthogonal_projection(2.0 * k * r[2] * r[2], u[2])
+        _add_block(s, q, BLOCKS + 45, own, g[2], v[2], a[2], w[2])
 
 
 @algebra
@@ -203,33 +208,17 @@ def add_shapes(s: Field, weight: float, stiffness: float, lanes: Lanes) -> None:
     """Add the same of phi(e(f)), f the whole frame: at corners whose three edges belong together."""
     for q in range(len(lanes)):
         f = frame_at(s, FRAME, q)
-        d = determinant(f)
         density, g = frame_gradient(f)
         a = cofactor(f)
-        factor, slope, curvature = barrier_factor(d, 0.0)
-        curvature = max(curvature, 2.0 * slope * slope / factor)
-        e = density * factor
-        margin = 1.0 - stiffness * e
-        s[DENSITY, q] += weight * e / margin
-        s[MARGIN, q] = min(s[MARGIN, q], min(margin, d))
-        first = weight / (margin * margin)
-        second = 2.0 * stiffness * first / margin
-        down = density * slope
-        _add_to(plus(times(first * factor, g), times(first * down, a)), s, COLUMN, q)
-        both = first * slope + second * factor * down
-        along = plus(times(second * factor * factor, g), times(both, a))
-        across = plus(times(both, g), times(first * density * curvature + second * down * down, a))
-        k = 4.0 * first * factor
+        k, v, w = _add_stiffened(s, q, weight, stiffness, 0.0, determinant(f), density, g, a)
+        k *= 4.0
         same = (2.0 * k, 0.0, 0.0), (0.0, 2.0 * k, 0.0), (0.0, 0.0, 2.0 * k)
-        _add_to(plus(same, outer_sum(g[0], along[0], a[0], across[0])), s, BLOCKS, q)
-        turn = cross_matrix(k, plane_normal(f[0], f[1]))
-        _add_to(plus(turn, outer_sum(g[0], along[1], a[0], across[1])), s, BLOCKS + 9, q)
-        turn = cross_matrix(k, plane_normal(f[0], f[2]))
-        _add_to(plus(turn, outer_sum(g[0], along[2], a[0], across[2])), s, BLOCKS + 18, q)
-        _add_to(plus(same, outer_sum(g[1], along[1], a[1], across[1])), s, BLOCKS + 27, q)
-        turn = cross_matrix(k, plane_normal(f[1], f[2]))
-        _add_to(plus(turn, outer_sum(g[1], along[2], a[1], across[2])), s, BLOCKS + 36, q)
-        _add_to(plus(same, outer_sum(g[2], along[2], a[2], across[2])), s, BLOCKS + 45, q)
+        _add_block(s, q, BLOCKS, same, g[0], v[0], a[0], w[0])
+        _add_block(s, q, BLOCKS + 9, cross_matrix(k, plane_normal(f[0], f[1])), g[0], v[1], a[0], w[1])
+        _add_block(s, q, BLOCKS + 18, cross_matrix(k, plane_normal(f[0], f[2])), g[0], v[2], a[0], w[2])
+        _add_block(s, q, BLOCKS + 27, same, g[1], v[1], a[1], w[1])
+        _add_block(s, q, BLOCKS + 36, cross_matrix(k, plane_normal(f[1], f[2])), g[1], v[2], a[1], w[2])
+        _add_block(s, q, BLOCKS + 45, same, g[2], v[2], a[2], w[2])
 
 
 @algebra

@@ -40,7 +40,7 @@ def cylinder(
 
     Examples
     --------
-    >>> from hexconformal.elements.validity import is_valid
+    >>> from hexconformal.elements import is_valid
     >>> points, cells = cylinder(4, 3, 5)
     >>> len(cells), bool(is_valid(points, cells).all())
     (320, True)
@@ -75,7 +75,7 @@ def ball(core: int = 6, layers: int = 5, radius: float = 1.0, core_size: float =
 
     Examples
     --------
-    >>> from hexconformal.elements.validity import is_valid
+    >>> from hexconformal.elements import is_valid
     >>> points, cells = ball(4, 3)
     >>> len(cells), bool(is_valid(points, cells).all())
     (352, True)

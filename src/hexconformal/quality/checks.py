@@ -9,18 +9,17 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
 from ..io import as_volume_mesh
-from ..mesh import HexMesh, MixedMesh, components, face_table
+from ..mesh import HexMesh, MixedMesh, face_table
+from .face_checks import check_hanging, check_pieces, check_sides
 from .finding import Finding, error, warning
 from .impossible_corners import impossible_corners
 from .mixed_checks import check_mixed
-from .node_order import NO_BOUNDARY, centre_determinants, detect_order
-from .point_checks import check_finite, check_places, repeated_rows
+from .node_order import centre_determinants, detect_order
+from .point_checks import check_numbers, check_places, repeated_rows
 
 __all__ = ["Finding", "check", "require_sound"]
 
-# Relative to the size of the mesh, and of a cell.
-_FLAT_VOLUME = 1e-10
-_HANGING_DISTANCE = 1e-6
+_FLAT_VOLUME = 1e-10  # relative to the product of the edges
 _SAMPLED_CELLS = 20_000
 # Of the bounding box: what reaches across it, and what the typical cell is short of.
 _SPANNING_SHARE, _SHORT_SHARE = 0.95, 0.7
@@ -61,23 +60,12 @@ def check(mesh: Any) -> tuple[Finding, ...]:
     mesh = as_volume_mesh(mesh)
     if isinstance(mesh, MixedMesh):
         return check_mixed(mesh)
-    found = _check_numbers(mesh)
+    found = check_numbers(mesh)
     if not found:
         found = [*_check_cells(mesh), *check_places(mesh, "hexahedron")]
         if not any(finding.kind == "repeated nodes" for finding in found):
             found += _check_faces(mesh)
     return tuple(sorted(found, key=lambda finding: finding.severity))
-
-
-def _check_numbers(mesh: HexMesh) -> list[Finding]:
-    found = check_finite(mesh)
-    if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
-        bad = np.flatnonzero(((mesh.cells < 0) | (mesh.cells >= len(mesh.points))).any(axis=1))
-        text = f"cells with node ids outside 0..{len(mesh.points) - 1}: {first_ids(bad, mesh.cell_labels)}"
-        if mesh.cells.min() == 1 and mesh.cells.max() == len(mesh.points):
-            text += "; ids start at 1 here, subtract 1"
-        found.append(error("bad index", bad, text))
-    return found
 
 
 def _check_cells(mesh: HexMesh) -> list[Finding]:
@@ -120,19 +108,11 @@ def _sampling_stride(mesh: HexMesh) -> int:
 
 
 def _check_faces(mesh: HexMesh) -> list[Finding]:
-    found = []
-    cell_labels, node_labels = mesh.cell_labels, mesh.node_labels
+    cell_labels = mesh.cell_labels
     faces = face_table(mesh.cells)
-    crowded = np.flatnonzero(faces.counts > 2)
-    if len(crowded):
-        quads = faces.quads[crowded[:3]] if node_labels is None else node_labels[faces.quads[crowded[:3]]]
-        names = ", ".join(str(tuple(nodes)) for nodes in quads.tolist())
-        cells = np.unique(faces.cells[crowded])
-        text = f"faces shared by more than two cells: {len(crowded)} (nodes {names})"
-        text += f", of cells {first_ids(cells, cell_labels)}"
-        found.append(error("crowded faces", cells, text))
-    if (faces.counts > 1).all():
-        return [*found, error("no boundary", np.arange(len(mesh.cells)), NO_BOUNDARY)]
+    found = check_sides(mesh, faces)
+    if any(finding.kind == "no boundary" for finding in found):
+        return found
     order = detect_order(mesh.points, mesh.cells[:: _sampling_stride(mesh)])
     opposed = faces.cells[(faces.orientation != 1) & (faces.counts == 2)]
     if order.name != "VTK":
@@ -145,40 +125,10 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
     elif order.mirrored:
         text = "the cells are mirrored (negative volume); orient() turns them round"
         found.append(error("mirrored", np.arange(len(mesh.cells)), text))
-    count, pieces = components(mesh.cells)
-    if count > 1:
-        first = np.unique(pieces, return_index=True)[1]
-        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first, cell_labels)}"
-        found.append(warning("pieces", first, text))
+    found += check_pieces(mesh, mesh.cells)
     doubled = impossible_corners(faces, mesh.cells)
     if len(doubled):
-        text = f"nodes with two faces between the same two edges: {first_ids(doubled, node_labels)}"
+        text = f"nodes with two faces between the same two edges: {first_ids(doubled, mesh.node_labels)}"
         advice = "cells there cannot all be valid, wherever the nodes are; mesh this part anew"
         found.append(warning("doubled corners", doubled, f"{text}; {advice}"))
-    hanging = _hanging(mesh.points, faces.quads[faces.counts == 1])
-    if len(hanging):
-        text = f"nodes hanging on an edge or face of another cell: {first_ids(hanging, node_labels)}"
-        found.append(warning("hanging nodes", hanging, f"{text}; they are not tied to it"))
-    return found
-
-
-def _hanging(points: NDArray[np.float64], quads: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Boundary nodes in the middle of a boundary edge or face: where cells were split in two."""
-    from scipy.spatial import cKDTree
-
-    if len(quads) == 0:
-        return np.empty(0, dtype=np.int64)
-    after = np.roll(quads, -1, axis=1)
-    # Each edge once: its other quad runs along it the other way.
-    edge = quads < after
-    ends = points[quads[edge]], points[after[edge]]
-    middles = np.concatenate([(ends[0] + ends[1]) / 2, points[quads].mean(axis=1)])
-    lengths = np.linalg.norm(points[quads[:, 2]] - points[quads[:, 0]], axis=1)
-    reach = _HANGING_DISTANCE * np.concatenate([np.linalg.norm(ends[1] - ends[0], axis=1), lengths])
-    owner = np.concatenate([np.nonzero(edge)[0], np.arange(len(quads))])
-    nodes = np.unique(quads)
-    distances, nearest = cKDTree(points[nodes]).query(middles, distance_upper_bound=float(reach.max()))
-    hit = np.asarray(distances <= reach) & np.isfinite(distances)
-    found = nodes[np.asarray(nearest)[hit]]
-    # A corner of the quad itself is no hanging node: two of them may coincide.
-    return np.unique(found[(quads[owner[hit]] != found[:, None]).all(axis=1)])
+    return [*found, *check_hanging(mesh, faces)]

@@ -20,7 +20,8 @@ class Finding:
     kind
         A word for programs: "not finite", "bad index", "repeated nodes", "duplicate cells", "crowded faces",
         "no boundary", "mirrored", "foreign order" (errors); "coincident points", "flat cells", "wrapped cells",
-        "hanging nodes", "doubled corners", "pieces", "unreferenced points" (warnings).
+        "hanging nodes", "doubled corners", "pieces", "unreferenced points", "reversed wedges",
+        "split faces" (warnings).
     severity
         "error" if the mesh has to be refused, "warning" if it can be worked on.
     ids

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..mesh import FaceTable, MixedMesh, components, face_table, with_wedges_upright
+from ..mesh import FaceTable, MixedMesh, face_table, with_wedges_upright
+from .face_checks import check_hanging, check_pieces, check_sides, first_faces
 from .finding import Finding, error, warning
-from .node_order import NO_BOUNDARY, mirrored_cells
-from .point_checks import check_finite, check_places, repeated_rows
+from .node_order import mirrored_cells
+from .point_checks import check_numbers, check_places, repeated_rows
 from .quadratic_checks import check_quadratic
 
 __all__ = ["check_mixed", "split_quads"]
@@ -27,21 +28,13 @@ def check_mixed(mesh: MixedMesh) -> tuple[Finding, ...]:
     >>> check_mixed(turned)[0].message[:66]
     'wedges with their two triangles in the reverse order: 1 (ids 0); t'
     """
-    found = [*check_finite(mesh), *_check_numbers(mesh)]
+    found = check_numbers(mesh)
     if not found:
         found = [*_check_repeated(mesh), *_check_flat(mesh), *check_places(mesh, "cell")]
         if not any(finding.kind == "repeated nodes" for finding in found):
             upright = with_wedges_upright(mesh)
             found += [*_check_wedges(mesh, upright), *_check_faces(upright), *check_quadratic(mesh)]
     return tuple(sorted(found, key=lambda finding: finding.severity))
-
-
-def _check_numbers(mesh: MixedMesh) -> list[Finding]:
-    count = len(mesh.points)
-    bad = [block.places[((block.cells < 0) | (block.cells >= count)).any(axis=1)] for block in mesh.blocks]
-    ids = np.sort(np.concatenate(bad))
-    text = f"cells with node ids outside 0..{count - 1}: {first_ids(ids, mesh.cell_labels)}"
-    return [error("bad index", ids, text)] if len(ids) else []
 
 
 def _check_repeated(mesh: MixedMesh) -> list[Finding]:
@@ -85,29 +78,21 @@ def _check_wedges(mesh: MixedMesh, upright: MixedMesh) -> list[Finding]:
 
 
 def _check_faces(mesh: MixedMesh) -> list[Finding]:
-    found = []
-    table, cell_labels = mesh.table, mesh.cell_labels
+    table = mesh.table
     faces = face_table(table)
-    crowded = np.flatnonzero(faces.counts > 2)
-    if len(crowded):
-        cells = np.unique(faces.cells[crowded])
-        text = f"faces shared by more than two cells: {len(crowded)} (nodes {_nodes_of(mesh, faces, crowded)})"
-        found.append(error("crowded faces", cells, f"{text}, of cells {first_ids(cells, cell_labels)}"))
-    if (faces.counts > 1).all():
-        return [*found, error("no boundary", np.arange(faces.cells.max() + 1), NO_BOUNDARY)]
-    found += _check_order(mesh, faces)
-    count, pieces = components(table)
-    if count > 1:
-        first = np.unique(pieces, return_index=True)[1]
-        text = f"the mesh is in {count} pieces that share no node; their first cells: {first_ids(first, cell_labels)}"
-        found.append(warning("pieces", first, text))
+    found = check_sides(mesh, faces)
+    if any(finding.kind == "no boundary" for finding in found):
+        return found
+    found += [*_check_order(mesh, faces), *check_pieces(mesh, table)]
     split = np.flatnonzero(split_quads(faces))
     if len(split):
         cells = np.unique(faces.cells[split, 0])
-        text = f"quadrilaterals that meet two triangles: {len(split)} (nodes {_nodes_of(mesh, faces, split)})"
-        advice = "they touch only where they are flat; put pyramids between"
-        found.append(warning("split faces", cells, f"{text}, of cells {first_ids(cells, cell_labels)}; {advice}"))
-    return found
+        text = f"quadrilaterals that meet two triangles: {len(split)} ({first_faces(mesh, faces, split)})"
+        text = f"{text}, of cells {first_ids(cells, mesh.cell_labels)}"
+        found.append(
+            warning("split faces", cells, f"{text}; they touch only where they are flat; put pyramids between")
+        )
+    return [*found, *check_hanging(mesh, faces)]
 
 
 def _check_order(mesh: MixedMesh, faces: FaceTable) -> list[Finding]:
@@ -124,13 +109,6 @@ def _check_order(mesh: MixedMesh, faces: FaceTable) -> list[Finding]:
             text = f"{text}: {first_ids(ids, mesh.cell_labels)}; orient() turns them round"
             found.append(error("mirrored", ids, text))
     return found
-
-
-def _nodes_of(mesh: MixedMesh, faces: FaceTable, rows: NDArray[np.int64]) -> str:
-    """Nodes of the first of some faces."""
-    labels = np.arange(len(mesh.points)) if mesh.node_labels is None else mesh.node_labels
-    corners = (nodes[: 3 + int(nodes[2] != nodes[3])] for nodes in faces.quads[rows[:3]])
-    return ", ".join(str(tuple(labels[nodes].tolist())) for nodes in corners)
 
 
 def split_quads(faces: FaceTable) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Checks of points, and of rows of nodes, whatever the cells are."""
+"""Checks of points, and of numbers of nodes, whatever the cells are."""
 
 from __future__ import annotations
 
@@ -6,18 +6,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import first_ids, unusable_points
-from ..mesh import HexMesh, MixedMesh
+from ..mesh import HexMesh, MixedMesh, blocks_of
 from .finding import Finding, error, warning
 
-__all__ = ["check_finite", "check_places", "repeated_rows"]
+__all__ = ["check_numbers", "check_places", "repeated_rows"]
 
 _COINCIDENT_DISTANCE = 1e-12  # relative to the size of the mesh
 
 
-def check_finite(mesh: HexMesh | MixedMesh) -> list[Finding]:
+def _check_finite(mesh: HexMesh | MixedMesh) -> list[Finding]:
     """Points that cannot be worked with."""
     bad, text = unusable_points(mesh.points, mesh.node_labels)
     return [error("not finite", bad, text)] if len(bad) else []
+
+
+def check_numbers(mesh: HexMesh | MixedMesh) -> list[Finding]:
+    """Points that cannot be worked with, and cells of nodes that are none."""
+    found, count = _check_finite(mesh), len(mesh.points)
+    cells = mesh.cells
+    if cells.min() < 0 or cells.max() >= count:
+        blocks = blocks_of(mesh)
+        bad = [block.places[((block.cells < 0) | (block.cells >= count)).any(axis=1)] for block in blocks]
+        ids = np.sort(np.concatenate(bad))
+        text = f"cells with node ids outside 0..{count - 1}: {first_ids(ids, mesh.cell_labels)}"
+        if cells.min() == 1 and cells.max() == count:
+            text += "; ids start at 1 here, subtract 1"
+        found.append(error("bad index", ids, text))
+    return found
 
 
 def check_places(mesh: HexMesh | MixedMesh, what: str) -> list[Finding]:

@@ -126,7 +126,7 @@ class Regularization:
         self.history: list[Record] = []
         self._notes = (*(finding.message for finding in require_sound(self.mesh)), *self.mesh.notes)
         self._normalized = NormalizedMesh(collapsed_mesh(self.mesh), ordered=True)
-        schedules = schedules or Schedules()
+        schedules = Schedules() if schedules is None else schedules
         self._boundary = boundary_of(self._normalized, self.options, schedules)
         free = self._boundary.barrier is None and len(self._boundary.admissible.nodes) < 2
         if self.options.energy == "quaternionic" and free:
@@ -214,7 +214,8 @@ class Regularization:
         normalized, boundary, bound = self._normalized, self._stages.state.boundary, self.options.hausdorff
         points, reason = self._points, self._stages.state.reason
         notes: list[str] = []
-        points = points if points is normalized.points else self._brought_back(points)
+        if points is not normalized.points:
+            points = self._brought_back(points)
         formulation, asked = self._stages.state.formulation, self.options.conserve_volume
         by_barrier, changed = self.options.constraint == "barrier", points is not normalized.points
         if changed and (asked or (by_barrier and swells(points, normalized, formulation))):
@@ -263,8 +264,8 @@ class Regularization:
 
     def _record(self, iteration: Iteration) -> Record:
         scaled_jacobian = corner_scaled_jacobian(iteration.points, self._normalized.cells)
-        energy, inverted = iteration.energy, int((scaled_jacobian <= 0).sum())
-        energy = self._setting.distortion.value(iteration.points) if np.isnan(energy) else energy
+        inverted = int((scaled_jacobian <= 0).sum())
+        energy = self._setting.distortion.value(iteration.points) if np.isnan(iteration.energy) else iteration.energy
         if inverted and self.options.energy == "barrier":
             energy = float("nan")  # rounding may leave a flat corner a finite one
         return Record(

@@ -134,7 +134,7 @@ class Stages:
             yield iteration
         self._earlier.append(points)
         if options.raises_worst and formulation.free.any() and len(formulation.cells) > 0:
-            formulation, points = yield from self._raise_worst(formulation, points)
+            formulation, points = yield from self._raise_worst(formulation, points, found.points)
         points = yield from self._return_to_surface(formulation, points)
         if options.energy == "barrier":
             unfolded = untangle_interior(formulation, points)
@@ -155,7 +155,7 @@ class Stages:
         return points
 
     def _raise_worst(
-        self, formulation: Formulation, points: Field
+        self, formulation: Formulation, points: Field, unfolded: Field
     ) -> Generator[Iteration, None, tuple[Formulation, Field]]:
         """Raise the worst cells; returns the formulation, which may have softer curves then, and the points."""
         schedules, options = self._setting.schedules, self._setting.options
@@ -165,7 +165,6 @@ class Stages:
                 self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
             return formulation, points
         self._ended("interrupted", False)
-        unfolded = self._earlier[1]
         raise_cells = raise_worst
         if len(quality) > schedules.worst_cells.many_cells:
             raise_cells = raise_worst_patches

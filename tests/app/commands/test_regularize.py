@@ -15,7 +15,7 @@ from program import error_line, interrupted, run
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.elements.validity import is_valid
+from hexconformal.elements import is_valid
 from hexconformal.mesh.topology import boundary_quads
 from hexconformal.regularization.options import CHOICES, Record
 

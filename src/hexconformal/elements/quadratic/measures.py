@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel import parallel_ranges, strict_loop
+from ..bernstein import DEPTH, bracket_minimum
 from ..cell_measures import MEASURES, face_area, mean_ratio, scaled_jacobian
 from ..cell_type import CellType
-from ..validity import DEPTH, contiguous
+from ..validity import contiguous
 from .cell_types import EDGE_NODES
 from .control_vectors import control_vectors
 from .shape_functions import quadratic_shape_gradients
-from .validity import WORK, bracket_quadratic, fill_quadratic
+from .validity import CORNER_PLACES, WORK, fill_quadratic
 
 __all__ = ["quadratic_measures"]
 
@@ -129,7 +130,7 @@ def _measure_range(  # type: ignore[no-untyped-def]
         for p in range(216):
             volume += stack[0, p] / 216.0
             largest = max(largest, abs(stack[0, p]))
-        lower, _ = bracket_quadratic(stack, levels, line, bound, DEPTH)
+        lower, _ = bracket_minimum(stack, levels, line, CORNER_PLACES, bound, DEPTH)
         columns[1, c] = max(-1.0, lower / largest) if largest > 0.0 else 0.0
 
         longest, shortest = 0.0, np.inf

@@ -1,8 +1,7 @@
 """Validity of quadratic hexahedra: det J > 0 everywhere, certified by Bernstein coefficients, equation (13e).
 
 det J is a polynomial of degree five in each reference coordinate. Its 216 coefficients are means of triple products of
-control vectors, which bound it, and the eight at the corners are attained. Where they do not decide the sign, the cell
-is bisected until they do, as linear hexahedra are.
+control vectors.
 """
 
 from __future__ import annotations
@@ -13,21 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel import parallel_ranges, strict_loop
+from ..bernstein import DEPTH, bracket_minimum, corner_places
 from ..cell_type import CellType
-from ..validity import DEPTH, contiguous
+from ..validity import contiguous
 from .control_vectors import control_vectors
 
 __all__ = ["quadratic_bounds", "quadratic_coefficients"]
-__all__ += ["WORK", "bracket_quadratic", "fill_quadratic"]
+__all__ += ["CORNER_PLACES", "WORK", "fill_quadratic"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Bisections of one cell before it counts as undecided: only a det that touches zero comes near.
-_BUDGET = 2048
 _ROW = [comb(5, i) for i in range(6)]
 _BINOMIALS = np.kron(_ROW, np.kron(_ROW, _ROW)).astype(np.float64)
-_CORNERS = (0, 5, 30, 35, 180, 185, 210, 215)
+CORNER_PLACES = corner_places(5)
 WORK = 3, 3, 18  # shape of the array for the control vectors of a cell: axis, component, number
 
 
@@ -155,62 +153,6 @@ def fill_quadratic(points, cells, c, pairs, table, binomials, rounding, control,
 
 
 @strict_loop
-def _bisect(parent, left, right, stride, line):  # type: ignore[no-untyped-def]
-    """Halve a block of coefficients along one axis (stride 1, 6 or 36); left may be the parent."""
-    for p in range(216):
-        if (p // stride) % 6 == 0:
-            for m in range(6):
-                line[m] = parent[p + m * stride]
-            for r in range(6):
-                left[p + r * stride], right[p + (5 - r) * stride] = line[0], line[5 - r]
-                for m in range(5 - r):
-                    line[m] = 0.5 * (line[m] + line[m + 1])
-
-
-@strict_loop
-def _bounds(block):  # type: ignore[no-untyped-def]
-    """Smallest coefficient, and smallest of the eight at the corners, which are values of det J."""
-    lower, upper = block[0], block[0]
-    for p in range(216):
-        lower = min(lower, block[p])
-    for p in _CORNERS:
-        upper = min(upper, block[p])
-    return lower, upper
-
-
-@strict_loop
-def bracket_quadratic(stack, levels, line, rounding, depth):  # type: ignore[no-untyped-def]
-    """(lower, upper) of the polynomial whose coefficients are stack[0]; bisects while undecided."""
-    first, upper = _bounds(stack[0])
-    first -= rounding
-    # Written so that NaN ends here and is never valid.
-    if first > 0.0 or not upper > 0.0:
-        return first, upper
-    lower = np.inf
-    levels[0] = 0
-    size = 1
-    for _ in range(_BUDGET):
-        block, level = stack[size - 1], levels[size - 1]
-        bound, corner = _bounds(block)
-        bound -= rounding
-        upper = min(upper, corner)
-        if upper <= 0.0:
-            break
-        if bound > 0.0:
-            lower = min(lower, bound)
-            size -= 1
-            if size == 0:
-                return lower, upper
-        elif level == 3 * depth:
-            break
-        else:
-            _bisect(block, block, stack[size], 6 ** (level % 3), line)
-            levels[size - 1] = levels[size] = level + 1
-            size += 1
-    return first, upper
-
-
-@strict_loop
 def _coefficient_range(first, last, points, cells, pairs, table, binomials, rounding, out):  # type: ignore[no-untyped-def]
     control, areas = np.empty(WORK), np.empty((3, 80))
     for c in range(first, last):
@@ -223,4 +165,4 @@ def _bracket_range(first, last, points, cells, pairs, table, binomials, rounding
     stack, levels = np.empty((3 * depth + 1, 216)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
         bound = fill_quadratic(points, cells, c, pairs, table, binomials, rounding, control, areas, stack[0])
-        lower[c], upper[c] = bracket_quadratic(stack, levels, line, bound, depth)
+        lower[c], upper[c] = bracket_minimum(stack, levels, line, CORNER_PLACES, bound, depth)
