@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..common import MeshError
 from .arrays import checked_cells, checked_data, checked_points
 from .carried_cells import CarriedCells
 from .node_pairs import NodePairs
+from .volume_mesh import VolumeMesh
 
 __all__ = ["HexMesh"]
 
 
 @dataclass(frozen=True, eq=False)
-class HexMesh:
+class HexMesh(VolumeMesh):
     """Points and hexahedra with their arrays, all read-only, and what they were made from.
 
     Attributes
@@ -69,22 +70,6 @@ class HexMesh:
         return f"HexMesh({len(self.points)} points, {len(self.cells)} hexahedra)"
 
     @property
-    def held(self) -> NDArray[np.bool_]:
-        """(n,) nodes of the other three-dimensional cells that were carried along: keep them where they are."""
-        return np.zeros(len(self.points), dtype=bool) if self.origin is None else self.origin.selection.held
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Remarks on what was changed or set aside when the mesh was read."""
-        return () if self.origin is None else self.origin.selection.notes
-
-    @property
-    def node_labels(self) -> NDArray[Any] | None:
-        """(n,) what the file that the mesh was read from calls its points; None if these are counted from 0."""
-        file = getattr(self.origin, "file", None)
-        return None if file is None else file.node_labels
-
-    @property
     def cell_labels(self) -> NDArray[Any] | None:
         """(m,) what the file that the mesh was read from calls the hexahedra; None if cells are counted from 0."""
         file = getattr(self.origin, "file", None)
@@ -131,49 +116,5 @@ class HexMesh:
         """Pairs of nodes that the file couples: they move together."""
         return tuple(getattr(self.origin, "coupled_pairs", ()))
 
-    def replaced(
-        self,
-        points: ArrayLike | None = None,
-        point_data: Mapping[str, ArrayLike] | None = None,
-        cell_data: Mapping[str, ArrayLike] | None = None,
-    ) -> HexMesh:
-        """The same mesh with other points, and with arrays added to (or put in the place of) its own.
-
-        Parameters
-        ----------
-        points
-            (n, 3) new positions.
-        point_data, cell_data
-            Arrays by name, first axis n or m.
-
-        Raises
-        ------
-        MeshError
-            If there are other than n points, or an array has another length.
-        """
-        points = self.points if points is None else checked_points(points)
-        if len(points) != len(self.points):
-            raise MeshError(f"points must be as many as the mesh has, {len(self.points)}, not {len(points)}")
-        return replace(
-            self,
-            points=points,
-            point_data=dict[str, Any](self.point_data) | dict(point_data or {}),
-            cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
-        )
-
-    def to_source_type(self) -> Any:
-        """The mesh as an object of the type it was made from.
-
-        Everything that came in is there again: other cells in their order, arrays, field data, named sets,
-        unreferenced points. Points are those of this mesh, always in float64 (rounding to float32 could turn a
-        thin cell inside out); arrays added to `cell_data` are NaN (0 for integers) on other cells. Higher-order
-        nodes of linearized cells lie on the straight edges and trilinear faces.
-
-        Returns
-        -------
-        ``(points, cells)`` for arrays, a meshio.Mesh, a pyvista grid; a mesh that was read from a file is
-        returned as it is.
-        """
-        if self.origin is None:
-            return self.points.copy(), self.cells.copy()
-        return self if self.origin.file is not None else self.origin.updated_source(self)
+    def _arrays_of_cells(self) -> NDArray[np.int64]:
+        return self.cells.copy()

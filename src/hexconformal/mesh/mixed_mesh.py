@@ -13,6 +13,7 @@ from ..common import MeshError, first_names
 from ..elements import HEXAHEDRON, SOLID_TYPES, WEDGE, CellType, cell_volumes, collapsed_cells
 from .arrays import checked_cells, checked_data, checked_points, read_only
 from .hex_mesh import HexMesh
+from .volume_mesh import VolumeMesh
 
 __all__ = ["CellBlock", "MixedMesh", "blocks_of", "cells_in_rows", "collapsed_mesh", "counts_by_type", "flat_nodes"]
 __all__ += ["with_wedges_upright"]
@@ -30,7 +31,7 @@ class CellBlock:
 
 
 @dataclass(frozen=True, eq=False)
-class MixedMesh:
+class MixedMesh(VolumeMesh):
     """Points and cells of several types with their arrays, all read-only, and what they were made from.
 
     Attributes
@@ -121,22 +122,6 @@ class MixedMesh:
         return table
 
     @property
-    def held(self) -> NDArray[np.bool_]:
-        """(n,) nodes of the cells that were carried along, of none of these types: keep them where they are."""
-        return np.zeros(len(self.points), dtype=bool) if self.origin is None else self.origin.selection.held
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Remarks on what was changed or set aside when the mesh was read."""
-        return () if self.origin is None else self.origin.selection.notes
-
-    @property
-    def node_labels(self) -> NDArray[Any] | None:
-        """(n,) what the file that the mesh was read from calls its points; None if these are counted from 0."""
-        file = getattr(self.origin, "file", None)
-        return None if file is None else file.node_labels
-
-    @property
     def cell_labels(self) -> NDArray[Any] | None:
         """(m,) what the file calls the cells, or their places among all that it has; None if there is no file."""
         if self.origin is None:
@@ -144,28 +129,8 @@ class MixedMesh:
         file, rows = getattr(self.origin, "file", None), self.origin.selection.rows
         return rows if file is None or file.cell_labels is None else file.cell_labels[rows]
 
-    def replaced(
-        self,
-        points: ArrayLike | None = None,
-        point_data: Mapping[str, ArrayLike] | None = None,
-        cell_data: Mapping[str, ArrayLike] | None = None,
-    ) -> MixedMesh:
-        """The same mesh with other points, and with arrays added, as :meth:`hexconformal.HexMesh.replaced` does."""
-        points = self.points if points is None else checked_points(points)
-        if len(points) != len(self.points):
-            raise MeshError(f"points must be as many as the mesh has, {len(self.points)}, not {len(points)}")
-        return replace(
-            self,
-            points=points,
-            point_data=dict[str, Any](self.point_data) | dict(point_data or {}),
-            cell_data=dict[str, Any](self.cell_data) | dict(cell_data or {}),
-        )
-
-    def to_source_type(self) -> Any:
-        """The mesh as an object of the type it was made from: points and cells by type, a meshio.Mesh, a grid."""
-        if self.origin is None:
-            return self.points.copy(), {block.cell_type.name: block.cells.copy() for block in self.blocks}
-        return self if self.origin.file is not None else self.origin.updated_source(self)
+    def _arrays_of_cells(self) -> dict[str, Ints]:
+        return {block.cell_type.name: block.cells.copy() for block in self.blocks}
 
 
 def collapsed_mesh(mesh: HexMesh | MixedMesh) -> HexMesh:
