@@ -5,7 +5,9 @@ import pytest
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.geometry import find_features, hausdorff, kept_edges
+from hexconformal.elements import WEDGE, collapsed_cells
+from hexconformal.geometry import edge_table, find_features, hausdorff, kept_edges
+from hexconformal.geometry.features.crack_fronts import crack_fronts
 from hexconformal.mesh.topology import boundary_quads
 
 
@@ -40,6 +42,41 @@ def test_the_front_of_a_slit_is_found_closed_and_open(opening):
     edges = kept_edges(points, boundary_quads(cells)[0], cells)
     assert sorted(np.unique(edges)) == sorted(front)
     assert len(edges) == len(front) - 1
+
+
+def test_a_front_between_hexahedra_and_wedges_is_found():
+    points, cells, front = graded()
+    lower = points[cells].mean(axis=1)[:, 2] < 0.5
+    halves = np.concatenate([cells[lower][:, half] for half in ([0, 4, 1, 3, 7, 2], [4, 5, 1, 7, 6, 2])])
+    mixed = np.concatenate([cells[~lower], collapsed_cells(halves, WEDGE)])
+    edges = kept_edges(points, boundary_quads(mixed)[0], mixed)
+    assert sorted(np.unique(edges)) == sorted(front)
+    assert len(edges) == len(front) - 1
+
+
+@pytest.mark.parametrize(
+    ("filled", "warp", "front"), [(320.0, 0.0, True), (280.0, 0.0, False), (280.0, 1.0, False), (40.0, 0.0, False)]
+)
+def test_cells_around_a_front_fill_the_whole_turn(filled, warp, front):
+    """A fan of wedges about the z axis that leaves a notch open, whose sides may be warped, or is a sharp blade.
+
+    Nodes of a side move across it, below one way, above the other. So its direction away from the axis stays, and the
+    area vectors of the two sides turn until they are opposed, though the notch is as wide as before.
+    """
+    angles = np.radians(np.linspace(0.0, filled, 9))
+    away = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    across = np.stack([-np.sin(angles), np.cos(angles), 0.0 * angles], axis=1)
+    across[1:-1] = 0.0
+    ring = np.stack([away - warp * across, away + warp * across + [0.0, 0.0, 1.0]])
+    points = np.concatenate([[[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]], *ring])
+    k = np.arange(2, 10)
+    wedges = np.stack([0 * k, k, k + 1, 0 * k + 1, k + 9, k + 10], axis=1)
+    cells = collapsed_cells(wedges, WEDGE)
+    quads, _ = boundary_quads(cells)
+    edges = edge_table(quads)
+    found = edges.nodes[edges.manifold[crack_fronts(points, quads, edges, cells)]]
+    assert [0, 1] in edges.nodes[edges.manifold].tolist()
+    assert found.tolist() == ([[0, 1]] if front else [])
 
 
 def test_a_quad_folded_onto_its_neighbour_is_no_front():

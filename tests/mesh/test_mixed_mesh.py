@@ -34,6 +34,7 @@ def test_cells_are_in_the_order_of_their_places():
     shuffled = MixedMesh(mesh.points, blocks)
     expected = [rows[k] for k in np.argsort(order)]
     assert shuffled.cells.tolist() == [node for row in expected for node in row]
+    assert [np.unique(row).tolist() for row in shuffled.table] == [sorted(row) for row in expected]
 
 
 def test_cells_of_a_row_of_places():
