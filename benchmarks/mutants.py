@@ -93,7 +93,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("if not (s[MARGIN, q] > 0.0 and", "if not ("),
             ("total += weights[q] * s[DENSITY, q]", "total += s[DENSITY, q]"),
             ("for row in range(COLUMN, BLOCKS + 54):", "for row in range(COLUMN, BLOCKS + 45):"),
-            ("            pull_back(s)", "            pass"),
+            ("            pull_back(s, EIGHT)", "            pass"),
         ],
     ),
     "hexconformal.energy.distortion_term": (
@@ -348,7 +348,8 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.regularization.return_to_surface": (
         ("regularization/test_return_to_surface.py",),
         [
-            ("left |= beyond", "left = beyond & ~beyond"),
+            ("left = left | still", "left = left"),
+            ("left = left | still", "left = still"),
             ("if not is_valid(trial, cells)[valid].all():", "if False:"),
             ("min(1.0, 2.0 * (1.0 - ring / rings))", "1.0"),
             ("if not barrier.exceeded(trial) and", "if"),
@@ -417,7 +418,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "hexconformal.solver.admissible": (
         ("solver/test_admissible.py",),
         [
-            ("says = length > 1e-3 * size", "says = length > 0.0"),
+            ("says = length > 1e-3 * area", "says = length > 0.0"),
             ("rank < forbidden[:, None]", "rank <= forbidden[:, None]"),
             ("np.argsort(np.argsort(share, axis=1", "np.argsort(np.argsort(-share, axis=1"),
             ("sums = sums.copy()", "sums = sums"),
@@ -557,7 +558,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("after < before + schedule.worth", "after > before + schedule.worth"),
             ("if after >= schedule.poor:", "if after >= 0.0:"),
             ("stalled |= bool(aside[quality.argmin()])", "stalled |= False"),
-            ("1.0, schedule.stiffness / worst", "1.0, 0.1 * schedule.stiffness / worst"),
+            ("schedule.stiffness / max(", "0.1 * schedule.stiffness / max("),
         ],
     ),
     "hexconformal.regularization.acceptance": (

@@ -40,6 +40,25 @@ def test_only_what_is_around_goes_back(bumps):
     assert (found[~elsewhere] != moved[~elsewhere]).any()
 
 
+def test_what_comes_out_of_the_bound_on_the_way_back_goes_back_too():
+    """A cylinder turned about its axis around a bump: half-way back its nodes are on chords, below the surface."""
+    points, cells = generate.cylinder(4, 3, 24)
+    quads = boundary_quads(cells)[0]
+    barrier = DistanceBarrier.around(SurfaceLocator(points, quads), BOUND)
+    x, y, z = points.T
+    angle = 0.4 * np.clip(1.0 - np.abs(z - 1.0) / 0.7, 0.0, None)
+    moved = np.stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y, z], axis=1)
+    moved[np.setdiff1d(np.arange(len(points)), quads), :2] *= 1.01
+    assert not barrier.exceeded(moved)
+    moved[np.argmin(np.linalg.norm(points - [1.0, 0.0, 1.0], axis=1)), :2] *= 1.06
+    assert barrier.exceeded(moved)
+    found = towards(barrier, moved, points, cells, ReturnSchedule(parts_back=(1.0,), rings_back=(4,), shares_back=()))
+    assert not barrier.exceeded(found)
+    assert is_valid(found, cells).all()
+    there, moves = (found == moved).all(axis=1), (moved != points).any(axis=1)
+    assert (there & moves).sum() > 0.2 * moves.sum()
+
+
 def test_all_goes_back_where_that_is_not_enough():
     points, moved, cells, barrier = situation(1)
     found = towards(barrier, moved, points, cells, ReturnSchedule(rings_back=()))
