@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from meshes.quadratic_cells import QUADRATIC, frames, lattice, random_cells
 
-from hexconformal.energy import QuadraticTerm
+from hexconformal.energy import CornerWeights, QuadraticTerm
 from hexconformal.kernel import barrier_gradient
 
 each_type = pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.name)
 
 
-def term_of(cell_type, **options):
+def term_of(cell_type, boxes=None, evenness=1.0, **weights):
     nodes = len(cell_type.nodes)
-    return QuadraticTerm(np.arange(nodes)[None], cell_type, nodes, **options)
+    return QuadraticTerm(np.arange(nodes)[None], cell_type, nodes, boxes, CornerWeights(**weights), evenness)
 
 
 def hessian(term, x):
@@ -101,3 +101,58 @@ def test_cells_that_share_nodes_pull_together(cell_type):
     _, gradient = QuadraticTerm(cells, cell_type, len(x)).value_gradient(x)
     parts = [QuadraticTerm(cells[i : i + 1], cell_type, len(x)).value_gradient(x)[1] for i in range(2)]
     np.testing.assert_allclose(gradient, parts[0] + parts[1], atol=1e-12)
+
+
+def angle_densities(f):
+    """e(u) of the unit columns of frames (q, 3, 3), by the formula with the scaled Jacobian."""
+    u = f / np.linalg.norm(f, axis=1, keepdims=True)
+    planes = [np.linalg.norm(np.cross(u[:, :, i], u[:, :, j]), axis=1) for i, j in [(0, 1), (0, 2), (1, 2)]]
+    # Of unit vectors a plane has 2 (1 + 1) - 4 sin.
+    return (sum(4 - 4 * sine for sine in planes) + 8) * np.linalg.det(u) ** (-2 / 3) - 8
+
+
+@each_type
+def test_angles_count_as_at_corners_of_linear_cells(cell_type):
+    x = random_cells(cell_type, 1, 0.08)[0]
+    f = frames(cell_type, x[None], lattice(3))[0]
+    e = angle_densities(f)
+    stiffness = 0.9 / e.max()
+    assert term_of(cell_type).largest_angles(x)[0] == pytest.approx(e.max(), rel=1e-11)
+    alone = {"evenness": 0.0, "distortion": 0.0, "angle": 2.0}
+    assert term_of(cell_type, **alone).value(x) == pytest.approx(2 * e.mean(), rel=1e-11)
+    term = term_of(cell_type, evenness=0.5, distortion=0.3, angle=2.0, stiffness=stiffness)
+    plain = 0.3 * term_of(cell_type, evenness=0.0).value(x) + term_of(cell_type, evenness=0.5, distortion=0.0).value(x)
+    assert term.value(x) == pytest.approx(plain + 2 * (e / (1 - stiffness * e)).mean(), rel=1e-11)
+    variation = np.random.default_rng(3).normal(size=x.shape)
+    difference = (term.value(x + 1e-6 * variation) - term.value(x - 1e-6 * variation)) / 2e-6
+    assert (term.value_gradient(x)[1] * variation).sum() == pytest.approx(difference, rel=1e-5)
+
+
+@each_type
+def test_no_angle_gets_beyond_the_stiffness(cell_type):
+    x = random_cells(cell_type, 1, 0.08)[0]
+    largest = term_of(cell_type).largest_angles(x)[0]
+    assert np.isfinite(term_of(cell_type, angle=1.0, stiffness=0.999 / largest).value(x))
+    assert term_of(cell_type, angle=1.0, stiffness=1.001 / largest).value(x) == np.inf
+    folded = cell_type.ideal.copy()
+    folded[0] = [2, 0, 0]
+    assert term_of(cell_type, angle=1.0).value(folded) == np.inf
+    assert term_of(cell_type).largest_angles(folded)[0] == np.inf
+
+
+@each_type
+def test_laplacian_is_that_of_cubes_as_large_as_the_cells(cell_type):
+    box = np.array([4.0, 0.5, 0.5])
+    for scale, boxes in ((1.0, None), (0.2, None), (3.0, box[None])):
+        x = scale * cell_type.ideal
+        matrix = term_of(cell_type, boxes=boxes).laplacian(x)
+        np.testing.assert_allclose(matrix.toarray(), matrix.toarray().T, atol=1e-13)
+        np.testing.assert_allclose(matrix @ np.ones(len(x)), 0, atol=1e-12)
+        # Gradients of coordinates of the cell are unit vectors, those of other nodes are integrated by the same rule.
+        expected = np.ones(3) if boxes is None else 1 / box**2
+        np.testing.assert_allclose(np.diag(cell_type.ideal.T @ matrix @ cell_type.ideal), expected / scale**2)
+        y = np.random.default_rng(0).normal(size=len(x))
+        weights = np.array([1, 4, 1]) / 6
+        weights = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
+        slopes = frames(cell_type, np.stack([y, y, y], axis=1)[None], lattice(3))[0, :, 0]
+        assert y @ matrix @ y == pytest.approx(weights @ (slopes**2 @ expected) / scale**2, rel=1e-11)

@@ -42,24 +42,25 @@ class ComposedTerm(Term):
     matrix: scipy.sparse.csr_array
     offset: Field | float = 0.0
 
-    def _places(self, points: Field) -> Field:
+    def places(self, points: Field) -> Field:
+        """(k, 3) S x + b."""
         return np.asarray(self.matrix @ points + self.offset)
 
     def value(self, points: Field) -> float:
         """Value at the points (n, 3)."""
-        return self.term.value(self._places(points))
+        return self.term.value(self.places(points))
 
     def value_gradient(self, points: Field) -> tuple[float, Field]:
         """Value and gradient (n, 3)."""
-        value, gradient = self.term.value_gradient(self._places(points))
+        value, gradient = self.term.value_gradient(self.places(points))
         return value, np.asarray(self.matrix.T @ gradient)
 
     def second_product(self, points: Field, variation: Field) -> Field:
         """The second derivative S^T H S times a variation (n, 3)."""
-        return np.asarray(self.matrix.T @ self.term.second_product(self._places(points), self.matrix @ variation))
+        return np.asarray(self.matrix.T @ self.term.second_product(self.places(points), self.matrix @ variation))
 
     def restricted(self, patch: Patch) -> ComposedTerm:
         """The same where only the nodes of a patch move; what the others contribute is a constant."""
         others = patch.points.copy()
         others[patch.nodes] = 0.0
-        return replace(self, matrix=self.matrix[:, patch.nodes], offset=self._places(others))
+        return replace(self, matrix=self.matrix[:, patch.nodes], offset=self.places(others))

@@ -55,7 +55,8 @@ from ..kernel import (
 from .corner_blocks import BLOCKS, COLUMN, END
 
 __all__ = ["DENSITY", "FOLDED", "FRAME", "JACOBIAN_WEIGHT", "MARGIN", "ROWS", "STEEP"]
-__all__ += ["add_angles", "add_proportions", "add_shapes", "directions", "store_distortion", "store_quaternionic"]
+__all__ += ["add_angles", "add_proportions", "add_shapes", "directions", "of_columns", "store_distortion"]
+__all__ += ["store_quaternionic"]
 
 Field = NDArray[np.float64]
 
@@ -82,7 +83,7 @@ def directions(f: Frame) -> tuple[Frame, Vector]:
 
 
 @algebra
-def _chain(u: Frame, r: Vector, v: Frame) -> Frame:
+def of_columns(u: Frame, r: Vector, v: Frame) -> Frame:
     """Derivatives with respect to the unit columns become derivatives with respect to the columns."""
     return (
         combine(r[0], v[0], -r[0] * dot(v[0], u[0]), u[0]),
@@ -185,7 +186,7 @@ def add_angles(s: Field, weight: float, stiffness: float, lanes: Lanes) -> None:
         f = frame_at(s, FRAME, q)
         u, r = directions(f)
         density, g = frame_gradient(u)
-        g, a = _chain(u, r, g), _chain(u, r, cofactor(u))
+        g, a = of_columns(u, r, g), of_columns(u, r, cofactor(u))
         density += JACOBIAN_WEIGHT
         k, v, w = _add_stiffened(s, q, weight, stiffness, JACOBIAN_WEIGHT, determinant(u), density, g, a)
         k *= 4.0

@@ -91,6 +91,11 @@ class Samples:
         none = np.empty(0, np.int64), np.empty((0, 4))
         return cls(*none, places, near, distances, np.zeros(len(places)))
 
+    def chosen(self, which: Mask) -> Samples:
+        """Some of them."""
+        names = ("faces", "weights", "places", "near", "distances", "attraction")
+        return Samples(*(x[which] if len(x := getattr(self, name)) else x for name in names))
+
     def __len__(self) -> int:
         return len(self.near)
 

@@ -9,7 +9,7 @@ from .arrays import checked_cells, checked_data, checked_points, read_only
 from .carried_cells import CarriedCells, telling_tags
 from .couplings import Couplings, find_couplings
 from .edges import face_edges, unique_edges
-from .embedded import Embedded, find_embedded
+from .embedded import Embedded, find_embedded, same_rows
 from .face_rows import face_keys, triangles_first, turned_over, whole_faces
 from .hex_mesh import HexMesh
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
@@ -81,6 +81,7 @@ __all__ = [
     "read_only",
     "region_arrays",
     "region_surfaces",
+    "same_rows",
     "scalar_matrix",
     "telling_tags",
     "triangles_first",

@@ -38,8 +38,7 @@ def check_quadratic(mesh: MixedMesh) -> list[Finding]:
     if len(curved) < len(mesh.blocks):
         found = [error("higher order", ids, f"{text}; beside others they are worked on {linear} only")]
     else:
-        advice = "they are worked on where the boundary stays, boundary='fixed' (--boundary fixed), or"
-        found = [warning("higher order", ids, f"{text}; {advice} {linear}")]
+        found = [warning("higher order", ids, f"{text}; they are worked on as they are, or {linear}")]
     for what, corners, middles in (("edges", EDGE_NODES[:, :2], EDGE_NODES[:, 2]), ("faces", FACES, _FACE_CENTRES)):
         torn = _torn(mesh.blocks, corners, middles)
         if len(torn):

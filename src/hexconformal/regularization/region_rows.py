@@ -94,7 +94,7 @@ def region_rows(regions: Regions, before: Quality, after: Quality) -> tuple[Regi
 
 
 def interface_rows(
-    regions: Regions, mesh: HexMesh, points: Field, diagonal: float
+    regions: Regions, mesh: HexMesh, points: Field, diagonal: float, count: int | None = None
 ) -> tuple[tuple[InterfaceRow, ...], list[str]]:
     """A row for each pair of regions that meet, and notes.
 
@@ -108,9 +108,12 @@ def interface_rows(
         (n, 3) where its points are after.
     diagonal
         Length that distances are told in.
+    count
+        How many nodes count where it is told how many have moved, from the first on; default all.
     """
     interfaces = find_interfaces(mesh.cells, regions.labels)
     gone = (points != mesh.points).any(axis=1)
+    gone[count:] &= count is None
     moved = np.array([np.count_nonzero(gone[np.unique(part)]) for part in interfaces.parts()], dtype=np.int64)
     notes: list[str] = []
     distances: list[float | None]

@@ -38,7 +38,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     mesh
         A path, a pyvista grid, a meshio.Mesh, a :class:`hexconformal.HexMesh` or MixedMesh, or a tuple
         ``(points, cells)``, of hexahedra, or with cells by the name of their type, ``{"tetra": ..., "wedge": ...}``.
-        It is not changed. Hexahedra of 20 or 27 nodes are worked on with ``boundary="fixed"``.
+        It is not changed. Hexahedra of 20 or 27 nodes are worked on as they are,
+        with the options on the boundary, on what is kept, and `emphasis`.
     callback
         Called with the record of every iteration.
     **options

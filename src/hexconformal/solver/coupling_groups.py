@@ -15,18 +15,21 @@ __all__ = ["coupled_groups", "coupled_nodes"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 _TURNED = 1e-4  # of a matrix, from which on a rotation is one
 
 
-def coupled_nodes(normalized: NormalizedMesh, couplings: Any) -> tuple[CoupledNodes, tuple[str, ...]]:
+def coupled_nodes(
+    normalized: NormalizedMesh, couplings: Any, among: Mask | None = None
+) -> tuple[CoupledNodes, tuple[str, ...]]:
     """The groups of nodes that move together, in the order of a normalized mesh, and notes on them.
 
     Parameters
     ----------
     normalized
         The mesh.
-    couplings
+    couplings, among
         As of :func:`hexconformal.mesh.find_couplings`, in ids of the mesh that was normalized.
 
     Raises
@@ -34,7 +37,7 @@ def coupled_nodes(normalized: NormalizedMesh, couplings: Any) -> tuple[CoupledNo
     OptionError
         If pairs that are given make no sense.
     """
-    found = find_couplings(normalized.mesh, couplings)
+    found = find_couplings(normalized.mesh, couplings, among)
     return coupled_groups(np.argsort(normalized.node_ids)[found.pairs], found.rotations), found.notes
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..cell_type import CellType
 from .cell_types import LATTICE, from_nodes
 
-__all__ = ["quadratic_shape_gradients", "quadratic_shapes"]
+__all__ = ["quadratic_polynomials", "quadratic_shape_gradients", "quadratic_shapes"]
 
 Field = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def quadratic_shapes(xi: Field, cell_type: CellType) -> Field:
     >>> bool(np.allclose(shapes, np.eye(20)))
     True
     """
-    values, _ = _lagrange(xi)
+    values, _ = quadratic_polynomials(xi)
     return np.asarray(_products(values) @ from_nodes(cell_type))
 
 
@@ -59,15 +59,22 @@ def quadratic_shape_gradients(xi: Field, cell_type: CellType) -> Field:
     >>> bool(np.allclose(HEXAHEDRON27.ideal.T @ gradients[0], np.eye(3)))
     True
     """
-    values, slopes = _lagrange(xi)
+    values, slopes = quadratic_polynomials(xi)
     along = np.eye(3, dtype=bool)[:, None, :, None]
     gradients = np.stack([_products(np.where(axis, slopes, values)) for axis in along], axis=-1)
     return np.einsum("qai,ab->qbi", gradients, from_nodes(cell_type))
 
 
-def _lagrange(xi: Field) -> tuple[Field, Field]:
-    """(q, 3, 3) the three polynomials on 0, 1/2, 1 of each coordinate, and their derivatives."""
-    t = np.asarray(xi, dtype=np.float64)
+def quadratic_polynomials(t: Field) -> tuple[Field, Field]:
+    """Lagrange's three polynomials on 0, 1/2, 1 and their derivatives, a further axis for each coordinate t.
+
+    Examples
+    --------
+    >>> values, slopes = quadratic_polynomials(np.array([0.5, 1.0]))
+    >>> values.tolist(), slopes.tolist()
+    ([[0.0, 1.0, 0.0], [-0.0, 0.0, 1.0]], [[-1.0, 0.0, 1.0], [1.0, -4.0, 3.0]])
+    """
+    t = np.asarray(t, dtype=np.float64)
     values = np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)], axis=-1)
     return values, np.stack([4.0 * t - 3.0, 4.0 - 8.0 * t, 4.0 * t - 1.0], axis=-1)
 

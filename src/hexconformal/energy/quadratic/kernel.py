@@ -5,9 +5,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...kernel import algebra, barrier_gradient, cofactor, combine, determinant, frame_at, loop, regularized, store
+from ...kernel import (
+    Frame,
+    algebra,
+    barrier_factor,
+    barrier_gradient,
+    cofactor,
+    combine,
+    determinant,
+    frame_at,
+    frame_density,
+    frame_gradient,
+    loop,
+    regularized,
+    store,
+)
+from ..convex_frames import JACOBIAN_WEIGHT, directions, of_columns
 
-__all__ = ["quadratic_sums"]
+__all__ = ["largest_angles", "quadratic_sums"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -31,8 +46,51 @@ def _store_frames(points: Field, cells: Ints, c: int, table: Field, boxes: Field
 
 
 @algebra
-def _store_stresses(s: Field, weights: Field, eps: float, evenness: float) -> float:
-    """Energy of a cell; its derivatives with respect to the columns, times the weights, stay in the array."""
+def _angle_density(f: Frame) -> float:
+    """e(u) of the unit columns u of a frame, which grows with the angles between them alone."""
+    u, _ = directions(f)
+    return (frame_density(u) + JACOBIAN_WEIGHT) * barrier_factor(determinant(u), 0.0)[0] - JACOBIAN_WEIGHT
+
+
+@algebra
+def _add_angles(s: Field, count: int, angle: float, stiffness: float) -> float:
+    """Mean of phi(e(u)) over the points, times a weight, and its derivatives; infinite beyond the stiffness."""
+    total, share = 0.0, angle / count
+    for q in range(count):
+        f = frame_at(s, _FRAME, q)
+        u, r = directions(f)
+        d = determinant(u)
+        density, g = frame_gradient(u)
+        factor, slope, _ = barrier_factor(d, 0.0)
+        density += JACOBIAN_WEIGHT
+        e, a = density * factor - JACOBIAN_WEIGHT, cofactor(u)
+        margin = 1.0 - stiffness * e
+        if not (d > 0.0 and margin > 0.0):
+            return np.inf
+        total += share * e / margin
+        steep = share / (margin * margin)
+        turned = (
+            combine(steep * factor, g[0], steep * density * slope, a[0]),
+            combine(steep * factor, g[1], steep * density * slope, a[1]),
+            combine(steep * factor, g[2], steep * density * slope, a[2]),
+        )
+        v, stress = of_columns(u, r, turned), frame_at(s, _STRESS, q)
+        store(
+            (
+                combine(1.0, stress[0], 1.0, v[0]),
+                combine(1.0, stress[1], 1.0, v[1]),
+                combine(1.0, stress[2], 1.0, v[2]),
+            ),
+            s,
+            _STRESS,
+            q,
+        )
+    return total
+
+
+@algebra
+def _store_stresses(s: Field, weights: Field, eps: float, evenness: float, distortion: float) -> float:
+    """Distortion of a cell; its derivatives with respect to the columns, times the weights, stay in the array."""
     total = above = below = 0.0
     for q in range(len(weights)):
         f = frame_at(s, _FRAME, q)
@@ -51,7 +109,7 @@ def _store_stresses(s: Field, weights: Field, eps: float, evenness: float) -> fl
         # The derivative of chi is chi / sqrt(eps^2 + d^2).
         slope = evenness * (below - above / positive**2) * positive / (np.sqrt(eps * eps + d * d) + _TINY)
         a, stress = cofactor(frame_at(s, _FRAME, q)), frame_at(s, _STRESS, q)
-        w, v = weights[q], weights[q] * slope
+        w, v = distortion * weights[q], weights[q] * slope
         store(
             (
                 combine(w, stress[0], v, a[0]),
@@ -62,20 +120,25 @@ def _store_stresses(s: Field, weights: Field, eps: float, evenness: float) -> fl
             _STRESS,
             q,
         )
-    return total + evenness * uneven
+    return distortion * total + evenness * uneven
 
 
 @loop
-def quadratic_sums(first, last, points, cells, table, weights, boxes, eps, evenness, energies, forces):  # type: ignore[no-untyped-def]
+def quadratic_sums(  # type: ignore[no-untyped-def]
+    first, last, points, cells, table, weights, boxes, eps, evenness, distortion, angle, stiffness, energies, forces
+):
     """Energy (m,) of each cell and its derivative (m, k, 3) with respect to the cell's own nodes.
 
     The table (3, k, q) holds derivatives of the shape functions at the points; weights (q,) sum to one. W
-    has the edge lengths boxes (m, 3) of each cell on its diagonal, and is the identity where there are none.
+    has the edge lengths boxes (m, 3) of each cell on its diagonal, and is the identity where there are none. Weights
+    and stiffness as of equation (12): distortion * e + evenness + angle * phi(e(u)), the latter at all points alike.
     """
     s = np.empty((_ROWS, len(weights)))
     for c in range(first, last):
         _store_frames(points, cells, c, table, boxes, s)
-        energies[c] = _store_stresses(s, weights, eps, evenness)
+        energies[c] = _store_stresses(s, weights, eps, evenness, distortion)
+        if angle > 0.0:
+            energies[c] += _add_angles(s, len(weights), angle, stiffness)
         for k in range(3):
             rest = 0.0
             for a in range(1, table.shape[1]):
@@ -88,3 +151,15 @@ def quadratic_sums(first, last, points, cells, table, weights, boxes, eps, evenn
                 forces[c, a, k] = force
                 rest -= force
             forces[c, 0, k] = rest
+
+
+@loop
+def largest_angles(first, last, points, cells, table, boxes, out):  # type: ignore[no-untyped-def]
+    """Per cell (m,) the largest e(u) at the points; infinite where one is folded."""
+    s = np.empty((_ROWS, table.shape[2]))
+    for c in range(first, last):
+        _store_frames(points, cells, c, table, boxes, s)
+        out[c] = 0.0
+        for q in range(table.shape[2]):
+            f = frame_at(s, _FRAME, q)
+            out[c] = max(out[c], _angle_density(f)) if determinant(f) > 0.0 else np.inf

@@ -7,26 +7,31 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from ...elements import CellType, quadratic_shape_gradients
+from ...elements import EDGES, CellType, quadratic_shape_gradients
 from ...kernel import parallel_ranges
-from ...mesh import corner_incidences
+from ...mesh import corner_incidences, node_pattern, scalar_matrix
+from ..corner_term import CornerWeights
 from ..quadrature_kernels import gather
 from ..term import Patch, Term
-from .kernel import quadratic_sums
+from .kernel import largest_angles, quadratic_sums
 
 __all__ = ["QuadraticTerm"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+_ALONE = CornerWeights()  # the distortion
 _FOLDED = 1e60  # an energy beyond this is that of a folded point, which is huge rather than not a number
 
 
 @dataclass(frozen=True, eq=False)
 class QuadraticTerm(Term):
     """Mean of the density (8) over the 3 x 3 x 3 Gauss-Lobatto points, the nodes of 27, and how uneven det J is.
+
+    To raise the worst cells their angles count as well, equation (12).
 
     Attributes
     ----------
@@ -38,12 +43,12 @@ class QuadraticTerm(Term):
         Number of nodes n.
     boxes
         (m, 3) edge lengths, with the product one, of the box that each cell should be; None for cubes.
-    eps
-        That of the barrier, 0 or more.
+    weights
+        Of the distortion and of the angles, the stiffness of these, and eps of the barrier, as at corners of linear
+        cells; angles count with eps = 0 alone.
     evenness
         Weight of (mean of d) (mean of 1 / d) - 1, d = chi_eps(det J): without it three quadratic fields that are
         conformal at the points cost nothing, beside the similarities.
-
     Examples
     --------
     >>> from hexconformal.elements import HEXAHEDRON27
@@ -58,7 +63,7 @@ class QuadraticTerm(Term):
     cell_type: CellType
     count: int
     boxes: Field | None = None
-    eps: float = 0.0
+    weights: CornerWeights = _ALONE
     evenness: float = 1.0
 
     @cached_property
@@ -67,8 +72,9 @@ class QuadraticTerm(Term):
 
     def _sums(self, points: Field) -> tuple[float, Field]:
         energies, forces = np.empty(len(self.cells)), np.empty((*self.cells.shape, 3))
-        boxes = np.empty((0, 3)) if self.boxes is None else self.boxes
-        arguments = *_rule(self.cell_type), boxes, self.eps, self.evenness, energies, forces
+        weights = self.weights
+        numbers = weights.eps, self.evenness, weights.distortion, weights.angle, weights.stiffness_of(self.cell_type)
+        arguments = *_rule(self.cell_type), self._boxes, *numbers, energies, forces
         parallel_ranges(quadratic_sums, len(self.cells), points, self.cells, *arguments, smallest=64)
         total = float(energies.sum())
         return (total if total < _FOLDED else float("inf")), forces
@@ -93,6 +99,27 @@ class QuadraticTerm(Term):
         frames = self._frames(points)
         lengths = np.linalg.norm(frames, axis=3).prod(axis=2)
         return np.asarray((np.linalg.det(frames) / np.maximum(lengths, 1e-300)).min(axis=1))
+
+    def laplacian(self, points: Field) -> scipy.sparse.csr_matrix:
+        """Scalar Laplacian L (n, n): 8 L is the frozen Hessian for constant normals, of cubes as large as the cells."""
+        table, weights = _rule(self.cell_type)
+        boxes = np.ones((1, 3)) if self.boxes is None else self.boxes
+        matrices = np.einsum("iaq,ibq,q,ci->cab", table, table, weights, boxes**-2.0, optimize=True)
+        ends = points[self.cells[:, EDGES]]
+        squares = ((ends[:, :, 1] - ends[:, :, 0]) ** 2).sum(axis=2).mean(axis=1)
+        incidences, scales = corner_incidences(self.cells, self.count), 1.0 / np.maximum(squares, 1e-300)
+        return scalar_matrix(self.cells, matrices, scales, *incidences, node_pattern(self.cells, *incidences))
+
+    def largest_angles(self, points: Field) -> Field:
+        """(m,) largest e(u) at the points of each cell, u the unit columns of J; infinite where one is folded."""
+        out = np.empty(len(self.cells))
+        arguments = points, self.cells, _rule(self.cell_type)[0], self._boxes, out
+        parallel_ranges(largest_angles, len(out), *arguments, smallest=64)
+        return out
+
+    @property
+    def _boxes(self) -> Field:
+        return np.empty((0, 3)) if self.boxes is None else self.boxes
 
     def restricted(self, patch: Patch) -> QuadraticTerm:
         """The same of the cells of a patch."""

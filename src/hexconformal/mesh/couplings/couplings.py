@@ -50,7 +50,7 @@ class Couplings:
     notes: tuple[str, ...] = ()
 
 
-def find_couplings(mesh: HexMesh, couplings: Any = "auto") -> Couplings:
+def find_couplings(mesh: HexMesh, couplings: Any = "auto", among: Mask | None = None) -> Couplings:
     """The couplings of a mesh.
 
     Parameters
@@ -61,6 +61,8 @@ def find_couplings(mesh: HexMesh, couplings: Any = "auto") -> Couplings:
         "auto": the pairs that the file couples (Gmsh's $Periodic, *EQUATION and *MPC of decks), and nodes of parts that
         share no node, where they are at the same place; "ignore": none; or (k, 2) ids of nodes, the second of which one
         rigid map takes to the first, or a translation for each pair of faces.
+    among
+        (n,) nodes that may be coupled; default those of hexahedra.
 
     Raises
     ------
@@ -78,18 +80,19 @@ def find_couplings(mesh: HexMesh, couplings: Any = "auto") -> Couplings:
     if isinstance(couplings, str):
         if couplings not in ("auto", "ignore"):
             raise OptionError(f"couplings must be 'auto', 'ignore' or (k, 2) ids of nodes, not {couplings!r}")
-        return _Finder(mesh).from_mesh() if couplings == "auto" else _Finder(mesh).found()
-    return _Finder(mesh).given(couplings)
+        return _Finder(mesh, among).from_mesh() if couplings == "auto" else _Finder(mesh, among).found()
+    return _Finder(mesh, among).given(couplings)
 
 
 class _Finder:
     """Collects couplings."""
 
-    def __init__(self, mesh: HexMesh) -> None:
-        self._mesh, self._points, count = mesh, mesh.points, len(mesh.points)
-        self._referenced = np.zeros(count, dtype=bool)
-        self._referenced[mesh.cells] = True
-        self._diagonal = float(np.linalg.norm(np.ptp(mesh.points[self._referenced], axis=0)))
+    def __init__(self, mesh: HexMesh, among: Mask | None) -> None:
+        self._mesh, self._points = mesh, mesh.points
+        self._among = np.zeros(len(mesh.points), dtype=bool) if among is None else among
+        if among is None:
+            self._among[mesh.cells] = True
+        self._diagonal = float(np.linalg.norm(np.ptp(mesh.points[self._among], axis=0)))
         self._pairs, self._rotations = [np.empty((0, 2), np.int64)], [np.empty((0, 3, 3))]
         self._seen = np.empty(0, np.int64)
         self._counts: dict[str, int] = {}
@@ -103,7 +106,7 @@ class _Finder:
 
     def given(self, couplings: Any) -> Couplings:
         pairs = _checked_pairs(couplings, len(self._points))
-        pairs = pairs[self._referenced[pairs].all(axis=1)]
+        pairs = pairs[self._among[pairs].all(axis=1)]
         if len(pairs):
             maps = several_maps(*self._ends(pairs), self._tolerance)
             if maps.misfits.max() > self._tolerance:
@@ -157,7 +160,7 @@ class _Finder:
 
     def _new(self, pairs: Ints) -> Ints:
         """The pairs of nodes of cells that are not there yet, in whatever order, each once."""
-        pairs = pairs[self._referenced[pairs].all(axis=1)]
+        pairs = pairs[self._among[pairs].all(axis=1)]
         keys = np.sort(pairs, axis=1) @ np.array([len(self._points), 1])
         first = np.sort(np.unique(keys, return_index=True)[1])
         first = first[~np.isin(keys[first], self._seen)]

@@ -2,5 +2,7 @@
 
 from .boundary import Boundary, boundary_of
 from .exact_parts import flat_normals
+from .kept_geometry import KeptGeometry, kept_geometry
+from .said import Said
 
-__all__ = ["Boundary", "boundary_of", "flat_normals"]
+__all__ = ["Boundary", "KeptGeometry", "Said", "boundary_of", "flat_normals", "kept_geometry"]

@@ -28,13 +28,11 @@ from ...solver import (
     AdmissibleDirections,
     boundary_directions,
     count_free_directions,
-    coupled_nodes,
-    fixed_components,
 )
 from ..options import Options
 from .exact_parts import flat_normals, normals_inside, normals_of_curves, on_bent, wire_normals
 from .given_surface import Fit, GivenSurface, fit_to
-from .kept_geometry import kept_geometry
+from .said import Said, what_is_said
 
 __all__ = ["Boundary", "boundary_of"]
 
@@ -83,12 +81,14 @@ def boundary_of(
     *,
     matches: bool = True,
     held: Mask | None = None,
+    said: Said | None = None,
 ) -> Boundary:
     """The boundary as the options ask for it.
 
     Flat patches are kept exactly: their nodes move in their planes, and so along straight edges between them.
     Everything else slides within a bound around the surface. On another surface that is so where its features are
-    matched with the mesh's, if that is not turned off. Nodes (n,) may be held besides.
+    matched with the mesh's, if that is not turned off. Nodes (n,) may be held besides. What the mesh and the options
+    say of nodes and faces may be known already.
 
     Raises
     ------
@@ -101,12 +101,11 @@ def boundary_of(
     near = schedules.barrier
     if options.feature_band is not None:
         near = replace(near, curve_bound=options.feature_band)
-    fixed = fixed_components(normalized.mesh, options.fixed)[normalized.node_ids]
     points, quads, cells = normalized.points, normalized.quads, normalized.cells
-    kept = kept_geometry(normalized, options)
-    fixed |= (kept.held if held is None else kept.held | held)[:, None]
-    coupled, told = coupled_nodes(normalized, options.couplings)
-    notes = [*kept.notes, *told]
+    said = what_is_said(normalized, options) if said is None else said
+    kept, coupled = said.kept, said.coupled
+    fixed = said.fixed | (kept.held if held is None else kept.held | held)[:, None]
+    notes = [*kept.notes, *said.notes]
     wires = wire_features(points, kept.edges, kept.edge_kinds, schedules.features) if len(kept.edges) else None
     if options.boundary != "slide" or options.hausdorff == 0.0:
         edges = kept_edges(points, quads, cells, kept.kinds_of_skin) if options.boundary == "slide" else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -12,37 +12,49 @@ from numpy.typing import NDArray
 
 from ...common import MeshError, OptionError, first_names
 from ...elements import QUADRATIC_TYPES
+from ...formulation import Iteration
 from ...io import as_volume_mesh
-from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type
+from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays
 from ...quality import Quality, quality, require_sound
 from ..options import Options, Record
+from ..region_rows import region_rows
 from ..report import Report
 from ..run import Result
-from .stages import QuadraticSchedule, QuadraticSetting, unfold_and_minimize
+from .schedule import QuadraticSchedule
+from .setting import QuadraticSetting
+from .stages import minimize_distortion, raise_worst, unfold
 
 __all__ = ["QuadraticRegularization"]
 
 Field = NDArray[np.float64]
 
-_OPTIONS = ("boundary", "gradient_tolerance", "max_iterations")  # those that have an effect here
+# Options that have an effect here.
+_OPTIONS = (
+    *("boundary", "hausdorff", "features", "feature_band", "interfaces", "couplings", "fixed"),
+    *("emphasis", "gradient_tolerance", "max_iterations"),
+)
+_SHARES = (1.0, 0.98, 0.95, 0.9, 0.8, 0.6, 0.4, 0.2)  # of all displacements, until the surface is within its bound
 
 
 class QuadraticRegularization:
-    """A run on hexahedra of 20 or 27 nodes whose boundary stays, used as a :class:`hexconformal.Regularization`.
+    """A run on hexahedra of 20 or 27 nodes, used as a :class:`hexconformal.Regularization`.
+
+    Nodes between corners move as these do; curved faces slide on the curved surface that there was.
 
     Parameters
     ----------
     mesh
         Anything :func:`hexconformal.as_volume_mesh` takes, of these cells alone.
     options
-        `boundary` must be "fixed"; `gradient_tolerance` and `max_iterations` count, others must have their defaults.
+        Those on the boundary and on what is kept count, `emphasis`, `gradient_tolerance` and `max_iterations`; others
+        must have their defaults.
     schedule
         Other tuned numbers.
 
     Raises
     ------
     MeshError
-        If the mesh cannot be worked on, or its boundary would have to slide.
+        If the mesh cannot be worked on.
     OptionError
         If an option has no effect here.
 
@@ -62,14 +74,9 @@ class QuadraticRegularization:
         self.options = options
         taken, self._from_our_mesh = as_volume_mesh(mesh), isinstance(mesh, HexMesh | MixedMesh)
         names = [block.cell_type.name for block in blocks_of(taken)]
-        counts = counts_by_type(blocks_of(taken))
         if not isinstance(taken, MixedMesh) or not set(names) <= set(QUADRATIC_TYPES):
+            counts = counts_by_type(blocks_of(taken))
             raise MeshError(f"a mesh must be of quadratic hexahedra alone here, and has {counts}")
-        if options.boundary != "fixed":
-            raise MeshError(
-                f"cells of higher order: {counts}; they are worked on where the boundary stays, boundary='fixed' "
-                "(--boundary fixed), or by their corners, linearize=True (--linearize)"
-            )
         others = [one.name for one in fields(Options) if one.name not in _OPTIONS]
         meant = [name for name in others if not _is_default(name, getattr(options, name))]
         if meant:
@@ -78,10 +85,11 @@ class QuadraticRegularization:
         self.history: list[Record] = []
         found = [finding.message for finding in require_sound(taken) if finding.kind != "higher order"]
         self._notes = (*found, *taken.notes)
-        self._setting = QuadraticSetting(taken, QuadraticSchedule() if schedule is None else schedule)
-        self._points = self._setting.start
+        self._setting = QuadraticSetting(taken, options, QuadraticSchedule() if schedule is None else schedule)
+        self._points = self._before_raising = self._setting.start
         self._valid = self._setting.valid(self._points)
         self._invalid = int((~self._valid).sum())
+        self._reason, self._converged = "interrupted", False
         self._records = self._run()
 
     @property
@@ -94,15 +102,19 @@ class QuadraticRegularization:
         return self._records
 
     def _run(self) -> Iterator[Record]:
-        setting, options = self._setting, self.options
+        setting = self._setting
         # Where a cell is invalid at first the smallest scaled Jacobian may fall as long as there are fewer of them.
         floor = float(setting.scaled_jacobians(setting.start).min()) if self._valid.all() else -np.inf
-        for iteration in unfold_and_minimize(setting, options.max_iterations, options.gradient_tolerance):
+        for iteration in self._iterations():
             scaled, valid = setting.scaled_jacobians(iteration.points), setting.valid(iteration.points)
-            invalid = int((~valid).sum())
+            invalid, raising = int((~valid).sum()), iteration.phase in ("angles", "stiffen")
             if not (self._valid & ~valid).any() and invalid <= self._invalid and scaled.min() >= floor:
-                better = invalid < self._invalid or iteration.phase == "lbfgs"
-                self._points = iteration.points if better else self._points
+                if invalid < self._invalid or iteration.phase == "lbfgs" or raising:
+                    self._points = iteration.points
+                if not raising:
+                    self._before_raising = self._points
+                elif iteration.phase == "stiffen":
+                    floor = float(scaled.min())
                 self._invalid = invalid
             self.history.append(
                 Record(
@@ -119,28 +131,62 @@ class QuadraticRegularization:
             )
             yield self.history[-1]
 
+    def _iterations(self) -> Iterator[Iteration]:
+        """All iterations; why they end is known at the end."""
+        setting, options, points = self._setting, self.options, self._setting.start
+        yield Iteration("input", points)
+        if not setting.free.any():
+            self._reason, self._converged = "every node is held", True
+            return
+        for iteration in unfold(setting, points):
+            points = iteration.points
+            yield iteration
+        if setting.smallest_determinant(points) <= 0.0:
+            self._reason = ""
+            return
+        relative, taken = 1.0, 0
+        for iteration in minimize_distortion(setting, points, options.max_iterations, options.gradient_tolerance):
+            points, relative, taken = iteration.points, iteration.gradient, taken + 1
+            yield iteration
+        if taken == options.max_iterations and relative > options.gradient_tolerance:
+            self._reason = "limit of iterations"
+            return
+        small = relative <= options.gradient_tolerance
+        self._reason, self._converged = "the gradient is small enough" if small else "the energy falls no more", True
+        if not options.raises_worst:
+            return
+        self._reason, self._converged = "interrupted", False
+        yield from raise_worst(setting, points)
+        self._reason, self._converged = "the worst cell stalls", True
+
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
-        before, after = quality(self.mesh), quality(self.mesh.replaced(self.points))
-        points = self.points
-        if before.valid.all() and after.scaled_jacobian.min() < before.scaled_jacobian.min():
-            points, after = np.array(self.mesh.points), before
+        surface, options = self._setting.boundary, self.options
+        before, best = self._best()
+        points, after, distance = best.points, best.quality, best.distance
         shift = points - self.mesh.points
         moved, (reason, converged) = np.linalg.norm(shift, axis=1), self._ending(after, bool(shift.any()))
+        regions = self._setting.regions
+        interfaces, told = ((), []) if regions is None else surface.interface_rows(regions, points)
         report = Report(
             before=before.summary(),
             after=after.summary(),
             energy_before=self._energies()[0],
             energy_after=self._energies()[-1],
-            boundary_moved=int((moved[self._setting.boundary] > 0).sum()),
+            boundary_moved=int((moved[surface.on_it] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
-            diagonal=float(np.linalg.norm(np.ptp(self.mesh.points, axis=0))),
+            diagonal=surface.diagonal,
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=reason,
             converged=converged,
-            options=self.options.described(),
-            notes=self._notes,
+            options=options.described(),
+            notes=(*self._notes, *surface.boundary.notes, *told),
+            hausdorff=distance,
+            mean_distance=surface.mean_distance(points) if distance > 0.0 else 0.0,
+            sharp_edges=(surface.sharp_length(self.mesh.points), surface.sharp_length(points)),
+            regions=() if regions is None else region_rows(regions, before, after),
+            interfaces=interfaces,
         )
         better = self.mesh.replaced(
             points=points,
@@ -148,9 +194,28 @@ class QuadraticRegularization:
             cell_data={
                 "scaled_jacobian": after.scaled_jacobian,
                 "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
+                **region_arrays(self._setting.corners, regions),
             },
         )
         return Result(better if self._from_our_mesh else better.to_source_type(), points, report, tuple(self.history))
+
+    def _best(self) -> tuple[Quality, _Outcome]:
+        """The quality before, and the best of what is within the bound."""
+        setting, bound = self._setting, self.options.hausdorff
+        setting, bound, before = self._setting, self.options.hausdorff, quality(self.mesh)
+        best = _Outcome(np.array(self.mesh.points), before)
+        for candidate in (self._points, self._before_raising):
+            for share in _SHARES if candidate is not setting.start else ():
+                points = setting.to_user(setting.start + share * (candidate - setting.start))
+                distance = setting.boundary.distance(points)
+                if self.options.boundary == "slide" and distance > bound:
+                    continue
+                found = _Outcome(points, quality(self.mesh.replaced(points)), distance)
+                best = min(best, found, key=lambda one: one.rank)
+                break
+            if self._points is self._before_raising:
+                break
+        return before, best
 
     def _energies(self) -> list[float]:
         found = [record.energy for record in self.history if not np.isnan(record.energy)]
@@ -158,19 +223,27 @@ class QuadraticRegularization:
 
     def _ending(self, after: Quality, moved: bool) -> tuple[str, bool]:
         """Why the run is over, and whether that is by a criterion."""
-        if not self._setting.free.any():
-            return "every node is on the boundary, which stays", True
         bad = int((~after.valid).sum())
-        last = self.history[-1] if self.history else None
         if bad:
-            return f"cells that cannot be unfolded as the boundary stays: {bad}", False
-        if not moved:
-            return "nothing better than the input was found", True
-        if last is None or len([one for one in self.history if one.phase == "lbfgs"]) >= self.options.max_iterations:
-            return "limit of iterations", False
-        if last.gradient <= self.options.gradient_tolerance:
-            return "the gradient is small enough", True
-        return "the energy falls no more", True
+            stays = " as the boundary stays" if self.options.boundary == "fixed" else " within the bound"
+            return f"cells that cannot be unfolded{stays}: {bad}", False
+        if not moved and self._setting.free.any():
+            return "nothing better than the input was found", self._converged
+        return self._reason, self._converged
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    """Points (n, 3) that a run may come to, their quality, and the distance of the surface in diagonals."""
+
+    points: Field
+    quality: Quality
+    distance: float = 0.0
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Less is better: fewer invalid cells, or a better worst one."""
+        return int((~self.quality.valid).sum()), -float(self.quality.scaled_jacobian.min())
 
 
 def _is_default(name: str, value: Any) -> bool:

@@ -1,0 +1,66 @@
+"""The tuned numbers of the run for quadratic hexahedra."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...common import Schedule, tuned
+
+__all__ = ["QuadraticSchedule"]
+
+
+@dataclass(frozen=True)
+class QuadraticSchedule(Schedule):
+    """Numbers of the run for quadratic hexahedra.
+
+    Attributes
+    ----------
+    parts, nearness
+        Into which edges are cut where the boundary slides, at least and at most: 16 parts follow a face sixteen
+        times as closely as one does; and to how many bounds they have to, where faces bend so far that it takes more.
+    evenness
+        Weight of the evenness of det J in equation (10a): at 1 it costs about what the distortion does.
+    rounds, patience
+        Values of eps at most: a curved O-grid with no valid cell takes some ten; and how many without a point less that
+        is folded are the end of it.
+    steps
+        Iterations with each: more follow a function that is soon another.
+    first_eps
+        The first eps over the largest folded determinant.
+    least_eps
+        Least first eps, in cubes of the mean edge: what is flat has none of its own.
+    progress
+        Least relative decrease sigma in equation (9).
+    settled
+        Relative decrease of the energy below which an iteration counts as the last: a digit above rounding is left.
+    stall
+        The same where the worst cells are raised afterwards.
+    distortion_share, raised_evenness, stiffness
+        Weights beside the angles where the worst of these are raised, and the stiffness times the worst. With the
+        evenness as before det J varies thirtyfold within cells of a sphere, with this eightfold, at the same angles.
+    renewal
+        Iterations after which it is looked anew for closest points, and L-BFGS begins anew.
+    stiff_steps, stiff_rounds
+        Iterations with a stiffness, and how many of these there are at most.
+    least_gain
+        Relative decrease of the worst angle two of which in a row end them.
+    """
+
+    parts: tuple[int, int] = tuned((4, 8))
+    nearness: float = tuned(0.5, 0.0, 1.0)
+    evenness: float = tuned(1.0)
+    rounds: int = tuned(60)
+    patience: int = tuned(15)
+    steps: int = tuned(40)
+    first_eps: float = tuned(0.2)
+    least_eps: float = tuned(1e-4)
+    progress: float = tuned(0.1, 0.0, 1.0)
+    settled: float = tuned(1e-9, 0.0, 1.0)
+    stall: float = tuned(1e-4, 0.0, 1.0)
+    distortion_share: float = tuned(0.5)
+    raised_evenness: float = tuned(3.0)
+    stiffness: float = tuned(0.95, 0.0, 1.0)
+    renewal: int = tuned(25)
+    stiff_steps: int = tuned(15)
+    stiff_rounds: int = tuned(20)
+    least_gain: float = tuned(0.01, 0.0, 1.0)

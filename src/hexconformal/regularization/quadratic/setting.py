@@ -1,0 +1,173 @@
+"""A mesh of quadratic hexahedra in units of its edges, and what of it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ...elements import determinant_bounds
+from ...energy import CornerWeights, Objective, QuadraticTerm, Term, stretched_boxes
+from ...mesh import CellBlock, HexMesh, MixedMesh, Regions, collapsed_mesh, find_regions
+from ...solver import SERIAL, AdmissibleDirections, LaplacePreconditioner, Preconditioner, Problem
+from ..options import Options
+from .curved_boundary import CurvedBoundary
+from .schedule import QuadraticSchedule
+
+__all__ = ["QuadraticSetting"]
+
+Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticSetting:
+    """What stays the same during a run.
+
+    Attributes
+    ----------
+    mesh
+        The user's mesh, of quadratic hexahedra alone.
+    options
+        The options.
+    schedule
+        Numbers of the run.
+    """
+
+    mesh: MixedMesh
+    options: Options
+    schedule: QuadraticSchedule
+
+    @property
+    def blocks(self) -> Sequence[CellBlock]:
+        """The cells by their type."""
+        return self.mesh.blocks
+
+    @cached_property
+    def boundary(self) -> CurvedBoundary:
+        """What keeps the boundary."""
+        return CurvedBoundary.of(self.mesh, self.options, self.schedule)
+
+    @cached_property
+    def corners(self) -> HexMesh:
+        """The mesh by its corners."""
+        return collapsed_mesh(self.mesh)
+
+    @cached_property
+    def regions(self) -> Regions | None:
+        """The regions of the mesh, if it has any that count."""
+        return find_regions(self.corners, self.options.interfaces)
+
+    @property
+    def start(self) -> Field:
+        """(n, 3) the points in units of edges."""
+        return self.boundary.start
+
+    @cached_property
+    def unit(self) -> float:
+        """Length of an edge on average, in the user's unit."""
+        return self.boundary.parts * self.boundary.normalized.unit
+
+    @cached_property
+    def free(self) -> Mask:
+        """(n,) nodes that move."""
+        return self._referenced & self.boundary.admissible.free(len(self.start))
+
+    @cached_property
+    def _referenced(self) -> Mask:
+        """(n,) nodes that belong to a cell."""
+        used = np.zeros(len(self.mesh.points), dtype=bool)
+        used[self.mesh.cells] = True
+        return used
+
+    def to_user(self, points: Field) -> Field:
+        """The points in the user's unit; what has not moved is what it was, bit by bit."""
+        return np.asarray(self.mesh.points + self.unit * (points - self.start))
+
+    # ----------------------------------------------------------------------------------------- objectives
+    @cached_property
+    def _boxes(self) -> tuple[Field | None, ...]:
+        """Of each type, the boxes of cells that are stretched on purpose."""
+        return tuple(stretched_boxes(self.start, np.ascontiguousarray(block.cells[:, :8])) for block in self.blocks)
+
+    def terms(self, weights: CornerWeights | None = None) -> tuple[QuadraticTerm, ...]:
+        """Equation (10a) for each type, with angles as of equation (12) where they have a weight."""
+        weights = CornerWeights() if weights is None else weights
+        evenness = self.schedule.evenness if weights.angle == 0.0 else self.schedule.raised_evenness
+        return tuple(
+            QuadraticTerm(block.cells, block.cell_type, len(self.start), boxes, weights, evenness)
+            for block, boxes in zip(self.blocks, self._boxes, strict=True)
+        )
+
+    def problem(self, weights: CornerWeights, points: Field, kept: Mask | None = None) -> Problem:
+        """The minimization with some weights, the barrier as it is seen from points (n, 3); cells (m,) stay valid."""
+        terms: tuple[Term, ...] = self.terms(weights)
+        barrier = self.boundary.term
+        if barrier is not None:
+            terms += (replace(barrier, term=barrier.term.renewed(barrier.places(points))),)
+        sliding = self.boundary.sliding
+        space = SERIAL if sliding is None else sliding.seen_from(points)
+        problem = Problem(Objective(terms), self.admissible(points).project, space=space)
+        if kept is None:
+            return problem
+
+        def acceptable(points: Field) -> bool:
+            return not (kept & ~self.valid(points)).any()
+
+        def spoiled(points: Field) -> Mask:
+            lost, nodes = kept & ~self.valid(points), np.zeros(len(points), dtype=bool)
+            for block in self.blocks:
+                nodes[block.cells[lost[block.places]]] = True
+            return self.boundary.admissible.coupled.closed(nodes)
+
+        return replace(problem, acceptable=acceptable, spoiled=spoiled)
+
+    def admissible(self, points: Field) -> AdmissibleDirections:
+        """The directions in which nodes may go from points (n, 3)."""
+        return self.boundary.admissible if self.boundary.sliding is None else self.boundary.sliding.admissible(points)
+
+    def preconditioner(self, points: Field) -> Preconditioner:
+        """An approximate inverse of the Hessian for what begins at points (n, 3): multigrid for their Laplacian."""
+        if self.boundary.sliding is None:
+            return self._preconditioner
+        return LaplacePreconditioner(self._laplacian, self.admissible(points), self._referenced)
+
+    @cached_property
+    def _preconditioner(self) -> LaplacePreconditioner:
+        return LaplacePreconditioner(self._laplacian, self.boundary.admissible, self._referenced)
+
+    @cached_property
+    def _laplacian(self) -> scipy.sparse.csr_matrix:
+        first, *others = (term.laplacian(self.start) for term in self.terms())
+        return sum(others, first)
+
+    # ------------------------------------------------------------------------------------------- measures
+    def smallest_determinant(self, points: Field) -> float:
+        """Of all points of all cells."""
+        return min(float(term.determinants(points).min()) for term in self.terms())
+
+    def folded(self, points: Field) -> int:
+        """Number of points of all cells that are folded."""
+        return sum(int((term.determinants(points) <= 0.0).sum()) for term in self.terms())
+
+    def worst_angle(self, points: Field) -> float:
+        """Largest e(u) at all points of all cells, u the unit columns; infinite where one is folded."""
+        return max(float(term.largest_angles(points).max()) for term in self.terms())
+
+    def scaled_jacobians(self, points: Field) -> Field:
+        """(m,) smallest scaled Jacobian at the points of each cell."""
+        out = np.empty(sum(len(block.cells) for block in self.blocks))
+        for block, term in zip(self.blocks, self.terms(), strict=True):
+            out[block.places] = term.scaled_jacobians(points)
+        return out
+
+    def valid(self, points: Field) -> Mask:
+        """(m,) cells that are proved to be valid, where the user's mesh has them."""
+        out, points = np.empty(sum(len(block.cells) for block in self.blocks), dtype=bool), self.to_user(points)
+        for block in self.blocks:
+            out[block.places] = determinant_bounds(points, block.cells, block.cell_type)[0] > 0
+        return out
