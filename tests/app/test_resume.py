@@ -174,7 +174,7 @@ def test_an_interruption_before_the_first_step_leaves_nothing_in_the_way(here, c
 @pytest.mark.parametrize("number", ["SIGTERM", "SIGHUP"])
 def test_a_signal_while_the_result_is_written(command, number, here, monkeypatch, capsys):
     number = getattr(signal, number, None) or pytest.skip("no such signal")
-    from hexconformal.app.commands import job
+    from hexconformal.app.commands.results import job
 
     def written(*words):
         os.kill(os.getpid(), number)

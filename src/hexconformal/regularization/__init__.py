@@ -1,7 +1,7 @@
 """Regularizing a mesh: options, the stages in their order, acceptance, report.
 
 Belongs here: what is done with a mesh, and when. Imports `common`, `elements`, `mesh`, `energy`, `io`,
-`geometry`, `quality`, `solver`, `formulation` and `untangling`.
+`geometry`, `quality`, `page`, `solver`, `formulation` and `untangling`.
 """
 
 from .options import CHOICES, Options, Record

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from ..formulation import Iteration, Schedules
 from ..geometry import sharp_length
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh, region_arrays
+from ..page import Curve, Frame, HasPage, Page, columns_of, curves_of, volume_page
 from ..quality import attainable_scaled_jacobian, quality, require_sound
 from .acceptance import (
     auto_target_notes,
@@ -38,12 +39,18 @@ __all__ = ["Regularization", "Result"]
 
 Field = NDArray[np.float64]
 
+_CURVES = (
+    Curve("energy", ("energy",), logarithmic=True),
+    Curve("scaled Jacobian", ("mean_scaled_jacobian", "min_scaled_jacobian")),
+    Curve("smallest shape", ("min_shape",)),
+    Curve("inverted cells", ("inverted",)),
+)
 _NOTED_BELOW = 0.95  # a bound of the smallest scaled Jacobian above this says little
 
 
 @dataclass(frozen=True, repr=False)
-class Result:
-    """The mesh that a run comes to, its report and history.
+class Result(HasPage):
+    """The mesh that a run comes to, its report and history; in a notebook it is shown to look at.
 
     Attributes
     ----------
@@ -55,12 +62,18 @@ class Result:
         Before and after, what moved, and why it stopped.
     history
         One record per iteration.
+    before
+        The mesh that went in, as a :class:`hexconformal.HexMesh` or MixedMesh.
+    interfaces
+        What tells its regions apart, as in :class:`hexconformal.Options`.
     """
 
     mesh: Any
     points: Field
     report: Report
     history: tuple[Record, ...]
+    before: HexMesh | MixedMesh
+    interfaces: Any = "auto"
 
     def __repr__(self) -> str:
         return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
@@ -69,6 +82,19 @@ class Result:
     def converged(self) -> bool:
         """True where the run ended by a stopping criterion, not a limit."""
         return self.report.converged
+
+    def page(self, frames: Sequence[Frame] = ()) -> Page:
+        """The page of the result, with frames of iterations between input and result if they are there."""
+        columns, last = columns_of(self.history), self.history[-1].iteration if self.history else 0
+        return volume_page(
+            self.before,
+            self.before.replaced(self.points, point_data={"moved_by": self.points - self.before.points}),
+            frames=frames,
+            ends=(("before", 0.0), ("after", float(last))),
+            report=self.report,
+            curves=curves_of(columns, "iteration", "iterations", _CURVES),
+            interfaces=self.interfaces,
+        )
 
 
 @dataclass(frozen=True)
@@ -196,7 +222,8 @@ class Regularization:
                 **region_arrays(mesh, regions),
             },
         )
-        return Result(better if self._from_our_mesh else better.to_source_type(), points, report, tuple(self.history))
+        better = better if self._from_our_mesh else better.to_source_type()
+        return Result(better, points, report, tuple(self.history), self.mesh, self.options.interfaces)
 
     def _sharp_length(self, points: Field) -> float:
         """Length of the sharp edges of the boundary of the user's mesh."""

@@ -6,13 +6,14 @@ Belongs here: what a run writes while it goes on, whatever it computes. Imports 
 from .checkpoint import load_state, run_fingerprint, save_state
 from .history import HistoryFile
 from .run_folder import RunFolder, RunState
-from .series import Series, series_place
+from .series import Series, frames_listed, series_place
 
 __all__ = [
     "HistoryFile",
     "RunFolder",
     "RunState",
     "Series",
+    "frames_listed",
     "load_state",
     "run_fingerprint",
     "save_state",

@@ -13,10 +13,19 @@ from types import TracebackType
 from typing import Any
 from xml.etree import ElementTree
 
-from ..common import OptionError, OutputPlace, WriteError, check_writable, first_names, same_file, save_atomically
+from ..common import (
+    OptionError,
+    OutputPlace,
+    ReadError,
+    WriteError,
+    check_writable,
+    first_names,
+    same_file,
+    save_atomically,
+)
 from ..mesh import HexMesh, MixedMesh
 
-__all__ = ["Series", "frames_folder", "series_place"]
+__all__ = ["Series", "frames_folder", "frames_listed", "series_place"]
 
 
 class Series:
@@ -118,9 +127,8 @@ class Series:
 
     def _read_list(self, until: float) -> list[tuple[float, str]]:
         try:
-            found = ElementTree.parse(self.path).iter("DataSet")
-            frames = [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in found]
-        except (OSError, ElementTree.ParseError, KeyError, ValueError) as problem:
+            frames = _parsed(self.path)
+        except _DAMAGED as problem:
             raise WriteError(f"cannot go on with the series {self.path}: {problem}") from problem
         frames = [frame for frame in frames if frame[0] <= until]
         missing = [name for _, name in frames if not (self.path.parent / name).is_file()]
@@ -139,6 +147,41 @@ class Series:
         rows = [f'    <DataSet timestep="{time!r}" file="{escape(name)}"/>' for time, name in self.frames]
         head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>'
         target.write_text("\n".join([head, *rows, "  </Collection>\n</VTKFile>\n"]), encoding="utf-8")
+
+
+def frames_listed(path: str | os.PathLike[str]) -> list[tuple[float, Path]]:
+    """Times and files of the frames of a series.
+
+    Raises
+    ------
+    ReadError
+        If the list cannot be read, or is empty.
+
+    Examples
+    --------
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> with Series("run.pvd") as series:
+    ...     series.add(0.5, HexMesh(CORNERS, [range(8)]))
+    >>> [(time, file.name) for time, file in frames_listed("run.pvd")]
+    [(0.5, 'run_0000.vtu')]
+    """
+    path = Path(path)
+    try:
+        frames = _parsed(path)
+    except _DAMAGED as problem:
+        raise ReadError(f"cannot read the series {path}: {problem}") from problem
+    if not frames:
+        raise ReadError(f"cannot read the series {path}: it lists no frames")
+    return [(time, path.parent / name) for time, name in frames]
+
+
+_DAMAGED = (OSError, ElementTree.ParseError, KeyError, ValueError)
+
+
+def _parsed(path: Path) -> list[tuple[float, str]]:
+    """Times of frames, and their files by the names in the list; raises one of `_DAMAGED` if it is not sound."""
+    found = ElementTree.parse(path).iter("DataSet")
+    return [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in found]
 
 
 def frames_folder(path: Path) -> Path:

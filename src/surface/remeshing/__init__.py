@@ -1,7 +1,7 @@
 """Remeshing a surface: options, the descent, acceptance, report.
 
-Belongs here: what is done with a surface at rest. Imports `hexconformal.common`,
-`hexconformal.geometry`, `hexconformal.mesh`, `mesh`, `energy`, `io`, `constraint` and `quality`.
+Belongs here: what is done with a surface at rest. Imports `hexconformal.common`, `hexconformal.geometry`,
+`hexconformal.mesh`, `hexconformal.page`, `mesh`, `page`, `energy`, `io`, `constraint` and `quality`.
 """
 
 from .options import EMPHASES, Options, Record

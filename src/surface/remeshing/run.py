@@ -304,7 +304,8 @@ class Remeshing:
             notes=(*self._notes, *notes),
         )
         data = {"min_angle": after.min_angle, "min_angle_change": after.min_angle - before.min_angle}
-        return Result(mesh.replaced(points, cell_data=data).to_source_type(), points, report, tuple(self.history))
+        better = mesh.replaced(points, cell_data=data).to_source_type()
+        return Result(better, points, report, tuple(self.history), mesh, self.options.interfaces)
 
     def _within_bound(self) -> tuple[Floats, float, list[str]]:
         """The best points within the bound, their distance from the input, and notes about them.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import Any
 
 from ...elements import HEXAHEDRON
 from ...io import as_volume_mesh, read
@@ -12,6 +13,7 @@ from ..terminal import print_line
 
 __all__ = [
     "STDOUT",
+    "add_html",
     "add_input",
     "add_output",
     "add_outputs",
@@ -65,7 +67,17 @@ def add_outputs(parser: ArgumentParser, picture: str) -> None:
     group.add_argument("--plot", metavar="quality.png", help="histograms of the quality before and after")
     group.add_argument("--picture", metavar="both.png", help=picture)
     group.add_argument("--worst-picture", metavar="worst.png", help="the worst cells before and after, in their place")
+    add_html(group, "before and after")
     group.add_argument("--quiet", action="store_true", help="errors only")
+
+
+def add_html(group: Any, what: str) -> None:
+    """Add the page; `what` tells what it shows."""
+    group.add_argument(
+        "--html",
+        metavar="report.html",
+        help=f"{what} as a page to look at in a browser, one file that needs no network",
+    )
 
 
 def read_hexahedra(arguments: Namespace) -> HexMesh:

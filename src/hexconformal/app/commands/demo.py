@@ -16,9 +16,9 @@ from ...plots import require_rendering
 from ...regularization import Options
 from ..progress import Progress
 from ..terminal import print_text
-from .job import FinishedJob, exit_code_of, run_job
-from .outputs import Outputs
 from .regularize import RegularizeJob
+from .results.job import FinishedJob, exit_code_of, run_job
+from .results.outputs import Outputs
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 

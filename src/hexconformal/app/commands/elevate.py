@@ -8,7 +8,7 @@ from ...common import check_writable
 from ...io import WRITE_EXTENSIONS, elevated, write
 from ..terminal import print_line
 from .arguments import add_input, add_output, note_dropped, read_hexahedra
-from .outputs import check_paths, named_inputs
+from .results.outputs import check_paths, named_inputs
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 

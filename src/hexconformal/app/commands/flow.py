@@ -9,13 +9,16 @@ from pathlib import Path
 from surface.flow import Evolution, Flow, FlowRun, Helfrich, MeanCurvature, PWillmore, Stepping, Willmore
 from surface.plots import plot_history
 
-from ...common import OptionError
+from ...common import OptionError, json_safe
+from ...page import ReportText
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_outside_references
+from .arguments import add_html, add_outside_references
 from .choices import add_interfaces
-from .outputs import named_inputs
+from .kinds import SURFACES
+from .results.outputs import check_page, named_inputs
+from .results.pages import series_page
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
@@ -23,6 +26,7 @@ EXAMPLES = """  hexconformal flow statue.ply run/ --flow mean-curvature --conser
   hexconformal flow cube.ply run/ --flow willmore --conserve area,volume --remesh
   hexconformal flow cell.vtp run/ --flow helfrich --kc 1 --c0 0.5 --remesh --t-end 0.1 --outputs 0.01,0.05
   hexconformal flow statue.ply run/ --flow mean-curvature --conserve volume --remesh --steps 400 --resume
+  hexconformal flow cube.ply run/ --flow willmore --conserve area,volume --remesh --html flow.html
 
 in the folder: run.pvd (frames for ParaView), history.csv, history.png, last.vtu, checkpoint.npz
 """
@@ -79,6 +83,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     group.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     group.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
     group.add_argument("--overwrite", action="store_true", help="start anew in FOLDER, whatever is in it")
+    add_html(group, "the frames with energy and angles of each step")
     group.add_argument("--quiet", action="store_true", help="errors only")
 
 
@@ -98,13 +103,18 @@ def run(arguments: Namespace) -> int:
         remesh_below=arguments.remesh_below,
         remesh_options={"interfaces": arguments.interfaces},
     )
-    folder = RunFolder(Path(arguments.folder))
-    folder.prepare(arguments.resume, arguments.overwrite, named_inputs(arguments.input))
+    folder, inputs = RunFolder(Path(arguments.folder)), named_inputs(arguments.input)
+    folder.prepare(arguments.resume, arguments.overwrite, inputs)
+    check_page(arguments.html, inputs)
     with Progress(arguments.quiet) as progress:
         progress.show(f"reading {arguments.input}")
         evolution = Evolution(_flow(arguments), stepping)
         stopped = folder.follow(FlowRun(evolution), arguments.resume, arguments.every, progress.show)
-    plot_history(folder.plot, folder.history)
+        plot_history(folder.plot, folder.history)
+        if arguments.html is not None:
+            progress.show(f"writing {arguments.html}")
+            told = _report(evolution)
+            series_page(folder.frames, SURFACES, folder.history, told, Path(arguments.input).name).write(arguments.html)
     if not arguments.quiet:
         for note in evolution.notes:
             print_line(f"note: {note}")
@@ -116,6 +126,12 @@ def run(arguments: Namespace) -> int:
         print_line(f"interrupted at step {evolution.step}: --resume goes on from there", error=True)
         return 130
     return 0
+
+
+def _report(evolution: Evolution) -> ReportText:
+    """What the page says of a flow."""
+    lines = [repr(evolution.flow), *map(str, evolution.history[-1:]), evolution.reason]
+    return ReportText("\n".join(lines), evolution.notes, json_safe(evolution.stepping))
 
 
 def _flow(arguments: Namespace) -> Flow:

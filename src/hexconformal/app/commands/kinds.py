@@ -11,10 +11,13 @@ from typing import Any
 import surface
 from surface import plots as surface_plots
 from surface.io import EXTENSIONS
+from surface.page import surface_page
 
 from ... import plots
 from ...common import MeshError, ReadError
-from ...io import READ_EXTENSIONS, WRITE_EXTENSIONS, write
+from ...io import READ_EXTENSIONS, WRITE_EXTENSIONS, as_volume_mesh, read, write
+from ...mesh import MixedMesh
+from ...page import Page, volume_page
 from ...quality import Quality, quality
 from .arguments import read_volume
 
@@ -39,6 +42,10 @@ class MeshKind:
         Draw one mesh, or one before and after.
     worst_measure
         The measure that tells which cells are the worst.
+    page
+        The page of a mesh, or of one before and after.
+    read_like
+        Reads from a file the cells that a mesh has.
     """
 
     measure: Callable[[Any], Any]
@@ -49,6 +56,14 @@ class MeshKind:
     before_after: Callable[..., None]
     worst_cells: Callable[..., None]
     worst_measure: str
+    page: Callable[..., Page]
+    read_like: Callable[[Path, Any], Any]
+
+
+def _read_volume_like(path: Path, mesh: Any) -> Any:
+    if isinstance(mesh, MixedMesh):
+        return as_volume_mesh(path, other_cells="keep")
+    return read(path, other_cells="keep", linearize=True)
 
 
 VOLUMES = MeshKind(
@@ -60,6 +75,8 @@ VOLUMES = MeshKind(
     before_after=plots.before_after,
     worst_cells=plots.worst_cells,
     worst_measure="scaled_jacobian",
+    page=volume_page,
+    read_like=_read_volume_like,
 )
 SURFACES = MeshKind(
     measure=surface.quality,
@@ -70,6 +87,8 @@ SURFACES = MeshKind(
     before_after=surface_plots.before_after,
     worst_cells=surface_plots.worst_cells,
     worst_measure="conformality",
+    page=surface_page,
+    read_like=lambda path, mesh: surface.read(path),
 )
 
 

@@ -7,18 +7,22 @@ from pathlib import Path
 
 from ...common import OptionError
 from ...motion import MeshMotion, MotionRun, read_motion
+from ...page import ReportText
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_input, read_hexahedra
+from .arguments import add_html, add_input, read_hexahedra
 from .choices import add_interfaces
-from .outputs import named_inputs
+from .kinds import VOLUMES
+from .results.outputs import check_page, named_inputs
+from .results.pages import series_page
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
 EXAMPLES = """  hexconformal move box.vtu run/ --motion motion.csv
   hexconformal move box.vtu run/ --motion motion.csv --fixed wall --operator elastic
   hexconformal move box.vtu run/ --motion longer.csv --resume
+  hexconformal move box.vtu run/ --motion motion.csv --html motion.html
 
 motion.csv: a header, then a row per step (or time, from 0) and node; displacements from the initial place;
 nodes by the labels that the file gives them, or from 0
@@ -59,6 +63,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--every", type=int, default=1, metavar="K", help="a frame every K steps (default 1)")
     parser.add_argument("--resume", action="store_true", help="go on with the run in FOLDER")
     parser.add_argument("--overwrite", action="store_true", help="start anew in FOLDER, whatever is in it")
+    add_html(parser, "the frames with the quality of each step")
     parser.add_argument("--quiet", action="store_true", help="errors only")
 
 
@@ -70,6 +75,7 @@ def run(arguments: Namespace) -> int:
     folder = RunFolder(Path(arguments.folder), None if arguments.frames is None else Path(arguments.frames))
     inputs = named_inputs(arguments.input) | {Path(arguments.motion): "the table of the motion"}
     folder.prepare(arguments.resume, arguments.overwrite, inputs)
+    check_page(arguments.html, inputs)
     last: list[str] = []
     with Progress(arguments.quiet) as progress:
 
@@ -91,6 +97,11 @@ def run(arguments: Namespace) -> int:
         )
         motion_run = MotionRun(motion, boundary)
         stopped = folder.follow(motion_run, arguments.resume, arguments.every, show)
+        if arguments.html is not None:
+            progress.show(f"writing {arguments.html}")
+            told = ReportText("\n".join([*last, *([motion_run.refusal] if motion_run.refusal else [])]), motion.notes)
+            title = Path(arguments.input).name
+            series_page(folder.frames, VOLUMES, folder.history, told, title, arguments.interfaces).write(arguments.html)
     if not arguments.quiet:
         for line in [*(f"note: {note}" for note in motion.notes), *last]:
             print_line(line)

@@ -10,7 +10,7 @@ from ...mesh import blocks_of
 from ...quality import orient
 from ..terminal import print_line
 from .arguments import add_input, add_output, note_dropped, read_volume
-from .outputs import check_paths, named_inputs
+from .results.outputs import check_paths, named_inputs
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 

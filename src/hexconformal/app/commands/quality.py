@@ -5,11 +5,12 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
+from ...page import ReportText
 from ..progress import Progress
 from ..terminal import print_line, print_text
-from .arguments import STDOUT, add_input, add_overwrite, note_dropped
+from .arguments import STDOUT, add_html, add_input, add_overwrite, note_dropped
 from .kinds import read_any_mesh
-from .outputs import check_paths, check_pictures, named_inputs
+from .results.outputs import check_page, check_paths, check_pictures, named_inputs
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
@@ -17,6 +18,7 @@ EXAMPLES = """  hexconformal quality part.vtu
   hexconformal quality part.vtu --plot quality.png
   hexconformal quality part.vtu --worst 20 --picture worst.png
   hexconformal quality part.vtu --json - | jq .scaled_jacobian.min
+  hexconformal quality part.vtu --html quality.html
   hexconformal quality part.msh --out measured.vtu
   hexconformal quality statue.ply --plot quality.png
 """
@@ -28,6 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write the summary as JSON; - for stdout")
     parser.add_argument("--plot", metavar="quality.png", help="draw histograms")
     parser.add_argument("--picture", metavar="worst.png", help="draw the worst cells in their place")
+    add_html(parser, "the mesh, its worst cells, histograms and figures")
     parser.add_argument("--worst", type=int, default=5, metavar="N", help="name the N worst cells (default 5)")
     parser.add_argument("--out", dest="output", metavar="FILE", help="write the mesh with the measures as cell arrays")
     add_overwrite(parser)
@@ -38,9 +41,10 @@ def run(arguments: Namespace) -> int:
     if arguments.worst < 0:
         raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     to_file = None if arguments.json == STDOUT else arguments.json
-    files = [arguments.output, to_file, arguments.plot, arguments.picture]
+    files = [arguments.output, to_file, arguments.plot, arguments.picture, arguments.html]
     check_paths(files, named_inputs(arguments.input), arguments.overwrite)
     check_pictures(arguments.plot, arguments.picture)
+    check_page(arguments.html)
     with Progress() as progress:
         progress.show(f"measuring {arguments.input}")
         kind, mesh = read_any_mesh(arguments)
@@ -55,6 +59,8 @@ def run(arguments: Namespace) -> int:
             kind.histogram(arguments.plot, measured)
         if arguments.picture is not None:
             kind.worst_cells(arguments.picture, measured, count=arguments.worst)
+        if arguments.html is not None:
+            kind.page(mesh, report=ReportText(str(summary), mesh.notes)).write(arguments.html)
         dropped = []
         if arguments.output is not None:
             dropped = kind.write(arguments.output, mesh.replaced(cell_data=kind.arrays(measured)))

@@ -15,8 +15,8 @@ from ...quality import quality
 from ...regularization import Options, run_on
 from .arguments import add_input, add_output, add_outputs, read_to_work_on
 from .choices import add_choice, add_interfaces
-from .job import run_command
 from .kinds import VOLUMES, MeshKind
+from .results.job import run_command
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
@@ -25,6 +25,7 @@ EXAMPLES = """  hexconformal regularize part.vtu better.vtu
   hexconformal regularize part.vtu better.vtu --surface part.stl
   hexconformal regularize part.msh better.msh --boundary fixed --history run.csv --frames run.pvd
   hexconformal regularize layers.vtu better.vtu --target input --fixed wall
+  hexconformal regularize part.vtu better.vtu --html report.html
   hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --worst-picture worst.png
 """
 

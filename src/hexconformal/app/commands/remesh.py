@@ -19,8 +19,8 @@ from surface.remeshing import EMPHASES, Options, Remeshing
 from ...common import OptionError
 from .arguments import add_output, add_outputs, add_outside_references
 from .choices import add_choice, add_interfaces
-from .job import run_command
 from .kinds import SURFACES
+from .results.job import run_command
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
@@ -28,6 +28,7 @@ EXAMPLES = f"""  hexconformal remesh statue.ply better.vtu
   hexconformal remesh statue.ply better.vtu --target flat --max-iterations 20 --frames run.pvd
   hexconformal remesh part.stl better.stl --hausdorff 0.002 --feature-angle 30 --history run.csv
   hexconformal remesh sheet.vtp better.vtp --boundary fixed --plot quality.png --picture both.png
+  hexconformal remesh statue.ply better.vtu --html report.html
 
 formats: {" ".join(EXTENSIONS)}
 """

@@ -197,7 +197,8 @@ class QuadraticRegularization:
                 **region_arrays(self._setting.corners, regions),
             },
         )
-        return Result(better if self._from_our_mesh else better.to_source_type(), points, report, tuple(self.history))
+        better = better if self._from_our_mesh else better.to_source_type()
+        return Result(better, points, report, tuple(self.history), self.mesh, self.options.interfaces)
 
     def _best(self) -> tuple[Quality, _Outcome]:
         """The quality before, and the best of what is within the bound."""

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...common import (
+from ....common import (
     OptionError,
     OutputPlace,
     WriteError,
@@ -18,11 +18,12 @@ from ...common import (
     require_distinct_places,
     same_file,
 )
-from ...io import files_named_by
-from ...plots import PICTURE_EXTENSIONS, require_rendering
-from ...runs import series_place
+from ....io import files_named_by
+from ....page import PAGE_EXTENSIONS
+from ....plots import PICTURE_EXTENSIONS, require_rendering
+from ....runs import series_place
 
-__all__ = ["Outputs", "check_paths", "check_pictures", "named_inputs"]
+__all__ = ["Outputs", "check_page", "check_paths", "check_pictures", "named_inputs"]
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ class Outputs:
         The mesh before and after, cut open.
     worst_picture
         The worst cells before and after.
+    html
+        The page.
     every
         Number of iterations from one frame to the next; the last one has a frame too.
     """
@@ -59,12 +62,13 @@ class Outputs:
     plot: str | None = None
     picture: str | None = None
     worst_picture: str | None = None
+    html: str | None = None
     every: int = 1
 
     def paths(self) -> list[str]:
         """The files that will be written."""
-        candidates = (self.mesh, self.history, self.frames, self.report, self.plot, self.picture, self.worst_picture)
-        return [path for path in candidates if path is not None]
+        drawn = (self.plot, self.picture, self.worst_picture, self.html)
+        return [path for path in (self.mesh, self.history, self.frames, self.report, *drawn) if path is not None]
 
     def check(self, inputs: Mapping[Path, str] | None = None, overwrite: bool = False) -> None:
         """Raise a WriteError or OptionError unless all of them can be written, and none is one of the inputs."""
@@ -75,6 +79,7 @@ class Outputs:
         if self.frames is not None:
             check_writable(self.frames, (".pvd",))
         check_pictures(self.plot, self.picture, self.worst_picture)
+        check_page(self.html)
 
 
 def named_inputs(mesh: str, **others: Any) -> dict[Path, str]:
@@ -141,3 +146,10 @@ def check_pictures(plot: str | None, *scenes: str | None) -> None:
             check_writable(path, PICTURE_EXTENSIONS)
     if any(scenes):
         require_rendering()
+
+
+def check_page(path: str | None, inputs: Mapping[Path, str] | None = None) -> None:
+    """Raise a WriteError or OptionError unless a page can be written there, and is no input; None is not wanted."""
+    if path is not None:
+        check_writable(path, PAGE_EXTENSIONS)
+        check_paths([None, path], inputs or {})

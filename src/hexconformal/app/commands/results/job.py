@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ...common import WriteError, as_interruption, temporary_folder_beside, uninterrupted, write_text
-from ...runs import HistoryFile, Series
-from ..progress import Progress
-from ..terminal import print_line, print_text
-from .arguments import STDOUT, note_dropped
-from .kinds import MeshKind
+from ....common import WriteError, as_interruption, temporary_folder_beside, uninterrupted, write_text
+from ....runs import HistoryFile, Series
+from ...progress import Progress
+from ...terminal import print_line, print_text
+from ..arguments import STDOUT, note_dropped
+from ..kinds import MeshKind
 from .outputs import Outputs, named_inputs
+from .pages import write_result_page
 
 __all__ = ["FinishedJob", "Job", "exit_code_of", "run_command", "run_job"]
 
@@ -86,6 +87,7 @@ def run_command(arguments: Namespace, kind: MeshKind, prepare: Callable[[], Job]
         plot=arguments.plot,
         picture=arguments.picture,
         worst_picture=arguments.worst_picture,
+        html=arguments.html,
         every=arguments.every,
     )
     given = {name: getattr(arguments, name, None) for name in ("surface", "target")}
@@ -214,3 +216,6 @@ def _write_report_and_pictures(job: Job, result: Any, outputs: Outputs, progress
         if path is not None:
             progress.show(f"drawing {path}")
             draw(path, job.mesh, job.mesh.replaced(result.points))
+    if outputs.html is not None:
+        progress.show(f"writing {outputs.html}")
+        write_result_page(outputs.html, result, outputs.frames, job.kind)

@@ -1,0 +1,1 @@
+"""The files that come of a command: checked before it begins, written when it ends."""

@@ -1,0 +1,32 @@
+"""The page: a mesh, or what came of a run, in one HTML file to look at in a browser, without server or network.
+
+Belongs here: what a page shows, how it is encoded, the file itself; in `viewer` the scripts of the page, which are
+packed, with three.js, into `packed`. Imports `common`, `elements`, `mesh`, `io`, `geometry` and `quality`.
+"""
+
+from .contents import Cells, Frame, Measure, ReportText
+from .curves import Curve, columns_of, curves_of
+from .frames_of_series import SeriesReader, thinned
+from .has_page import HasPage
+from .page import PAGE_EXTENSIONS, Page
+from .schedule import PageSchedule
+from .skin_distance import with_distances
+from .volume_page import volume_page
+
+__all__ = [
+    "PAGE_EXTENSIONS",
+    "Cells",
+    "Curve",
+    "Frame",
+    "HasPage",
+    "Measure",
+    "Page",
+    "PageSchedule",
+    "ReportText",
+    "SeriesReader",
+    "columns_of",
+    "curves_of",
+    "thinned",
+    "volume_page",
+    "with_distances",
+]

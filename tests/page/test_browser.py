@@ -1,0 +1,259 @@
+"""Pages in a real browser: they open without a complaint or a request, and show what the numbers say."""
+
+import io
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from meshes.mixed import mixed_block
+from meshes.surfaces import as_arrays, mixed_sphere
+from web_pages import Opened
+
+import hexconformal as hc
+from hexconformal import generate
+from hexconformal.page import volume_page
+from surface.page import surface_page
+
+
+@pytest.fixture(scope="module")
+def report(started, run):
+    return Opened(started, run / "report.html").ready()
+
+
+@pytest.fixture
+def page(report):
+    """The page of the run, with all cells again."""
+    report.tab.keyboard.press("Escape")
+    report.set("{layout: 'both', frame: page.mesh.frames.length - 1, chosenBy: 'own'}".replace("page", "hexconformal"))
+    return report
+
+
+@pytest.fixture(scope="module")
+def both(run):
+    """Measures before and after."""
+    return hc.quality(run / "part.vtu"), hc.quality(run / "better.vtu")
+
+
+def pixels(opened):
+    """What is seen of the mesh, (h, w, 3) bytes."""
+    opened.tab.wait_for_timeout(400)
+    picture = imread(io.BytesIO(opened.tab.locator("main").screenshot()))
+    return np.round(255 * picture[..., :3]).astype(int)
+
+
+def test_opens_without_complaints_and_loads_nothing(page, run):
+    assert page.complaints == []
+    assert page.requests == [(run / "report.html").resolve().as_uri()]
+    assert page.tab.locator("#label-before b").inner_text() == "before"
+    assert page.tab.locator("#counts").inner_text().startswith("all ")
+
+
+def test_values_are_those_of_the_files(page, run):
+    for frame, name in (("first", "part.vtu"), ("last", "better.vtu")):
+        mesh = hc.read(run / name)
+        np.testing.assert_array_equal(page.ask(f"Array.from(page.mesh.{frame}.points)"), mesh.points.ravel())
+        load = page.ask(f"Array.from(page.mesh.{frame}.cellValues('load'))")
+        np.testing.assert_array_equal(load, mesh.cell_data["load"].ravel())
+    again = page.ask("Array.from(page.mesh.last.cellValues('scaled_jacobian'))")
+    np.testing.assert_array_equal(again, hc.read(run / "better.vtu").cell_data["scaled_jacobian"])
+
+
+@pytest.mark.parametrize("place", [150, 640])
+def test_the_slider_leaves_the_worse_cells(page, both, place):
+    slider = page.tab.locator("#threshold")
+    slider.fill(str(place))
+    before, after = (one.scaled_jacobian for one in both)
+    low, high = min(before.min(), after.min()), max(before.max(), after.max())
+    bound = page.ask("page.store.state.threshold")
+    assert bound == pytest.approx(low + place / 1000 * (high - low))
+    assert page.counts() == [(before <= bound).sum(), (after <= bound).sum()]
+    shown = [page.tab.locator(f"#label-{name}").get_attribute("data-count") for name in ("before", "after")]
+    assert [int(count) for count in shown] == page.counts()
+    page.tab.locator("#chosen-by").select_option("before")
+    assert page.counts() == [(before <= bound).sum()] * 2
+    page.tab.locator("#chosen-by").select_option("own")
+    slider.fill("1000")
+    assert page.counts() == [len(before)] * 2
+
+
+def test_only_faces_between_drawn_and_other_cells_are_drawn(page, both, run):
+    page.set("{threshold: 0.7}")
+    drawn = both[0].scaled_jacobian <= 0.7
+    from hexconformal.mesh import face_table
+
+    sides = face_table(hc.read(run / "part.vtu").cells).cells
+    one, other = drawn[sides[:, 0]], drawn[sides[:, 1]] & (sides[:, 1] >= 0)
+    assert page.ask("page.views.before.faces.geometry.index.count / 6") == (one != other).sum()
+
+
+def test_regions_layers_and_cut_leave_cells_out(page, run):
+    mesh = hc.read(run / "part.vtu")
+    material = mesh.cell_data["material"]
+    page.tab.locator("#region-1").uncheck()
+    assert page.counts() == [(material == 3).sum()] * 2
+    page.tab.locator("#region-1").check()
+    layers = volume_page(mesh).cells.layers
+    page.tab.locator("#peel").fill("1")
+    assert page.counts() == [(layers >= 1).sum()] * 2
+    page.tab.locator("#peel").fill("0")
+    page.tab.locator("#cut-position").fill("0.4")
+    after = hc.read(run / "better.vtu").points
+    both = np.concatenate([mesh.points, after])
+    bound = both[:, 0].min() + 0.4 * np.ptp(both[:, 0])
+    assert page.counts() == [(after[mesh.cells].mean(axis=1)[:, 0] <= bound).sum()] * 2
+    page.tab.locator("#cut-flipped").check()
+    assert page.counts() == [(after[mesh.cells].mean(axis=1)[:, 0] >= bound).sum()] * 2
+    page.tab.locator("#cut-flipped").uncheck()
+    page.tab.locator("#all-cells").click()
+    assert page.counts() == [len(material)] * 2
+
+
+def test_a_brushed_histogram_filters(page, both):
+    page.set("{panel: 'quality'}")
+    chart = page.tab.locator("svg[data-measure=shape]")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    for event, share in (("move", 0.25), ("down", 0.25), ("move", 0.4), ("move", 0.5), ("up", 0.5)):
+        mouse = page.tab.mouse
+        mouse.move(box["x"] + share * box["width"], box["y"] + 30)
+        if event != "move":
+            getattr(mouse, event)()
+    low, high = page.ask("page.store.state.brushes.shape")
+    first, last = (f([f(one.shape) for one in both]) for f in (min, max))
+    assert low == pytest.approx(first + 0.25 * (last - first), abs=0.01)
+    assert high == pytest.approx(first + 0.5 * (last - first), abs=0.01)
+    assert page.counts() == [((one.shape >= low) & (one.shape <= high)).sum() for one in both]
+    page.tab.keyboard.press("Escape")
+    page.set("{panel: 'view'}")
+
+
+def test_a_click_on_the_worst_cell_flies_there(page, both, run):
+    page.set("{panel: 'worst', worstOf: 'before'}")
+    rows = page.tab.locator("#worst-rows tr")
+    named = [int(row.split()[0]) for row in rows.all_inner_texts()]
+    assert named == np.argsort(both[0].scaled_jacobian, kind="stable")[:50].tolist()
+    start = page.ask("page.stage.camera.position.toArray()")
+    rows.first.click()
+    page.tab.wait_for_timeout(1200)
+    mesh = hc.read(run / "part.vtu")
+    middle = page.ask("page.mesh.middle")
+    centre = mesh.points[mesh.cells[named[0]]].mean(axis=0) - middle
+    np.testing.assert_allclose(page.ask("page.stage.controls.target.toArray()"), centre, atol=1e-6)
+    place = np.array(page.ask("page.stage.camera.position.toArray()"))
+    assert np.linalg.norm(place - centre) < 0.8 * np.linalg.norm(start)
+    assert str(named[0]) in page.tab.locator(".card h3").inner_text()
+    assert page.counts()[0] < 27
+    page.tab.keyboard.press("Escape")
+    assert page.counts() == [len(mesh.cells)] * 2
+    page.tab.keyboard.press("f")
+    page.set("{panel: 'view'}")
+
+
+def test_frames_follow_the_slider(page, run):
+    page.tab.locator("#frame").fill("4")
+    page.tab.locator("#label-after b", has_text="iteration 4").wait_for()
+    mesh = hc.read(run / "run_frames" / "run_0004.vtu")
+    np.testing.assert_array_equal(page.ask("Array.from(page.frame.points)"), mesh.points.ravel())
+    page.set("{threshold: 0.8}")
+    assert page.counts()[1] == (mesh.cell_data["scaled_jacobian"] <= 0.8).sum()
+
+
+def test_every_array_colours_the_mesh(page):
+    for key in page.ask("page.all.map((one) => one.key)"):
+        page.tab.locator("#colouring").select_option(key)
+        shown = np.array(page.ask("Array.from(page.views.after.faces.geometry.attributes.value.array)"))
+        assert (shown > -1e29).mean() > 0.9, key
+    assert {"regions", "cell:load", "cell:load:2", "point:surface_distance", "point:moved_by"} <= set(
+        page.ask("page.all.map((one) => one.key)")
+    )
+    page.tab.locator("#colouring").select_option("cell:load:2")
+    low, high = page.ask("page.views.after.faces.material.uniforms.range.value.toArray()")
+    values = np.array(page.ask("Array.from(page.mesh.last.cellValues('load'))")).reshape(-1, 3)[:, 2]
+    assert (low, high) == (values.min(), values.max())
+    page.tab.locator("#colouring").select_option("cell:scaled_jacobian")
+    assert page.complaints == []
+
+
+def test_keys(page):
+    page.tab.keyboard.press("2")
+    assert page.ask("page.store.state.layout") == "after"
+    page.tab.keyboard.press("4")
+    assert page.ask("page.stage.parts.length") == 2
+    page.tab.keyboard.press("?")
+    assert page.tab.locator(".help").is_visible()
+    page.tab.keyboard.press("Escape")
+    assert page.tab.locator(".help").count() == 0
+    page.tab.keyboard.press("z")
+    page.tab.wait_for_timeout(1000)
+    assert page.ask("page.stage.direction().toArray()") == pytest.approx([0, 0, 1], abs=1e-6)
+
+
+def test_a_picture_is_saved(page):
+    with page.tab.expect_download() as saving:
+        page.tab.keyboard.press("p")
+    assert saving.value.suggested_filename == "part.vtu.png"
+    picture = imread(saving.value.path())
+    assert len(np.unique(np.round(picture[..., :3] * 255).reshape(-1, 3), axis=0)) > 500
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_mesh_is_seen_in_light_and_dark(started, run, scheme):
+    opened = Opened(started, run / "report.html", scheme).ready()
+    seen = pixels(opened)
+    corner = seen[seen.shape[0] // 2, 3]
+    assert corner.mean() > 240 if scheme == "light" else corner.mean() < 40
+    mesh = (np.ptp(seen, axis=2) > 60).mean()  # colours, not grey
+    assert 0.1 < mesh < 0.9
+    halves = np.split(seen[:, : seen.shape[1] // 2 * 2], 2, axis=1)
+    assert all((np.ptp(half, axis=2) > 60).mean() > 0.1 for half in halves)
+
+
+def kinds():
+    ball = generate.ball(core=2, layers=2)
+    yield "mixed", volume_page(mixed_block())
+    yield "quadratic", volume_page(hc.elevated(hc.HexMesh(*ball)))
+    yield "surface", surface_page(as_arrays(mixed_sphere(4)))
+    yield "folded", volume_page(generate.jittered(*ball, amount=1.0, seed=1, valid=False))
+
+
+@pytest.mark.parametrize(("name", "made"), [pytest.param(*kind, id=kind[0]) for kind in kinds()])
+def test_pages_of_all_kinds_open(started, tmp_path, name, made):
+    made.write(tmp_path / "page.html")
+    opened = Opened(started, tmp_path / "page.html").ready()
+    assert (np.ptp(pixels(opened), axis=2) > 60).mean() > 0.1
+    opened.tab.keyboard.press("w")
+    opened.tab.wait_for_timeout(300)
+    assert opened.ask("page.store.state.focus") >= 0
+    assert opened.complaints == []
+    assert len(opened.requests) == 1
+    if name == "folded":
+        assert "inverted" in opened.tab.locator("#legend").inner_text()
+
+
+def test_curved_faces_go_through_their_middles(started, tmp_path):
+    corners, cells = generate.box((1, 1, 1))
+    mesh = hc.elevated(hc.HexMesh(corners, cells), nodes=27)
+    bulged = mesh.points + 0.2 * mesh.points * (np.abs(mesh.points - 0.5) < 0.5).any(axis=1)[:, None]
+    volume_page(mesh.replaced(bulged)).write(tmp_path / "page.html")
+    opened = Opened(started, tmp_path / "page.html").ready()
+    flat = opened.ask("Array.from(page.views.after.faces.geometry.attributes.position.array)")
+    drawn = np.array(flat).reshape(-1, 3) + opened.ask("page.mesh.middle")
+    assert len(drawn) == 6 * 25
+    on_skin = bulged[np.unique(opened.ask("Array.from(page.mesh.middles)") + [0])]
+    nearest = np.abs(drawn[:, None] - on_skin).max(axis=2).min(axis=0)
+    assert nearest.max() < 1e-6
+
+
+def test_inside_a_notebook_it_is_the_same(started, run, tmp_path):
+    result = hc.regularize(run / "part.vtu", max_iterations=2)
+    shown = result._repr_html_()
+    assert shown.startswith("<iframe srcdoc=")
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><p>In [1]</p>{shown}", encoding="utf-8")
+    opened = Opened(started, tmp_path / "notebook.html")
+    frame = opened.tab.frame_locator("iframe")
+    frame.locator("#label-after b").wait_for(timeout=60_000)
+    assert frame.locator("#counts").inner_text().startswith("all ")
+    assert opened.complaints == []
+    assert [url for url in opened.requests if not url.startswith("about:")] == [
+        (tmp_path / "notebook.html").resolve().as_uri()
+    ]
