@@ -5,6 +5,7 @@ They show what the pages' own lines of Python do to the meshes in data/ and to t
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -116,9 +117,29 @@ def three_ways(path: Path) -> None:
     whole.save(path)
 
 
+def page(path: Path) -> None:
+    """The page of a result in a browser, cut open; needs playwright and Chromium."""
+    from playwright.sync_api import sync_playwright
+
+    file = path.with_suffix(".html")
+    hc.regularize(DATA / "jittered_ball.vtu").to_html(file)
+    flags = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=flags)
+        tab = browser.new_page(viewport={"width": 1280, "height": 760})
+        tab.goto(file.as_uri())
+        tab.wait_for_selector("html[data-ready=yes]", state="attached")
+        tab.get_by_role("button", name="z", exact=True).click()
+        tab.locator("#cut-position").fill("0.55")
+        tab.wait_for_timeout(2000)
+        tab.screenshot(path=path)
+        browser.close()
+    file.unlink()
+
+
 PICTURES: dict[str, Callable[[Path], None]] = {
     draw.__name__: draw
-    for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved, fibre, grains, three_ways)
+    for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved, fibre, grains, three_ways, page)
 }
 
 

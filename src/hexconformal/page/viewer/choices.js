@@ -1,6 +1,6 @@
 // What a page shows at first.
 
-import { colourings } from "./colouring.js";
+import { colourings } from "./mesh/colouring.js";
 
 /** The first state of a page. */
 export function firstState(mesh) {

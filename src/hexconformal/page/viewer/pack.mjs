@@ -7,7 +7,10 @@ import { mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 const here = new URL(".", import.meta.url);
 const text = (path) => readFileSync(new URL(path, here), "utf8");
 
-const sources = readdirSync(here).filter((name) => /\.(js|mjs|css)$/.test(name) || name === "package-lock.json").sort();
+const sources = readdirSync(here, { recursive: true })
+  .filter((name) => !name.startsWith("node_modules"))
+  .filter((name) => /\.(js|mjs|css)$/.test(name) || name === "package-lock.json")
+  .sort();
 const digest = createHash("sha256");
 for (const name of sources) digest.update(`${name}\n${text(name)}`);
 

@@ -25,7 +25,10 @@ function parts(mesh, place, name, width) {
   if (width === 1) return [{ key, title, place, name, component: 0, width, measure }];
   const axes = width === 3 ? ["x", "y", "z"] : Array.from({ length: width }, (_, k) => String(k));
   const length = { key, title: `${title}, length`, place, name, component: -1, width };
-  return [length, ...axes.map((axis, k) => ({ ...length, key: `${key}:${k}`, title: `${title} ${axis}`, component: k }))];
+  return [
+    length,
+    ...axes.map((axis, k) => ({ ...length, key: `${key}:${k}`, title: `${title} ${axis}`, component: k })),
+  ];
 }
 
 /** The value at a place (a cell, or a point) as a function, null where the frame lacks the array. */

@@ -178,5 +178,15 @@ function lagrange(u, v) {
   const along = (t) => [(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)];
   const a = along(u);
   const b = along(v);
-  return [a[0] * b[0], a[2] * b[0], a[2] * b[2], a[0] * b[2], a[1] * b[0], a[2] * b[1], a[1] * b[2], a[0] * b[1], a[1] * b[1]];
+  return [
+    a[0] * b[0],
+    a[2] * b[0],
+    a[2] * b[2],
+    a[0] * b[2],
+    a[1] * b[0],
+    a[2] * b[1],
+    a[1] * b[2],
+    a[0] * b[1],
+    a[1] * b[1],
+  ];
 }

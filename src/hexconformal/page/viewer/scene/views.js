@@ -5,10 +5,10 @@ import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
 
-import { valuesOf } from "./colouring.js";
-import { drawnCells, showsAll } from "./filters.js";
+import { valuesOf } from "../mesh/colouring.js";
+import { drawnCells, showsAll } from "../mesh/filters.js";
 import { faceMaterial, pointMaterial } from "./materials.js";
-import { facesOfDrawn, geometryOf, interfaceFaces, skinFaces } from "./surfaces.js";
+import { facesOfDrawn, geometryOf, interfaceFaces, skinFaces } from "../mesh/surfaces.js";
 
 const SEGMENTS = 6; // of a curved edge
 
@@ -49,7 +49,8 @@ export class View {
     const isCut = !showsAll(mesh, count);
     this.ghost.visible = isCut && state.ghost;
     this.between.visible = state.interfaces && this.interfaces.faces.length > 0;
-    if (this.ghost.visible) this.once("ghost", moved, () => put(this.ghost, geometryOf(mesh, frame, this.skin, "", null)));
+    if (this.ghost.visible)
+      this.once("ghost", moved, () => put(this.ghost, geometryOf(mesh, frame, this.skin, "", null)));
     if (this.between.visible) {
       this.once("between", moved, () => put(this.between, geometryOf(mesh, frame, this.interfaces, "", null)));
     }
@@ -68,7 +69,8 @@ export class View {
   }
 
   /** The samples per pixel, and the size of the picture: lines and points are as thick on the screen. */
-  setPixels(ratio, width, height) {
+  setPixels(ratio, width, height, turning) {
+    this.ghost.material.uniforms.edges.value = turning ? 0 : 0.5;
     this.corners.material.uniforms.size.value = 8 * ratio;
     for (const drawing of [this.curves, this.rim]) drawing.material.resolution.set(width, height);
     for (const part of [this.faces, this.ghost, this.between]) part.material.uniforms.width.value = ratio;

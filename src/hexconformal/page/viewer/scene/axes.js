@@ -2,9 +2,13 @@
 
 import { Vector3 } from "three";
 
-import { h } from "./dom.js";
+import { h } from "../dom.js";
 
-const AXES = [["x", "#c8553d"], ["y", "#5b9a4f"], ["z", "#2a6f97"]];
+const AXES = [
+  ["x", "#c8553d"],
+  ["y", "#5b9a4f"],
+  ["z", "#2a6f97"],
+];
 
 export class Axes {
   constructor(camera) {

@@ -1,6 +1,6 @@
 // A picture of what is shown, with titles and legend, as a PNG file.
 
-import { h } from "./dom.js";
+import { h } from "../dom.js";
 
 /** Draw the canvas, the titles of its parts and the legend into one picture. */
 export function picture(stage, titles, legend) {
@@ -16,7 +16,8 @@ export function picture(stage, titles, legend) {
     context.font = `${weight} ${size * scale}px ${style.fontFamily}`;
     context.fillText(text, x * scale, y * scale);
   };
-  for (const { left, lines } of titles) lines.forEach((line, k) => write(line, left + 14, 26 + 18 * k, k === 0 ? 14 : 12, k === 0 ? "bold" : "normal"));
+  for (const { left, lines } of titles)
+    lines.forEach((line, k) => write(line, left + 14, 26 + 18 * k, k === 0 ? 14 : 12, k === 0 ? "bold" : "normal"));
   const bottom = canvas.height / scale;
   write(legend.title.textContent, 14, bottom - 44, 12, "bold");
   if (!legend.bar.hidden) {

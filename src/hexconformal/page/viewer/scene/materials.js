@@ -41,13 +41,15 @@ varying vec3 place;
 varying float shade;
 varying vec4 side;
 void main() {
+  vec3 colour = plain;
+#ifndef PLAIN
   vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
-  float facing = abs(normal.z);
-  float light = 0.62 + 0.32 * facing + 0.12 * max(dot(normal, vec3(-0.45, 0.7, 0.55)), 0.0);
+  float light = 0.62 + 0.32 * abs(normal.z) + 0.12 * max(dot(normal, vec3(-0.45, 0.7, 0.55)), 0.0);
   float t = (shade - range.x) / max(range.y - range.x, 1e-30);
-  vec3 colour = shade < -9e29 ? plain : texture2D(map, vec2(clamp(t, 0.001, 0.999), 0.5)).rgb;
+  if (shade > -9e29) colour = texture2D(map, vec2(clamp(t, 0.001, 0.999), 0.5)).rgb;
   if (marksFolded > 0.5 && shade <= 0.0 && shade > -9e29) colour = folded;
   colour *= light;
+#endif
   if (edges > 0.0) {
     vec4 pixel = fwidth(side) * width;
     vec4 far = side / max(pixel, vec4(1e-6));
@@ -60,9 +62,10 @@ void main() {
   gl_FragColor = vec4(colour, opacity);
 }`;
 
-/** A material for faces; see its uniforms. */
+/** A material for faces; see its uniforms. One that one can see through has one colour, and is not lit. */
 export function faceMaterial({ opacity = 1, edges = 0.62, offset = 1 } = {}) {
   return new ShaderMaterial({
+    defines: opacity < 1 ? { PLAIN: 1 } : {},
     vertexShader: VERTEX,
     fragmentShader: FRAGMENT,
     side: DoubleSide,

@@ -2,7 +2,7 @@
 
 import { Raycaster } from "three";
 
-import { exact, h } from "./dom.js";
+import { exact, h } from "../dom.js";
 
 const ray = new Raycaster();
 

@@ -1,6 +1,6 @@
 // Histograms of the measures before and after, each brushed to filter the cells.
 
-import { h, short } from "./dom.js";
+import { h, short } from "../dom.js";
 
 const WIDTH = 300;
 const HEIGHT = 74;
@@ -10,8 +10,17 @@ export class Histograms {
     this.store = store;
     const { measures, frames } = mesh.contents;
     this.panels = measures.map((measure) => new Panel(measure, frames.length > 1, store));
-    const hint = h("p", { class: "hint" }, "Drag over a histogram to leave only those cells; a double click ends that.");
-    this.element = h("div", { class: "histograms" }, hint, this.panels.map((panel) => panel.element));
+    const hint = h(
+      "p",
+      { class: "hint" },
+      "Drag over a histogram to leave only those cells; a double click ends that.",
+    );
+    this.element = h(
+      "div",
+      { class: "histograms" },
+      hint,
+      this.panels.map((panel) => panel.element),
+    );
   }
 
   show(state) {
@@ -43,13 +52,21 @@ class Panel {
     const figures = (name, one) =>
       h("span", { class: name }, `${short(one.min)} … ${short(one.mean)} … ${short(one.max)}`);
     const heads = [h("b", {}, measure.title)];
-    const rows = two ? [figures("before", measure.figures.before), figures("after", measure.figures.after)] : [figures("after", measure.figures.after)];
+    const rows = two
+      ? [figures("before", measure.figures.before), figures("after", measure.figures.after)]
+      : [figures("after", measure.figures.after)];
     this.element = h(
       "section",
       { class: "histogram" },
       h("header", {}, heads, this.note),
       this.svg,
-      h("footer", {}, h("span", {}, short(this.low)), h("span", {}, measure.scale === "log" ? "logarithmic" : ""), h("span", {}, short(this.high))),
+      h(
+        "footer",
+        {},
+        h("span", {}, short(this.low)),
+        h("span", {}, measure.scale === "log" ? "logarithmic" : ""),
+        h("span", {}, short(this.high)),
+      ),
       h("div", { class: "figures", title: "smallest … mean … largest" }, rows),
     );
   }

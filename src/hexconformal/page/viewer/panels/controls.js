@@ -1,7 +1,7 @@
 // The side panel's controls of the view: colours, worse cells, cut, layers, regions, lines.
 
-import { ALL_CELLS } from "./choices.js";
-import { check, choice, h, select, short } from "./dom.js";
+import { ALL_CELLS } from "../choices.js";
+import { check, choice, h, select, short } from "../dom.js";
 import { regionColour } from "./legend.js";
 
 export class Controls {
@@ -11,7 +11,11 @@ export class Controls {
     this.viewDirection = viewDirection;
     this.shown = []; // functions that bring an element in line with the state
     this.two = mesh.frames.length > 1;
-    const reset = h("button", { type: "button", id: "all-cells", onclick: () => store.set(ALL_CELLS) }, "all cells again");
+    const reset = h(
+      "button",
+      { type: "button", id: "all-cells", onclick: () => store.set(ALL_CELLS) },
+      "all cells again",
+    );
     this.counts = h("div", { class: "counts", id: "counts" });
     this.element = h(
       "div",
@@ -55,25 +59,55 @@ export class Controls {
 
   colours(all) {
     const { store, mesh } = this;
-    const arrays = select("colouring", "colour by", all.map((one) => [one.key, one.title]), store.state.colouring, (colouring) =>
-      store.set({ colouring, range: null }),
+    const arrays = select(
+      "colouring",
+      "colour by",
+      all.map((one) => [one.key, one.title]),
+      store.state.colouring,
+      (colouring) => store.set({ colouring, range: null }),
     );
-    const maps = select("map", "colour map", mesh.contents.maps.map(({ name }) => [name, name]), store.state.map, (map) => store.set({ map }));
+    const maps = select(
+      "map",
+      "colour map",
+      mesh.contents.maps.map(({ name }) => [name, name]),
+      store.state.map,
+      (map) => store.set({ map }),
+    );
     this.shown.push((state) => {
       arrays.value = state.colouring;
       maps.value = state.map;
     });
-    return [h("div", { class: "row" }, arrays), h("div", { class: "row" }, maps, this.bound("reversed", "reversed", "reversed"))];
+    return [
+      h("div", { class: "row" }, arrays),
+      h("div", { class: "row" }, maps, this.bound("reversed", "reversed", "reversed")),
+    ];
   }
 
   threshold() {
     const { store, mesh } = this;
     const ranked = mesh.contents.measures.filter((measure) => measure.best !== null);
-    const measure = select("threshold-measure", "measure", ranked.map((one) => [one.name, one.title]), store.state.thresholdMeasure, (name) =>
-      store.set({ thresholdMeasure: name, threshold: null }),
+    const measure = select(
+      "threshold-measure",
+      "measure",
+      ranked.map((one) => [one.name, one.title]),
+      store.state.thresholdMeasure,
+      (name) => store.set({ thresholdMeasure: name, threshold: null }),
     );
-    const slider = h("input", { type: "range", id: "threshold", min: 0, max: 1000, step: 1, "aria-label": "quality threshold" });
-    const number = h("input", { type: "text", id: "threshold-value", inputMode: "decimal", "aria-label": "threshold", placeholder: "all" });
+    const slider = h("input", {
+      type: "range",
+      id: "threshold",
+      min: 0,
+      max: 1000,
+      step: 1,
+      "aria-label": "quality threshold",
+    });
+    const number = h("input", {
+      type: "text",
+      id: "threshold-value",
+      inputMode: "decimal",
+      "aria-label": "threshold",
+      placeholder: "all",
+    });
     const sign = h("span", { class: "sign" });
     slider.addEventListener("input", () => {
       const share = Number(slider.value) / 1000;
@@ -86,7 +120,11 @@ export class Controls {
     const by = select(
       "chosen-by",
       "cells chosen by",
-      [["own", "each by its own values"], ["before", "those that were worse before"], ["after", "those that are worse after"]],
+      [
+        ["own", "each by its own values"],
+        ["before", "those that were worse before"],
+        ["after", "those that are worse after"],
+      ],
       store.state.chosenBy,
       (chosenBy) => store.set({ chosenBy }),
     );
@@ -95,9 +133,14 @@ export class Controls {
       by.value = state.chosenBy;
       sign.textContent = this.best(state) === "high" ? "≤" : "≥";
       slider.value = state.threshold === null ? 1000 : Math.round(1000 * this.toShare(state.threshold));
-      if (document.activeElement !== number) number.value = state.threshold === null ? "" : String(Number(state.threshold.toPrecision(12)));
+      if (document.activeElement !== number)
+        number.value = state.threshold === null ? "" : String(Number(state.threshold.toPrecision(12)));
     });
-    return [h("div", { class: "row" }, measure, sign, number), slider, this.two ? h("div", { class: "row" }, by) : null];
+    return [
+      h("div", { class: "row" }, measure, sign, number),
+      slider,
+      this.two ? h("div", { class: "row" }, by) : null,
+    ];
   }
 
   best(state) {
@@ -135,19 +178,48 @@ export class Controls {
       const seen = axis === "view" ? this.viewDirection() : normals[axis];
       store.set({ cut: true, cutAxis: axis, cutNormal: seen });
     };
-    const axes = choice("cut across", [["x", "x"], ["y", "y"], ["z", "z"], ["view", "view", "Across the line of sight, as it is now"]], "x", set);
-    const slider = h("input", { type: "range", id: "cut-position", min: 0, max: 1, step: 0.002, "aria-label": "place of the cut" });
+    const axes = choice(
+      "cut across",
+      [
+        ["x", "x"],
+        ["y", "y"],
+        ["z", "z"],
+        ["view", "view", "Across the line of sight, as it is now"],
+      ],
+      "x",
+      set,
+    );
+    const slider = h("input", {
+      type: "range",
+      id: "cut-position",
+      min: 0,
+      max: 1,
+      step: 0.002,
+      "aria-label": "place of the cut",
+    });
     slider.addEventListener("input", () => store.set({ cut: true, cutPosition: Number(slider.value) }));
     this.shown.push((state) => {
       axes.show(state.cut ? state.cutAxis : "");
       slider.value = state.cutPosition;
     });
     const on = this.bound("cut", "cut", "cut", "Leave out whole cells on one side of a plane");
-    return h("div", {}, h("div", { class: "row" }, on, axes.element, this.bound("cut-flipped", "flip", "cutFlipped")), slider);
+    return h(
+      "div",
+      {},
+      h("div", { class: "row" }, on, axes.element, this.bound("cut-flipped", "flip", "cutFlipped")),
+      slider,
+    );
   }
 
   peel() {
-    const slider = h("input", { type: "range", id: "peel", min: 0, max: this.mesh.mostLayers, step: 1, "aria-label": "layers that are peeled off" });
+    const slider = h("input", {
+      type: "range",
+      id: "peel",
+      min: 0,
+      max: this.mesh.mostLayers,
+      step: 1,
+      "aria-label": "layers that are peeled off",
+    });
     const text = h("span", { class: "sign" });
     slider.addEventListener("input", () => this.store.set({ peel: Number(slider.value) }));
     this.shown.push((state) => {
@@ -188,5 +260,6 @@ export function countsText(mesh, views) {
   const total = mesh.count;
   const all = views.every((view) => view.count === total);
   if (all) return `all ${short(total)} cells`;
-  return `${views.map((view) => short(view.count)).join(" and ")} of ${short(total)} cells`;
+  const counts = [...new Set(views.map((view) => short(view.count)))];
+  return `${counts.join(" and ")} of ${short(total)} cells`;
 }

@@ -1,7 +1,7 @@
 // The legend: colours with their range, which can be typed in; regions by name.
 
-import { REGION_COLOURS, dataRange, naturalRange } from "./colouring.js";
-import { h, short } from "./dom.js";
+import { REGION_COLOURS, dataRange, naturalRange } from "../mesh/colouring.js";
+import { h, short } from "../dom.js";
 
 export function regionColour(region) {
   return REGION_COLOURS[region % REGION_COLOURS.length];
@@ -28,10 +28,23 @@ export class Legend {
     this.title = h("div", { class: "legend-title" });
     this.bar = h("canvas", { width: 256, height: 1, class: "legend-bar" });
     const end = (label, k) =>
-      h("input", { type: "text", inputMode: "decimal", "aria-label": label, onchange: (event) => this.type(k, event.target) });
+      h("input", {
+        type: "text",
+        inputMode: "decimal",
+        "aria-label": label,
+        onchange: (event) => this.type(k, event.target),
+      });
     this.ends = [end("colours from", 0), end("colours to", 1)];
-    const fit = h("button", { type: "button", title: "Colours over the values that there are", onclick: () => this.fit() }, "fit");
-    const reset = h("button", { type: "button", title: "The range at first", onclick: () => store.set({ range: null }) }, "reset");
+    const fit = h(
+      "button",
+      { type: "button", title: "Colours over the values that there are", onclick: () => this.fit() },
+      "fit",
+    );
+    const reset = h(
+      "button",
+      { type: "button", title: "The range at first", onclick: () => store.set({ range: null }) },
+      "reset",
+    );
     this.scale = h("div", { class: "legend-scale" }, this.ends[0], fit, reset, this.ends[1]);
     this.more = h("div", { class: "legend-more" });
     this.element = h("div", { class: "legend", id: "legend" }, this.title, this.bar, this.scale, this.more);

@@ -29,7 +29,10 @@ export class Stage {
     this.frames = 0;
     this.level = SAMPLES.length - 2;
     this.drawnAt = -Infinity;
+    this.held = false; // with the mouse
     this.controls.addEventListener("change", () => this.ask());
+    this.controls.addEventListener("start", () => (this.held = true));
+    this.controls.addEventListener("end", () => (this.held = false));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
     this.fit(FIRST_DIRECTION, [0, 0, 1], false);
@@ -87,7 +90,7 @@ export class Stage {
       this.turning = true;
       this.draw(this.level);
       this.drawnAt = time;
-    } else if (this.turning && since > REST) {
+    } else if (this.turning && !this.held && since > REST) {
       this.turning = false;
       if (this.level < SAMPLES.length - 1) this.draw();
     }
@@ -121,7 +124,7 @@ export class Stage {
       this.renderer.setViewport(left, 0, share * width, height);
       this.renderer.setScissor(from * width, 0, (to - from) * width, height);
       this.renderer.clear();
-      view.setPixels(this.sampled, share * width, height);
+      view.setPixels(this.sampled, share * width, height, level < SAMPLES.length - 1);
       this.renderer.render(view.scene, this.camera);
     }
     this.frames += 1;
@@ -185,7 +188,11 @@ export class Stage {
 
   goTo(position, target, up, flying) {
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const start = { position: this.camera.position.clone(), target: this.controls.target.clone(), up: this.camera.up.clone() };
+    const start = {
+      position: this.camera.position.clone(),
+      target: this.controls.target.clone(),
+      up: this.camera.up.clone(),
+    };
     this.flight = { start, position, target, up, began: null, time: flying && !still ? 600 : 0 };
     if (this.flight.time === 0) this.fly(0);
   }

@@ -1,6 +1,6 @@
 // The table of the worst cells; a click flies to one.
 
-import { choice, h, select, short } from "./dom.js";
+import { choice, h, select, short } from "../dom.js";
 
 const ROWS = 50;
 
@@ -18,11 +18,23 @@ export class WorstCells {
       store.state.thresholdMeasure,
       (name) => store.set({ thresholdMeasure: name, threshold: null }),
     );
-    this.of = choice("worst cells of", [["before", "before"], ["after", "after"]], "after", (worstOf) => store.set({ worstOf }));
+    this.of = choice(
+      "worst cells of",
+      [
+        ["before", "before"],
+        ["after", "after"],
+      ],
+      "after",
+      (worstOf) => store.set({ worstOf }),
+    );
     this.body = h("tbody", { id: "worst-rows" });
     this.head = h("tr");
     const controls = h("div", { class: "row" }, this.measure, this.two ? this.of.element : null);
-    const hint = h("p", { class: "hint" }, "A click flies to the cell and shows it with those behind it; Esc leads back.");
+    const hint = h(
+      "p",
+      { class: "hint" },
+      "A click flies to the cell and shows it with those behind it; Esc leads back.",
+    );
     this.element = h("div", { class: "worst" }, controls, hint, h("table", {}, h("thead", {}, this.head), this.body));
   }
 
@@ -39,16 +51,18 @@ export class WorstCells {
     const told = this.two ? [state.worstOf, state.worstOf === "before" ? "after" : "before"] : ["value"];
     const heads = ["cell", ...told, ...(typed ? ["type"] : []), ...(mesh.regions ? ["region"] : [])];
     this.head.replaceChildren(...heads.map((text) => h("th", {}, text)));
-    this.body.replaceChildren(...worstOf(values, measure.best).map((cell) => {
-      const cells = [
-        h("td", {}, h("button", { type: "button", class: "link", "data-cell": cell }, String(mesh.label(cell)))),
-        h("td", { class: "number", title: String(values[cell]) }, short(values[cell])),
-        others ? h("td", { class: "number", title: String(others[cell]) }, short(others[cell])) : null,
-        typed ? h("td", {}, mesh.type(cell)) : null,
-        mesh.regions ? h("td", {}, mesh.contents.regions.names[mesh.regions[cell]]) : null,
-      ];
-      return h("tr", { class: cell === state.focus ? "chosen" : "", onclick: () => this.flyTo(cell, frame) }, cells);
-    }));
+    this.body.replaceChildren(
+      ...worstOf(values, measure.best).map((cell) => {
+        const cells = [
+          h("td", {}, h("button", { type: "button", class: "link", "data-cell": cell }, String(mesh.label(cell)))),
+          h("td", { class: "number", title: String(values[cell]) }, short(values[cell])),
+          others ? h("td", { class: "number", title: String(others[cell]) }, short(others[cell])) : null,
+          typed ? h("td", {}, mesh.type(cell)) : null,
+          mesh.regions ? h("td", {}, mesh.contents.regions.names[mesh.regions[cell]]) : null,
+        ];
+        return h("tr", { class: cell === state.focus ? "chosen" : "", onclick: () => this.flyTo(cell, frame) }, cells);
+      }),
+    );
   }
 }
 

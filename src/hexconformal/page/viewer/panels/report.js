@@ -1,16 +1,27 @@
 // What the report says: its text, notes, options, the versions.
 
-import { h } from "./dom.js";
+import { h } from "../dom.js";
 
 export function report(contents) {
   const { text, notes, options } = contents.report;
   const value = (given) => (given !== null && typeof given === "object" ? JSON.stringify(given) : String(given));
-  const rows = Object.entries(options).map(([name, given]) => h("tr", {}, h("th", {}, name), h("td", {}, value(given))));
+  const rows = Object.entries(options).map(([name, given]) =>
+    h("tr", {}, h("th", {}, name), h("td", {}, value(given))),
+  );
   return h(
     "div",
     { class: "report" },
     contents.remarks.map((remark) => h("p", { class: "remark" }, remark)),
-    notes.length > 0 ? [h("h3", {}, "Notes"), h("ul", {}, notes.map((note) => h("li", {}, note)))] : null,
+    notes.length > 0
+      ? [
+          h("h3", {}, "Notes"),
+          h(
+            "ul",
+            {},
+            notes.map((note) => h("li", {}, note)),
+          ),
+        ]
+      : null,
     h("h3", {}, "Report"),
     h("pre", { id: "report-text" }, text),
     rows.length > 0 ? [h("h3", {}, "Options"), h("table", { class: "options" }, rows)] : null,

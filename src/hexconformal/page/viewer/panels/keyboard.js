@@ -1,27 +1,36 @@
 // Keys, and the list of them.
 
-import { ALL_CELLS } from "./choices.js";
-import { h } from "./dom.js";
+import { ALL_CELLS } from "../choices.js";
+import { h } from "../dom.js";
 
 /** [keys, what they do, action] */
 export function keysOf(mesh, store, actions) {
   const toggle = (name) => () => store.set({ [name]: !store.state[name] });
-  const layouts = mesh.frames.length > 1 ? [
-    [["1"], "before", () => store.set({ layout: "before" })],
-    [["2"], "after", () => store.set({ layout: "after" })],
-    [["3"], "side by side", () => store.set({ layout: "both" })],
-    [["4"], "one over the other", () => store.set({ layout: "over" })],
-  ] : [];
-  const frames = mesh.frames.length > 2 ? [
-    [["ArrowRight"], "next frame", () => actions.stepFrame(1)],
-    [["ArrowLeft"], "frame before", () => actions.stepFrame(-1)],
-    [[" "], "play", actions.play],
-  ] : [];
-  const volume = mesh.layers === null ? [] : [
-    [["]"], "peel a layer", () => store.set({ peel: Math.min(store.state.peel + 1, mesh.mostLayers) })],
-    [["["], "put a layer back", () => store.set({ peel: Math.max(store.state.peel - 1, 0) })],
-    [["k"], "cutting plane", toggle("cut")],
-  ];
+  const layouts =
+    mesh.frames.length > 1
+      ? [
+          [["1"], "before", () => store.set({ layout: "before" })],
+          [["2"], "after", () => store.set({ layout: "after" })],
+          [["3"], "side by side", () => store.set({ layout: "both" })],
+          [["4"], "one over the other", () => store.set({ layout: "over" })],
+        ]
+      : [];
+  const frames =
+    mesh.frames.length > 2
+      ? [
+          [["ArrowRight"], "next frame", () => actions.stepFrame(1)],
+          [["ArrowLeft"], "frame before", () => actions.stepFrame(-1)],
+          [[" "], "play", actions.play],
+        ]
+      : [];
+  const volume =
+    mesh.layers === null
+      ? []
+      : [
+          [["]"], "peel a layer", () => store.set({ peel: Math.min(store.state.peel + 1, mesh.mostLayers) })],
+          [["["], "put a layer back", () => store.set({ peel: Math.max(store.state.peel - 1, 0) })],
+          [["k"], "cutting plane", toggle("cut")],
+        ];
   return [
     ...layouts,
     [["x", "y", "z"], "look along an axis; with shift from the other side", (event) => actions.along(event.key)],
@@ -60,7 +69,16 @@ const WORDS = { ArrowRight: "→", ArrowLeft: "←", " ": "space", Escape: "Esc"
 
 export function help(keys, close) {
   const rows = keys.map(([names, text]) =>
-    h("tr", {}, h("td", {}, names.map((name) => h("kbd", {}, WORDS[name] ?? name))), h("td", {}, text)),
+    h(
+      "tr",
+      {},
+      h(
+        "td",
+        {},
+        names.map((name) => h("kbd", {}, WORDS[name] ?? name)),
+      ),
+      h("td", {}, text),
+    ),
   );
   const mouse = [
     ["drag", "turn"],

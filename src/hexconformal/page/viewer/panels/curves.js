@@ -1,6 +1,6 @@
 // Curves over the iterations or steps of a run; a click chooses the frame there.
 
-import { h, short } from "./dom.js";
+import { h, short } from "../dom.js";
 
 const WIDTH = 300;
 const HEIGHT = 90;
@@ -9,7 +9,11 @@ export class Curves {
   constructor(mesh, store) {
     this.mesh = mesh;
     this.panels = mesh.contents.curves.map((curve) => this.panel(curve, store));
-    this.element = h("div", { class: "curves" }, this.panels.map((panel) => panel.element));
+    this.element = h(
+      "div",
+      { class: "curves" },
+      this.panels.map((panel) => panel.element),
+    );
   }
 
   panel(curve, store) {
@@ -26,25 +30,43 @@ export class Curves {
     if (top - bottom < least) [bottom, top] = [(bottom + top - least) / 2, (bottom + top + least) / 2];
     const up = (y) => HEIGHT - 3 - ((scale(y) - bottom) / (top - bottom)) * (HEIGHT - 6);
     const lines = curve.lines.map((line, k) => {
-      const points = line.y.map((y, i) => (y === null || (curve.log && y <= 0) ? null : `${across(curve.x[i]).toFixed(1)},${up(y).toFixed(1)}`));
+      const points = line.y.map((y, i) =>
+        y === null || (curve.log && y <= 0) ? null : `${across(curve.x[i]).toFixed(1)},${up(y).toFixed(1)}`,
+      );
       return h("polyline", { class: `line line-${k}`, points: points.filter((point) => point !== null).join(" ") });
     });
-    const svg = h("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img" }, lines, marker);
+    const svg = h(
+      "svg",
+      { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img" },
+      lines,
+      marker,
+    );
     svg.addEventListener("click", (event) => {
       const box = svg.getBoundingClientRect();
       const x = low + ((event.clientX - box.left) / box.width) * (high - low);
       const distance = (frame) => Math.abs(frame.position - x);
-      const nearest = this.mesh.frames.reduce((best, frame, k) => (distance(frame) < distance(this.mesh.frames[best]) ? k : best), 0);
+      const nearest = this.mesh.frames.reduce(
+        (best, frame, k) => (distance(frame) < distance(this.mesh.frames[best]) ? k : best),
+        0,
+      );
       store.set({ frame: nearest });
     });
-    const names = curve.lines.length > 1 ? curve.lines.map((line, k) => h("span", { class: `key line-${k}` }, line.name)) : [];
-    const range = values.length > 0 ? `${short(ends[0])} to ${short(ends[1])}${curve.log ? ", logarithmic" : ""}` : "no values";
+    const names =
+      curve.lines.length > 1 ? curve.lines.map((line, k) => h("span", { class: `key line-${k}` }, line.name)) : [];
+    const range =
+      values.length > 0 ? `${short(ends[0])} to ${short(ends[1])}${curve.log ? ", logarithmic" : ""}` : "no values";
     const element = h(
       "section",
       { class: "curve" },
       h("header", {}, h("b", {}, curve.title), h("span", {}, names)),
       svg,
-      h("footer", {}, h("span", {}, short(low)), h("span", {}, `${range}; over the ${curve.over}`), h("span", {}, short(high))),
+      h(
+        "footer",
+        {},
+        h("span", {}, short(low)),
+        h("span", {}, `${range}; over the ${curve.over}`),
+        h("span", {}, short(high)),
+      ),
     );
     return { element, marker, across };
   }
