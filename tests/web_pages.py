@@ -76,6 +76,14 @@ class Opened:
         self.tab.wait_for_selector("html[data-ready=yes]", state="attached", timeout=60_000)
         return self
 
+    def rest(self):
+        """Wait until nothing moves, and all is drawn in full."""
+        for _ in range(300):
+            self.tab.wait_for_timeout(100)
+            if self.ask("page.stage.flight === null && !page.stage.wanted && !page.stage.turning"):
+                return self
+        raise AssertionError("the page does not come to rest")
+
     def ask(self, script):
         """The value of an expression; `page` is the page."""
         return self.tab.evaluate(f"(() => {{ const page = window.hexconformal; return {script}; }})()")

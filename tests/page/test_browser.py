@@ -36,7 +36,7 @@ def both(run):
 
 def pixels(opened):
     """What is seen of the mesh, (h, w, 3) bytes."""
-    opened.tab.wait_for_timeout(400)
+    opened.rest()
     picture = imread(io.BytesIO(opened.tab.locator("main").screenshot()))
     return np.round(255 * picture[..., :3]).astype(int)
 
@@ -134,7 +134,7 @@ def test_a_click_on_the_worst_cell_flies_there(page, both, run):
     assert named == np.argsort(both[0].scaled_jacobian, kind="stable")[:50].tolist()
     start = page.ask("page.stage.camera.position.toArray()")
     rows.first.click()
-    page.tab.wait_for_timeout(1200)
+    page.rest()
     mesh = hc.read(run / "part.vtu")
     middle = page.ask("page.mesh.middle")
     centre = mesh.points[mesh.cells[named[0]]].mean(axis=0) - middle
@@ -184,7 +184,7 @@ def test_keys(page):
     page.tab.keyboard.press("Escape")
     assert page.tab.locator(".help").count() == 0
     page.tab.keyboard.press("z")
-    page.tab.wait_for_timeout(1000)
+    page.rest()
     assert page.ask("page.stage.direction().toArray()") == pytest.approx([0, 0, 1], abs=1e-6)
 
 
@@ -222,7 +222,7 @@ def test_pages_of_all_kinds_open(started, tmp_path, name, made):
     opened = Opened(started, tmp_path / "page.html").ready()
     assert (np.ptp(pixels(opened), axis=2) > 60).mean() > 0.1
     opened.tab.keyboard.press("w")
-    opened.tab.wait_for_timeout(300)
+    opened.rest()
     assert opened.ask("page.store.state.focus") >= 0
     assert opened.complaints == []
     assert len(opened.requests) == 1

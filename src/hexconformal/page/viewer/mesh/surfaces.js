@@ -5,8 +5,9 @@ import { BufferAttribute, BufferGeometry } from "three";
 const PARTS = 4; // of each side of a curved face
 const NONE = -1e30; // a value that is not there
 
-/** Faces with a drawn cell on one side only, and that cell. */
-export function facesOfDrawn(mesh, drawn) {
+/** Faces with a drawn cell on one side only, and that cell; where all are drawn those of the skin will do. */
+export function facesOfDrawn(mesh, drawn, count) {
+  if (count === mesh.count) return skinFaces(mesh);
   const faces = [];
   const owners = [];
   for (let face = 0; face < mesh.faceCount; face += 1) {

@@ -45,7 +45,7 @@ export class View {
     this.count = count;
     const chosen = valuesOf(mesh, frame, colouring);
     this.lacksValues = chosen === null;
-    put(this.faces, geometryOf(mesh, frame, facesOfDrawn(mesh, drawn), colouring.place, chosen));
+    put(this.faces, geometryOf(mesh, frame, facesOfDrawn(mesh, drawn, count), colouring.place, chosen));
     const isCut = !showsAll(mesh, count);
     this.ghost.visible = isCut && state.ghost;
     this.between.visible = state.interfaces && this.interfaces.faces.length > 0;
