@@ -73,7 +73,8 @@ class Opened:
 
     def ready(self):
         """Wait until it is drawn."""
-        self.tab.wait_for_selector("html[data-ready=yes]", state="attached", timeout=60_000)
+        self.tab.wait_for_selector("html[data-ready=yes], .failed", state="attached", timeout=60_000)
+        assert self.tab.locator(".failed").count() == 0, self.complaints
         return self
 
     def rest(self):

@@ -145,6 +145,10 @@ def test_large_meshes_have_skin_worst_cells_and_what_is_around_them():
     )
 
 
+def test_a_page_is_small_beside_its_mesh():
+    assert len(volume_page(generate.box((1, 1, 1))).to_html()) < 800_000
+
+
 def test_pages_of_the_same_are_the_same(run):
     one, two = (volume_page(run / "part.vtu", run / "better.vtu").to_html() for _ in range(2))
     assert one == two

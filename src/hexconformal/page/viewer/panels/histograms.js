@@ -10,6 +10,12 @@ export class Histograms {
     this.store = store;
     const { measures, frames } = mesh.contents;
     this.panels = measures.map((measure) => new Panel(measure, frames.length > 1, store));
+    const key = h(
+      "p",
+      { class: "figures" },
+      h("span", { class: "before" }, "■ before"),
+      h("span", { class: "after" }, "■ after"),
+    );
     const hint = h(
       "p",
       { class: "hint" },
@@ -19,6 +25,7 @@ export class Histograms {
       "div",
       { class: "histograms" },
       hint,
+      frames.length > 1 ? key : null,
       this.panels.map((panel) => panel.element),
     );
   }

@@ -4,7 +4,8 @@ import { h } from "../dom.js";
 
 export function report(contents) {
   const { text, notes, options } = contents.report;
-  const value = (given) => (given !== null && typeof given === "object" ? JSON.stringify(given) : String(given));
+  const word = (given) => (given === null ? "none" : String(given));
+  const value = (given) => (given !== null && typeof given === "object" ? JSON.stringify(given) : word(given));
   const rows = Object.entries(options).map(([name, given]) =>
     h("tr", {}, h("th", {}, name), h("td", {}, value(given))),
   );
