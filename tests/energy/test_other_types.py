@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from corner_problems import CUBES, convex
-from meshes.linear_cells import TYPES, random_cells
+from meshes.linear_cells import TYPES, random_cells, renumberings
 from meshes.mixed import collapsed_tables
 
 from hexconformal.common import OptionError
@@ -212,10 +212,83 @@ def test_targets_of_other_types_are_their_ideals():
         ideal = np.eye(3) if one.cell_type.name == "hexahedron" else one.cell_type.inverse_target
         np.testing.assert_allclose(inverses[one.rows][0, 0], ideal @ np.diag([1.0, 1.0, 1 / 3]))
     assert inverse_targets("cube", points, cells, "corners") is None
-    for target in ("input", "1:1:2", points):
-        with pytest.raises(OptionError, match="other cells than hexahedra"):
-            inverse_targets(target, points, cells, "corners")
+    with pytest.raises(OptionError, match="not be one box where there are other cells than hexahedra"):
+        inverse_targets("1:1:2", points, cells, "corners")
     assert set(CELL_TYPES) == set(STIFF)
+
+
+def affine(points):
+    """The points under a linear map, and the map."""
+    matrix = np.eye(3) + np.random.default_rng(5).uniform(-0.3, 0.3, (3, 3))
+    return points @ matrix.T, matrix
+
+
+@each_type
+def test_of_its_own_shape_a_cell_has_the_distortion_of_the_map(cell_type):
+    points, cells = one_cell(cell_type)
+    moved, matrix = affine(points)
+    term = CornerTerm(cells, inverse_targets("input", points, cells, "corners"))
+    assert term.value(points) < 1e-25
+    # J is the matrix of the map at every corner; the weights of corners sum up to the volume of the ideal, times 8.
+    density = frame_density(tuple(matrix.T)) * np.linalg.det(matrix) ** (-2 / 3)
+    assert term.value(moved) == pytest.approx(8.0 * cell_type.volume * density, rel=1e-12)
+
+
+def test_of_the_shapes_of_another_mesh_cells_of_all_types_have_the_distortion_of_the_map():
+    points, cells = collapsed_tables()
+    moved, matrix = affine(points)
+    density = frame_density(tuple(matrix.T)) * np.linalg.det(matrix) ** (-2 / 3)
+    volume = sum(len(cells[one.rows]) * one.cell_type.volume for one in rows_by_type(cells))
+    shuffled = cells[np.random.default_rng(6).permutation(len(cells))]
+    for table in (cells, shuffled):
+        inverses = inverse_targets(points, moved, table, "corners")
+        assert CornerTerm(table, inverses).value(moved) == pytest.approx(8.0 * volume * density, rel=1e-12)
+        # As a term of a patch, too: of one cell, for instance.
+        moving = np.zeros(len(points), dtype=bool)
+        moving[table[0]] = True
+        patch = Patch.around(moving, table, moved)
+        own = sum(8.0 * one.cell_type.volume * len(patch.cells[one.rows]) for one in rows_by_type(table[patch.cells]))
+        part = CornerTerm(table, inverses).restricted(patch)
+        assert part.value(moved[patch.nodes]) == pytest.approx(own * density, rel=1e-12)
+        first = Patch(np.array([0]), np.unique(table[0]), moving, moved)
+        one = CornerTerm(table, inverses).restricted(first)
+        cell_type = rows_by_type(table[:1])[0].cell_type
+        assert one.value(moved[first.nodes]) == pytest.approx(8.0 * cell_type.volume * density, rel=1e-12)
+
+
+@each_type
+def test_the_laplacian_is_that_of_the_ideal_whichever_node_is_the_first(cell_type):
+    nodes = len(cell_type.nodes)
+    matrices = []
+    for order in renumberings(cell_type):
+        cells = collapsed_cells(np.array([order]), cell_type)
+        matrices.append(DistortionTerm(cells, nodes, quadrature="corners").laplacian().toarray())
+    for matrix in matrices:
+        np.testing.assert_allclose(matrix, matrices[0], atol=1e-14)
+    # Of a linear function it is the volume times the square of the slope; constants alone cost nothing.
+    slope = np.array([0.3, -1.1, 0.7])
+    linear = cell_type.ideal @ slope
+    assert linear @ matrices[0] @ linear == pytest.approx(cell_type.volume * slope @ slope, rel=1e-12)
+    values = np.linalg.eigvalsh(matrices[0])
+    assert values[0] == pytest.approx(0.0, abs=1e-14)
+    assert values[1] > 0.01 * values[-1]
+
+
+def test_on_ideals_of_two_types_side_by_side_linear_functions_are_harmonic():
+    # Squares and triangles of unit edges, extruded.
+    high = np.sqrt(0.75)
+    plane = [(x, y) for y in (0.0, 1.0) for x in range(4)] + [(x + 0.5, 1.0 + high) for x in range(3)]
+    points = np.array([(x, y, z) for z in (0.0, 1.0, 2.0) for x, y in plane])
+    n = len(plane)
+    quads = [[x, x + 1, x + 5, x + 4] for x in range(3)]
+    triangles = [[4 + x, 5 + x, 8 + x] for x in range(3)] + [[5 + x, 9 + x, 8 + x] for x in range(2)]
+    blocks = {name: [[*(k * n + np.array(f)), *((k + 1) * n + np.array(f))] for k in (0, 1) for f in faces]
+              for name, faces in (("hexahedron", quads), ("wedge", triangles))}  # fmt: skip
+    cells = np.concatenate([collapsed_cells(np.array(rows), CELL_TYPES[name]) for name, rows in blocks.items()])
+    laplacian = DistortionTerm(cells, len(points), quadrature="corners").laplacian()
+    residual = laplacian @ points
+    assert np.abs(residual[n + 5 : n + 7]).max() < 1e-14  # the nodes inside
+    assert np.abs(residual).max() > 0.1
 
 
 @pytest.mark.parametrize("height", [0.1, 8.0])

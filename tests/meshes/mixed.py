@@ -1,12 +1,16 @@
 """Meshes of several types of cells, whose faces fit."""
 
+from functools import partial
+
 import numpy as np
 import pyvista as pv
 
 from hexconformal.elements import HEXAHEDRON, rows_by_type
+from hexconformal.elements import shape_gradients as hexahedral_gradients
 from hexconformal.generate import box
-from hexconformal.mesh import MixedMesh, blocks_of, collapsed_mesh
+from hexconformal.mesh import MixedMesh, blocks_of, collapsed_mesh, face_table
 from meshes.hexahedra import block
+from meshes.linear_cells import shape_gradients
 
 
 def four_types(amount=0.0, seed=0):
@@ -30,31 +34,59 @@ def four_types(amount=0.0, seed=0):
     return MixedMesh.of_types(points, {name: np.array(rows) for name, rows in cells.items()})
 
 
-def mixed_block(n=3):
-    """A bar of 4 n by n by n cubes: wedges, hexahedra, pyramids with tetrahedra, and tetrahedra; n^2 of each layer."""
-    points, cubes = box((4 * n, n, n), (4.0 * n, float(n), float(n)))
-    layer = np.rint(points[cubes].min(axis=1)[:, 0]).astype(int)
+def cut_up(points, cells, kinds):
+    """Hexahedra cut into cells of a kind each: into two "wedge", or 12 "tetra" around the centre, or not at all.
+
+    Towards others than tetrahedra there is a pyramid instead of two of these. The triangles of wedges lie in the faces
+    across y, where there must be wedges or the boundary.
+    """
     found = {"tetra": [], "hexahedron": [], "pyramid": [], "wedge": []}
-    centres = []
-    for cube, x in zip(cubes.tolist(), layer, strict=True):
-        if x < n:
+    table, centres = face_table(cells), []
+    whole = (kinds[table.cells] != "tetra") & (table.cells >= 0)
+    quads = set(map(frozenset, table.quads[whole.any(axis=1)].tolist()))
+    for cube, kind in zip(cells.tolist(), kinds, strict=True):
+        if kind == "wedge":
             # The triangles lie in the faces across y, the same way in all cubes.
             found["wedge"] += [[cube[i] for i in row] for row in ((0, 4, 1, 3, 7, 2), (4, 5, 1, 7, 6, 2))]
-        elif x < 2 * n:
+        elif kind == "hexahedron":
             found["hexahedron"].append(cube)
         else:
             centre = len(points) + len(centres)
             centres.append(points[cube].mean(axis=0))
-            for number, face in enumerate(HEXAHEDRON.faces):
+            for face in HEXAHEDRON.faces:
                 a, b, c, d = (cube[node] for node in face)
-                if number == 0 and x == 2 * n:
+                if frozenset((a, b, c, d)) in quads:
                     found["pyramid"].append([d, c, b, a, centre])
                     continue
                 # Along the diagonal through the smallest node, which both sides see.
                 first = int(np.argmin([a, b, c, d]))
                 a, b, c, d = ([a, b, c, d] * 2)[first : first + 4]
                 found["tetra"] += [[a, c, b, centre], [a, d, c, centre]]
-    return MixedMesh.of_types(np.vstack([points, centres]), {name: np.array(rows) for name, rows in found.items()})
+    points = np.vstack([points, np.reshape(centres, (-1, 3))])
+    return MixedMesh.of_types(points, {name: np.array(rows) for name, rows in found.items() if rows})
+
+
+def mixed_block(n=3):
+    """A bar of 4 n by n by n cubes: wedges, hexahedra, pyramids with tetrahedra, and tetrahedra; n^2 of each layer."""
+    points, cubes = box((4 * n, n, n), (4.0 * n, float(n), float(n)))
+    layer = np.rint(points[cubes].min(axis=1)[:, 0]).astype(int)
+    return cut_up(points, cubes, np.array(["wedge", "hexahedron", "tetra", "tetra"])[layer // n])
+
+
+def smallest_determinants(mesh, per_side=7):
+    """Smallest det J of each cell at many places, by shape functions that the tests write out themselves."""
+    smallest = []
+    s = np.linspace(0.0, 1.0, per_side)
+    cube = np.stack(np.meshgrid(s, s, s, indexing="ij"), -1).reshape(-1, 3)
+    for one in blocks_of(mesh):
+        xi = cube if one.cell_type.name in ("hexahedron", "pyramid") else cube[cube[:, 0] + cube[:, 1] <= 1 + 1e-12]
+        if one.cell_type.name == "tetra":
+            xi = np.array([[0.2, 0.2, 0.2]])
+        of_type = hexahedral_gradients if one.cell_type is HEXAHEDRON else partial(shape_gradients, one.cell_type)
+        gradients = of_type(xi)
+        jacobians = np.einsum("qai,cak->cqki", gradients, mesh.points[one.cells])
+        smallest.append(np.linalg.det(jacobians).min(axis=1))
+    return np.concatenate(smallest)
 
 
 def jittered_inside(mesh, amount, seed=0):

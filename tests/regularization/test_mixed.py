@@ -1,19 +1,15 @@
 """Meshes of several types of cells are unfolded and improved, as those of hexahedra are."""
 
-from functools import partial
-
 import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from meshes.linear_cells import shape_gradients
-from meshes.mixed import cut_block, jittered_inside, mixed_block, shuffled_grid
+from meshes.mixed import cut_block, jittered_inside, mixed_block, shuffled_grid, smallest_determinants
 from paths import SHARED
 
 import hexconformal as hc
-from hexconformal.common import MeshError, OptionError
-from hexconformal.elements import HEXAHEDRON, WEDGE, collapsed_cells
-from hexconformal.elements import shape_gradients as hexahedral_gradients
+from hexconformal.common import OptionError
+from hexconformal.elements import WEDGE, collapsed_cells
 from hexconformal.generate import box, cylinder
 from hexconformal.mesh import MixedMesh, blocks_of, boundary_quads, collapsed_mesh
 
@@ -22,22 +18,6 @@ NAMES = ("hexahedron", "wedge", "pyramid", "tetra")
 
 def minima(mesh):
     return {name: one.scaled_jacobian.min for name, one in hc.quality(mesh).summary().types.items()}
-
-
-def smallest_determinants(mesh, per_side=7):
-    """Smallest det J of each cell at many places, by shape functions that the tests write out themselves."""
-    smallest = []
-    s = np.linspace(0.0, 1.0, per_side)
-    cube = np.stack(np.meshgrid(s, s, s, indexing="ij"), -1).reshape(-1, 3)
-    for block in blocks_of(mesh):
-        xi = cube if block.cell_type.name in ("hexahedron", "pyramid") else cube[cube[:, 0] + cube[:, 1] <= 1 + 1e-12]
-        if block.cell_type.name == "tetra":
-            xi = np.array([[0.2, 0.2, 0.2]])
-        of_type = hexahedral_gradients if block.cell_type is HEXAHEDRON else partial(shape_gradients, block.cell_type)
-        gradients = of_type(xi)
-        jacobians = np.einsum("qai,cak->cqki", gradients, mesh.points[block.cells])
-        smallest.append(np.linalg.det(jacobians).min(axis=1))
-    return np.concatenate(smallest)
 
 
 def test_a_tangled_block_of_all_types_becomes_valid_and_keeps_its_box():
@@ -215,10 +195,18 @@ def test_what_other_types_cannot_do_is_said():
     for options in ({"energy": "quaternionic"}, {"quadrature": "gauss"}):
         with pytest.raises(OptionError, match="other types than hexahedra"):
             hc.regularize(mesh, **options)
-    with pytest.raises(OptionError, match="other cells than hexahedra"):
-        hc.regularize(mesh, target="input")
-    with pytest.raises(MeshError, match="hexahedra alone"):
-        hc.MeshMotion(mesh, np.arange(4))
+    with pytest.raises(OptionError, match="not be one box where there are other cells than hexahedra, 204 here"):
+        hc.regularize(mesh, target="1:1:2")
+
+
+def test_against_their_own_shapes_cells_stay_and_against_those_of_another_mesh_they_become_these():
+    ideal = mixed_block(3)
+    mesh = jittered_inside(ideal, 0.12, seed=1)
+    np.testing.assert_array_equal(hc.regularize(mesh, target="input").points, mesh.points)
+    before, result = np.abs(mesh.points - ideal.points), hc.regularize(mesh, target=ideal.points)
+    assert np.abs(result.points - ideal.points).mean() < 0.2 * before.mean()
+    own, after = minima(ideal), minima(result.mesh)
+    assert all(after[name] > 0.95 * own[name] for name in NAMES), (after, own)
 
 
 def test_a_report_tells_of_every_type():

@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cell_type import CellType
-from .hexahedron import HEXAHEDRON
+from .hexahedron import HEXAHEDRON, QUADRATURE_RULES, shape_gradients
 from .pyramid import PYRAMID
 from .tetrahedron import TETRAHEDRON
 from .wedge import WEDGE
 
 __all__ = ["COLLAPSED", "TypedRows", "are_collapsed", "collapsed_cells", "recognized", "rows_by_type"]
 
+Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # Which of its own nodes a cell of each type has at the eight places of a hexahedron.
@@ -55,6 +56,31 @@ class TypedRows:
     def own_nodes(self, cells: Ints) -> Ints:
         """(k, j) the nodes that cells of this type have of their own, of a table (m, 8)."""
         return cells[self.rows] if self.cell_type is HEXAHEDRON else cells[self.rows][:, self.places]
+
+    def rule(self, quadrature: str) -> tuple[Field, Field]:
+        """Where cells of this type are measured: of hexahedra a quadrature, of others the corners that count.
+
+        Returns
+        -------
+        (q, 8, 3) what takes the eight places to the derivatives there: of hexahedra those of the shape functions, of
+        others the edges at a corner, in the order of `neighbours`;
+        (q,) weights, whose sum is the volume of the ideal.
+
+        Examples
+        --------
+        >>> gradients, weights = TypedRows(TETRAHEDRON, slice(0, 1)).rule("corners")
+        >>> gradients[0, :3].astype(int).tolist(), weights.round(6)
+        ([[-1, -1, -1], [1, 0, 0], [0, 1, 0]], array([0.117851]))
+        """
+        if self.cell_type is HEXAHEDRON:
+            points, weights = QUADRATURE_RULES[quadrature]()
+            return shape_gradients(points), weights
+        samples, places = self.cell_type.samples, np.array(self.places)
+        gradients = np.zeros((len(samples), 8, 3))
+        for q, corner in enumerate(samples):
+            gradients[q, places[corner]] = -1.0
+            gradients[q, places[self.cell_type.neighbours[corner]], [0, 1, 2]] = 1.0
+        return gradients, np.full(len(samples), self.cell_type.volume / len(samples))
 
 
 def collapsed_cells(cells: Ints, cell_type: CellType) -> Ints:

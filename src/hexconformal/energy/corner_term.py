@@ -18,6 +18,7 @@ from ..elements import CORNERS, HEXAHEDRON, CellType, TypedRows, rows_by_type
 from ..kernel import EIGHT, CellChunks, Lanes, parallel_ranges
 from .block_matrix import Places
 from .corner_kernels import corner_densities, corner_fullness, corner_sums
+from .target import inverses_of
 from .term import Patch, SummedTerm
 
 __all__ = ["CornerMeasures", "CornerTerm", "CornerWeights"]
@@ -38,8 +39,6 @@ class _Corners:
         As many numbers as there are corners, and nodes.
     pairs
         Where the pairs a >= b of its nodes are among those of the eight places of a hexahedron.
-    inverses
-        (1, 1, 3, 3) inverse frame of the ideal; (0, 1, 3, 3) where that is the unit cube.
     weight
         What a corner counts, that of a hexahedron 1: a cell as much as its ideal has volume.
     """
@@ -48,7 +47,6 @@ class _Corners:
     lanes: Lanes
     nodes: Lanes
     pairs: Ints
-    inverses: Field
     weight: float
 
     @classmethod
@@ -57,7 +55,7 @@ class _Corners:
         neighbours = [[int(np.flatnonzero((CORNERS ^ corner == axis).all(axis=1))[0]) for axis in np.eye(3, dtype=int)]
                       for corner in CORNERS]  # fmt: skip
         table = np.ascontiguousarray(np.hstack([neighbours, 1 - 2 * CORNERS]), dtype=np.int64)
-        return cls(table, EIGHT, EIGHT, np.arange(36), np.empty((0, 1, 3, 3)), 1.0)
+        return cls(table, EIGHT, EIGHT, np.arange(36), 1.0)
 
     @classmethod
     def of_type(cls, cells: TypedRows) -> _Corners:
@@ -68,8 +66,7 @@ class _Corners:
         neighbours = cell_type.neighbours[list(cell_type.samples)]
         table = np.ascontiguousarray(np.hstack([neighbours, np.ones_like(neighbours)]), dtype=np.int64)
         pairs = [places[a] * (places[a] + 1) // 2 + places[b] for a in cell_type.nodes for b in range(a + 1)]
-        inverses, weight = np.array(cell_type.inverse_target)[None, None], 8.0 * cell_type.volume / len(table)
-        return cls(table, cell_type.samples, cell_type.nodes, np.array(pairs), inverses, weight)
+        return cls(table, cell_type.samples, cell_type.nodes, np.array(pairs), 8.0 * cell_type.volume / len(table))
 
 
 _HEXAHEDRON = _Corners.of_hexahedron()
@@ -195,14 +192,10 @@ class CornerTerm(SummedTerm):
         return tuple(self._part(one) for one in typed)
 
     def _part(self, one: TypedRows) -> _Part:
-        corners, inverses = _Corners.of_type(one), self.inverses
-        if len(inverses) > 1:
-            inverses = inverses[one.rows]
-        elif one.cell_type is not HEXAHEDRON:
-            inverses = corners.inverses
+        inverses = inverses_of(self.inverses, one, len(self.cells))
         cells = np.ascontiguousarray(one.own_nodes(self.cells))
         chunks = CellChunks.of(cells, int(cells.max(initial=-1)) + 1)
-        return _Part(one.cell_type, one.rows, cells, corners, inverses, chunks)
+        return _Part(one.cell_type, one.rows, cells, _Corners.of_type(one), inverses, chunks)
 
     def _sums(
         self, chunks: CellChunks, points: Field, order: int, gradient: Field, data: Field, places: Places

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from hexconformal.energy import quadrature_kernels as kernels
 
 from ..common import OptionError
-from ..elements import QUADRATURE_RULES, are_collapsed, edge_weights, shape_gradients
+from ..elements import QUADRATURE_RULES, are_collapsed, edge_weights, rows_by_type, shape_gradients
 from ..kernel import parallel_ranges
 from ..mesh import corner_incidences, node_pattern, scalar_matrix
 from .block_matrix import Assembly
 from .corner_term import CornerTerm, CornerWeights
 from .quadrature_blocks import convex_sums
+from .target import inverses_of
 from .term import Patch, Term
 
 __all__ = ["DistortionTerm"]
@@ -187,12 +188,19 @@ class DistortionTerm(Term):
         scales
             (m,) extra factor of each cell.
         """
-        points, weights = QUADRATURE_RULES[self.quadrature]()
-        inverses = np.eye(3)[None, None] if self.inverses is None else self.inverses
-        matrices = np.zeros((len(inverses), 8, 8))
-        for q, gradients in enumerate(shape_gradients(points)):
-            b = gradients @ inverses[:, q % inverses.shape[1]]
-            matrices += weights[q] * (b @ b.transpose(0, 2, 1))
+        types, count = rows_by_type(self.cells), len(self.cells)
+        inverses = np.empty((0, 1, 3, 3)) if self.inverses is None else self.inverses
+        each = len(inverses) == count  # every cell has a matrix of its own, not that of its type
+        matrices, kinds = np.zeros((count if each else len(types), 8, 8)), np.arange(count)
+        for number, one in enumerate(types):
+            which = one.rows if each else slice(number, number + 1)
+            if not each:
+                kinds[one.rows] = number
+            own = inverses_of(inverses, one, count)
+            own = own if len(own) else np.eye(3)[None, None]
+            for q, (gradients, weight) in enumerate(zip(*one.rule(self.quadrature), strict=True)):
+                b = gradients @ own[:, q % own.shape[1]]
+                matrices[which] += weight * (b @ b.transpose(0, 2, 1))
         cell_scales = np.ones(1) if self.scales is None else self.scales
         scales = cell_scales if scales is None else scales * cell_scales
-        return scalar_matrix(self.cells, matrices, scales, *self._incidences, self._pattern)
+        return scalar_matrix(self.cells, matrices, kinds, scales, *self._incidences, self._pattern)

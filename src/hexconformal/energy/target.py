@@ -12,6 +12,7 @@ from ..elements import (
     HEXAHEDRON,
     QUADRATURE_RULES,
     WEDGE,
+    TypedRows,
     are_collapsed,
     cell_volumes,
     corner_scaled_jacobian,
@@ -21,8 +22,8 @@ from ..elements import (
 )
 from ..mesh import HexMesh, NormalizedMesh
 
-__all__ = ["STRETCHED_ASPECTS", "aspect_ratios", "inverse_targets", "jacobian_matrices", "normalized_target"]
-__all__ += ["stretched_boxes", "target_volumes"]
+__all__ = ["STRETCHED_ASPECTS", "aspect_ratios", "inverse_targets", "inverses_of", "jacobian_matrices"]
+__all__ += ["normalized_target", "stretched_boxes", "target_volumes"]
 
 Field = NDArray[np.float64]
 
@@ -33,9 +34,12 @@ STRETCHED_ASPECTS = (2.0, 5.0)  # aspect ratios between which a cell passes from
 
 def jacobian_matrices(points: Field, cells: NDArray[np.int64], quadrature: str = "gauss") -> Field:
     """Jacobian matrices dX / d xi (m, q, 3, 3) at the quadrature points; column i is the derivative along axis i."""
-    places, _ = QUADRATURE_RULES[quadrature]()
+    return _jacobians(points, cells, shape_gradients(QUADRATURE_RULES[quadrature]()[0]))
+
+
+def _jacobians(points: Field, cells: NDArray[np.int64], gradients: Field) -> Field:
     x = points[cells] - points[cells[:, :1]]
-    return np.einsum("qai,mak->mqki", shape_gradients(places), x)
+    return np.einsum("qai,mak->mqki", gradients, x)
 
 
 def normalized_target(target: Any, normalized: NormalizedMesh) -> Any:
@@ -59,8 +63,9 @@ def inverse_targets(
     Parameters
     ----------
     target
-        "cube"; "a:b:c" or three positive numbers, the edge lengths of a box; (m, 3) edge lengths of a box for
-        every cell; "input" for the cells' own shapes; or (n, 3) points of a reference mesh with the same cells.
+        "cube", of other types their ideal; "a:b:c" or three positive numbers, the edge lengths of a box, where all
+        cells are hexahedra; (m, 3) edge lengths of a box for every cell; "input" for the cells' own shapes; or (n, 3)
+        points of a reference mesh with the same cells.
     points, cells
         The mesh.
     quadrature
@@ -70,7 +75,8 @@ def inverse_targets(
 
     Returns
     -------
-    (1, 1, 3, 3) or (m, q, 3, 3) inverse frames, None for the cube.
+    (1, 1, 3, 3) or (m, q, 3, 3) inverse frames, None for the cube; of other types than hexahedra, those of the corners
+    that are measured come first.
 
     Raises
     ------
@@ -84,12 +90,6 @@ def inverse_targets(
     >>> inverse_targets("1:1:2", np.zeros((0, 3)), np.zeros((0, 8), int), "gauss")[0, 0].diagonal()
     array([1. , 1. , 0.5])
     """
-    others = are_collapsed(cells)
-    if others.any() and not (isinstance(target, str) and target == "cube") and np.shape(target) != (len(cells), 3):
-        raise OptionError(
-            f"target must be 'auto' or 'cube' where there are other cells than hexahedra, {others.sum()} here: these "
-            "are measured against their own ideals"
-        )
     if isinstance(target, str):
         if target == "cube":
             return None
@@ -103,6 +103,11 @@ def inverse_targets(
     if values.shape == (3,):
         if not (np.isfinite(values).all() and (values > 0).all()):
             raise OptionError(f"target must have three positive edge lengths, not {values.tolist()}")
+        if others := int(are_collapsed(cells).sum()):
+            raise OptionError(
+                f"target must not be one box where there are other cells than hexahedra, {others} here, but 'auto', "
+                "'cube', 'input', a box for every cell, or points of a reference mesh"
+            )
         return np.diag(1.0 / values)[None, None]
     if values.shape == points.shape:
         return _inverted(values, cells, quadrature, ids)
@@ -122,12 +127,36 @@ def inverse_targets(
 def _inverted(points: Field, cells: NDArray[np.int64], quadrature: str, ids: NDArray[Any] | None) -> Field:
     if not np.isfinite(points[cells]).all():
         raise MeshError("the reference mesh of target must be valid; this one has NaN or infinite coordinates")
-    frames = jacobian_matrices(points, cells, quadrature)
+    frames = _frames(points, cells, quadrature)
     bad = np.flatnonzero((np.linalg.det(frames) <= 0).any(axis=1))
     if len(bad):
         bad = bad if ids is None else np.sort(ids[bad])
         raise MeshError(f"the reference mesh of target must be valid; its inverted or flat cells: {first_ids(bad)}")
     return np.linalg.inv(frames).astype(np.float64, copy=False)
+
+
+def _frames(points: Field, cells: NDArray[np.int64], quadrature: str) -> Field:
+    """(m, q, 3, 3) Jacobian matrices where cells are measured; those of types with fewer such places come first."""
+    parts = [(one, _jacobians(points, cells[one.rows], one.rule(quadrature)[0])) for one in rows_by_type(cells)]
+    if len(parts) == 1:
+        return parts[0][1]
+    frames = np.tile(np.eye(3), (len(cells), max(part.shape[1] for _, part in parts), 1, 1))
+    for one, part in parts:
+        frames[one.rows, : part.shape[1]] = part
+    return frames
+
+
+def inverses_of(inverses: Field, one: TypedRows, count: int) -> Field:
+    """Of inverse target frames of `count` cells those of the cells of a type, whose ideal it is where none are given.
+
+    Parameters
+    ----------
+    inverses
+        As :func:`inverse_targets` has them, empty for cubes.
+    """
+    if len(inverses) == count:
+        return inverses[one.rows]
+    return inverses if one.cell_type is HEXAHEDRON else np.array(one.cell_type.inverse_target)[None, None]
 
 
 def aspect_ratios(points: Field, cells: NDArray[np.int64]) -> Field:

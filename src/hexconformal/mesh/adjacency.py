@@ -90,14 +90,14 @@ def node_pattern(
 
 
 @loop
-def _scalar_rows(first, last, cells, matrices, scales, offsets, incidences, indptr, indices, data):  # type: ignore[no-untyped-def]
+def _scalar_rows(first, last, cells, matrices, kinds, scales, offsets, incidences, indptr, indices, data):  # type: ignore[no-untyped-def]
     width = cells.shape[1]
     for node in range(first, last):
         for k in range(indptr[node], indptr[node + 1]):
             data[k] = 0.0
         for k in range(offsets[node], offsets[node + 1]):
             c, corner = incidences[k] // width, incidences[k] % width
-            scale, shape = scales[c % len(scales)], c % len(matrices)
+            scale, shape = scales[c % len(scales)], kinds[c]
             for a in range(width):
                 place = binary_search(indices, indptr[node], indptr[node + 1], cells[c, a])
                 data[place] += scale * matrices[shape, corner, a]
@@ -106,6 +106,7 @@ def _scalar_rows(first, last, cells, matrices, scales, offsets, incidences, indp
 def scalar_matrix(
     cells: NDArray[np.int64],
     matrices: NDArray[np.float64],
+    kinds: NDArray[np.int64],
     scales: NDArray[np.float64],
     offsets: NDArray[np.int64],
     incidences: NDArray[np.int64],
@@ -118,7 +119,9 @@ def scalar_matrix(
     cells
         (m, k) nodes of the cells.
     matrices
-        (m, k, k) cell matrices, or (1, k, k) when all cells share one.
+        (t, k, k) cell matrices.
+    kinds
+        (m,) which of them each cell has.
     scales
         (m,) or (1,) factor of each cell.
     offsets, incidences
@@ -129,7 +132,7 @@ def scalar_matrix(
     indptr, indices = pattern
     count = len(indptr) - 1
     data = np.empty(len(indices))
-    parallel_ranges(_scalar_rows, count, cells, matrices, scales, offsets, incidences, indptr, indices, data)
+    parallel_ranges(_scalar_rows, count, cells, matrices, kinds, scales, offsets, incidences, indptr, indices, data)
     index_type = np.int32 if indptr[-1] < 2**31 else np.int64
     return scipy.sparse.csr_matrix(
         (data, indices.astype(index_type, copy=False), indptr.astype(index_type)), shape=(count, count)

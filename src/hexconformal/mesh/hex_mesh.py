@@ -75,10 +75,6 @@ class HexMesh(VolumeMesh):
         file = getattr(self.origin, "file", None)
         return None if file is None or file.cell_labels is None else file.cell_labels[self.origin.selection.rows]
 
-    def named_nodes(self) -> Mapping[str, NDArray[Any]]:
-        """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
-        return ChainMap(self.point_data, {} if self.origin is None else self.origin.node_groups)
-
     def cell_groups(self) -> Mapping[str, NDArray[np.bool_]]:
         """Masks (m,) of the hexahedra in the sets of cells of the file, by name."""
         groups = getattr(self.origin, "cell_groups", None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar, cast
@@ -40,6 +41,10 @@ class VolumeMesh:
         """(n,) what the file that the mesh was read from calls its points; None if these are counted from 0."""
         file = getattr(self.origin, "file", None)
         return None if file is None else file.node_labels
+
+    def named_nodes(self) -> Mapping[str, NDArray[Any]]:
+        """Point arrays by name, and after them masks (n,) of the nodes in the sets and groups of the file."""
+        return ChainMap(self.point_data, {} if self.origin is None else self.origin.node_groups)
 
     def replaced(
         self: Mesh,

@@ -19,11 +19,11 @@ from ..common import (
     require_choice,
     require_number,
 )
-from ..elements import all_valid, corner_scaled_jacobian, is_valid
+from ..elements import QUADRATIC_TYPES, all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import DistortionTerm, Objective, inverse_targets
 from ..geometry import kept_edges
-from ..io import as_hex_mesh
-from ..mesh import HexMesh, NormalizedMesh
+from ..io import as_volume_mesh
+from ..mesh import HexMesh, MixedMesh, NormalizedMesh, blocks_of, collapsed_mesh, counts_by_type
 from ..quality import require_sound
 from ..solver import (
     AdmissibleDirections,
@@ -55,7 +55,7 @@ class MeshMotion:
     Parameters
     ----------
     mesh
-        A valid mesh, anything :func:`hexconformal.as_hex_mesh` takes.
+        A valid mesh of linear cells of any types, anything :func:`hexconformal.as_volume_mesh` takes.
     moving
         Nodes whose displacement will be given: ids, in the order of the displacements, (n,) booleans, or the name of
         a point array or of a set or group of the file.
@@ -64,8 +64,8 @@ class MeshMotion:
         or group of the file. Other nodes of the boundary slide on its flat faces and along its straight edges, and
         stay where it is curved.
     target
-        Perfect shape of the cells: "input", their own as they came, so that nothing adds up over a run and the way back
-        leads to the initial mesh; or "current", their own at the last step.
+        Perfect shape of the cells, whatever their type: "input", their own as they came, so that nothing adds up over a
+        run and the way back leads to the initial mesh; or "current", their own at the last step.
     operator
         "conformal" minimizes the quaternionic conformal distortion from the target; "harmonic" and
         "elastic" extend the displacement by a linear problem, as is usual, and may end early.
@@ -84,14 +84,15 @@ class MeshMotion:
     Attributes
     ----------
     mesh, moving, held
-        The mesh as it came, ids (k,) of the moving nodes, and components (n, 3) that are given or stay.
+        The mesh as it came, a HexMesh or MixedMesh, ids (k,) of the moving nodes, and components (n, 3) that are given
+        or stay.
     notes
         Warnings about the mesh, in words.
 
     Raises
     ------
     MeshError
-        If the mesh cannot be worked on, or is not valid.
+        If the mesh cannot be worked on, is not valid, or has quadratic cells.
     OptionError
         If an option makes no sense.
 
@@ -123,20 +124,19 @@ class MeshMotion:
         require_number("energy_tolerance", energy_tolerance)
         if not 0.0 < energy_tolerance < 1.0:
             raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
-        self.mesh = as_hex_mesh(mesh)
+        self.mesh = _of_linear_cells(as_volume_mesh(mesh))
         self.notes = tuple(finding.message for finding in require_sound(self.mesh))
-        self._normalized = normalized = NormalizedMesh(self.mesh)
+        self._normalized = normalized = NormalizedMesh(collapsed_mesh(self.mesh))
         if not normalized.valid.all():
             raise MeshError(
-                "a mesh that moves must be valid at the start: "
-                f"{first_ids(np.flatnonzero(~normalized.valid), self.mesh.cell_labels)} are not; "
+                f"a mesh that moves must be valid at the start: {self._named(~normalized.valid)} are not; "
                 "untangle it first (regularize)"
             )
-        self.moving = _moving_ids(moving, self.mesh)
+        self.moving = _moving_ids(moving, normalized.mesh)
         self._target, self._operator, self._energy_tolerance = target, operator, energy_tolerance
         prescribed = np.zeros((len(normalized.points), 1), dtype=bool)
         prescribed[self.moving] = True
-        self.held = fixed_components(self.mesh, fixed) | prescribed
+        self.held = fixed_components(normalized.mesh, fixed) | prescribed
         sums = planar_normal_sums(normalized.points, normalized.quads, normalized.node_labels)
         # Both sides of a slit lie in one plane, in which its front must not slide.
         edges = kept_edges(normalized.points, normalized.quads, normalized.cells)
@@ -152,6 +152,7 @@ class MeshMotion:
             normalized, self._admissible, schedule.linear_tolerance if linear else schedule.guess_tolerance
         )
         self._energy = self._distortion(normalized.points)
+        self._types = rows_by_type(normalized.cells)
         self._points = normalized.points
         self._prescribed = np.zeros((len(self.moving), 3))
 
@@ -201,7 +202,7 @@ class MeshMotion:
         if self._target == "current":
             self._energy = self._distortion(self._points)
         reached, share, substeps, iterations = 0.0, 1.0, 0, 0
-        blocked = np.empty(0, dtype=np.int64)
+        blocked = np.zeros(len(self._normalized.cells), dtype=bool)
         while reached < 1.0 and share >= self._schedule.least_share:
             share = min(share, 1.0 - reached)
             last = reached + share >= 1.0
@@ -223,7 +224,8 @@ class MeshMotion:
             iterations=iterations,
             min_scaled_jacobian=float(quality.min()),
             mean_scaled_jacobian=float(quality.mean()),
-            blocked=blocked if reached < 1.0 else np.empty(0, dtype=np.int64),
+            types={one.cell_type.name: float(quality[one.rows].min()) for one in self._types},
+            blocked=self._ids(blocked & (reached < 1.0)),
             reason="" if reached == 1.0 else self._refusal(reached, blocked),
             seconds=time.perf_counter() - began,
         )
@@ -256,8 +258,8 @@ class MeshMotion:
         inverses = inverse_targets("input", points, normalized.cells, "corners")
         return DistortionTerm(normalized.cells, len(points), None, inverses, 0.0, "corners")
 
-    def _solve(self, prescribed: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.int64]:
-        """The points with their boundary there, and the iterations that took; or the cells that stand in the way."""
+    def _solve(self, prescribed: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.bool_]:
+        """The points with their boundary there, and the iterations that took; or which cells stand in the way."""
         normalized = self._normalized
         if self._target == "input" and not prescribed.any():
             return normalized.points, 0
@@ -270,7 +272,7 @@ class MeshMotion:
         guess = points + self._extension(field, points)
         bad = ~is_valid(guess, normalized.cells)
         if bad.any():
-            return np.flatnonzero(bad)
+            return bad
         return self._minimize(guess, tolerance) if self._operator == "conformal" else (guess, 1)
 
     def _minimize(self, points: Field, tolerance: float) -> tuple[Field, int]:
@@ -285,12 +287,29 @@ class MeshMotion:
                 break
         return at.points, taken
 
-    def _refusal(self, reached: float, blocked: NDArray[np.int64]) -> str:
+    def _refusal(self, reached: float, blocked: NDArray[np.bool_]) -> str:
         return (
             f"the boundary stopped after {reached:.0%} of the step: going on would invert cells "
-            f"{first_ids(blocked, self.mesh.cell_labels)}; "
-            "take shorter steps, free more of the boundary, or remesh"
+            f"{self._named(blocked)}; take shorter steps, free more of the boundary, or remesh"
         )
+
+    def _ids(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Ids that cells (m,) have in the mesh as it came."""
+        return np.sort(self._normalized.cell_ids[cells])
+
+    def _named(self, cells: NDArray[np.bool_]) -> str:
+        return first_ids(self._ids(cells), self.mesh.cell_labels)
+
+
+def _of_linear_cells(mesh: HexMesh | MixedMesh) -> HexMesh | MixedMesh:
+    """The mesh, or a MeshError if there are others among its cells."""
+    curved = [block for block in blocks_of(mesh) if block.cell_type.name in QUADRATIC_TYPES]
+    if curved:
+        raise MeshError(
+            f"cells of higher order: {counts_by_type(curved)}; a mesh that moves must be of linear cells: "
+            "linearize=True (--linearize) works with their corners"
+        )
+    return mesh
 
 
 def _moving_ids(moving: Any, mesh: HexMesh) -> NDArray[np.int64]:

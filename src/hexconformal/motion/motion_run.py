@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import OptionError
-from ..elements import corner_scaled_jacobian
+from ..elements import CELL_TYPES, corner_scaled_jacobian
 from ..io import write
-from ..mesh import HexMesh
+from ..mesh import HexMesh, MixedMesh, collapsed_mesh
 from ..runs import RunState, run_fingerprint
 from .mesh_motion import MeshMotion
 from .motion_table import BoundaryMotion
@@ -23,7 +23,10 @@ __all__ = ["MotionRecord", "MotionRun"]
 
 @dataclass(frozen=True)
 class MotionRecord:
-    """A step in a row of the history; see :class:`hexconformal.motion.MotionReport`."""
+    """A step in a row of the history; see :class:`hexconformal.motion.MotionReport`.
+
+    The last columns are the smallest scaled Jacobians of the types of cells that there are.
+    """
 
     step: int
     time: float
@@ -33,11 +36,18 @@ class MotionRecord:
     min_scaled_jacobian: float
     mean_scaled_jacobian: float
     seconds: float
+    min_hexahedron: float | None = None
+    min_wedge: float | None = None
+    min_pyramid: float | None = None
+    min_tetra: float | None = None
 
     def __str__(self) -> str:
+        types = {name: getattr(self, f"min_{name}") for name in CELL_TYPES}
+        minima = [f"{CELL_TYPES[name].plural} {least:.4f}" for name, least in types.items() if least is not None]
+        of_types = f" ({', '.join(minima)})" if len(minima) > 1 else ""
         return (
             f"step {self.step}  t {self.time:.4g}  reached {self.reached:.0%}  substeps {self.substeps}  "
-            f"min {self.min_scaled_jacobian:.4f}  mean {self.mean_scaled_jacobian:.4f}  {self.seconds:.2f} s"
+            f"min {self.min_scaled_jacobian:.4f}{of_types}  mean {self.mean_scaled_jacobian:.4f}  {self.seconds:.2f} s"
         )
 
 
@@ -59,11 +69,12 @@ class MotionRun:
         Reason of an early end; "" if there was none.
     """
 
-    version, record, other_runs = 2, MotionRecord, "another mesh, or to other options"
+    version, record, other_runs = 3, MotionRecord, "another mesh, or to other options"
 
     def __init__(self, motion: MeshMotion, boundary: BoundaryMotion) -> None:
         self.step, self.refusal = 0, ""
         self._motion, self._boundary, self._resumed = motion, boundary, False
+        self._table = collapsed_mesh(motion.mesh).cells
         self._blocked = np.empty(0, dtype=np.int64)
         # After the last complete step, and as far as the last one went.
         self._done = self._reached = motion.points
@@ -78,8 +89,8 @@ class MotionRun:
     def fingerprint(self) -> str:
         """Digest of what a resumed run must have the same: mesh, nodes and options."""
         motion = self._motion
-        mesh = motion.mesh
-        return run_fingerprint(motion.options, (mesh.points, mesh.cells, motion.moving, motion.held, motion.carried))
+        given = motion.mesh.points, self._table, motion.moving, motion.held, motion.carried
+        return run_fingerprint(motion.options, given)
 
     def __iter__(self) -> Iterator[RunState]:
         if not self._resumed:
@@ -91,6 +102,7 @@ class MotionRun:
             record = MotionRecord(
                 index + 1, time, report.reached, report.substeps, report.iterations,
                 report.min_scaled_jacobian, report.mean_scaled_jacobian, report.seconds,
+                **{f"min_{name}": least for name, least in report.types.items()},
             )  # fmt: skip
             self._reached = taken.points
             if report.refused:
@@ -126,13 +138,13 @@ class MotionRun:
         """No time has a frame but by the number of its step."""
         return False
 
-    def frame(self) -> HexMesh:
+    def frame(self) -> HexMesh | MixedMesh:
         """The mesh after the last complete step, with the velocity in it."""
         return self._frame(self._done, self._velocity)
 
     def write(self, path: Path) -> None:
         """Write the mesh as far as it went; the cell array `blocked` marks the cells that stood in the way."""
-        marks = np.zeros(len(self._motion.mesh.cells), dtype=np.uint8)
+        marks = np.zeros(len(self._table), dtype=np.uint8)
         marks[self._blocked] = 1
         write(path, self._frame(self._reached, None).replaced(cell_data={"blocked": marks}))
 
@@ -141,7 +153,7 @@ class MotionRun:
         table = self._boundary.displacements
         return table[self.step - 1] if self.step else np.zeros_like(table[0])
 
-    def _frame(self, points: NDArray[np.float64], velocity: NDArray[np.float64] | None) -> HexMesh:
+    def _frame(self, points: NDArray[np.float64], velocity: NDArray[np.float64] | None) -> HexMesh | MixedMesh:
         mesh = self._motion.mesh
         data = {"mesh_velocity": np.zeros_like(points) if velocity is None else velocity}
-        return mesh.replaced(points, data, {"scaled_jacobian": corner_scaled_jacobian(points, mesh.cells)})
+        return mesh.replaced(points, data, {"scaled_jacobian": corner_scaled_jacobian(points, self._table)})

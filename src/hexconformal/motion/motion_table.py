@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import OptionError, ReadError, as_mask, first_ids
-from ..mesh import HexMesh
+from ..mesh import HexMesh, MixedMesh
 
 __all__ = ["BoundaryMotion", "read_motion"]
 
@@ -34,7 +34,7 @@ class BoundaryMotion:
     times: NDArray[np.float64]
     displacements: NDArray[np.float64]
 
-    def on_mesh(self, mesh: HexMesh, moving: str | None = None) -> BoundaryMotion:
+    def on_mesh(self, mesh: HexMesh | MixedMesh, moving: str | None = None) -> BoundaryMotion:
         """The same motion with the ids of the nodes in a mesh.
 
         Parameters

@@ -24,6 +24,8 @@ class MotionReport:
         Work done.
     min_scaled_jacobian, mean_scaled_jacobian
         Of the corners of the cells, after the step.
+    types
+        Smallest scaled Jacobian of each type of cells, by its name.
     blocked
         Cells that would be inverted by going on; empty unless the step was refused.
     reason
@@ -37,6 +39,7 @@ class MotionReport:
     iterations: int
     min_scaled_jacobian: float
     mean_scaled_jacobian: float
+    types: dict[str, float]
     blocked: NDArray[np.int64]
     reason: str
     seconds: float

@@ -79,9 +79,9 @@ class Options:
         not zero there.
     target
         Perfect shape: "auto" (cubes, but valid cells that are clearly stretched keep their proportions, as in
-        boundary layers; cubes with the quaternionic energy), "cube", "a:b:c" or three numbers (a box), "input" (the
-        cells' own shapes), (m, 3) edge lengths of a box for every cell, or the (n, 3) points of a reference mesh
-        with the same cells.
+        boundary layers; cubes with the quaternionic energy), "cube" (of other types their ideal), "a:b:c" or three
+        numbers (a box, where all cells are hexahedra), "input" (the cells' own shapes), (m, 3) edge lengths of a box
+        for every cell, or the (n, 3) points of a reference mesh with the same cells.
     sizes
         Volumes of cells: "input": as they are, so that valid cells do not shrink or swell more than
         their shape is worth, inverted ones having no size; "free"; (m,) target volumes, in the mesh's unit of length

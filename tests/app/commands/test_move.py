@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.mixed import mixed_block, shuffled_grid
 from program import frames, history
 
 from hexconformal import HexMesh, ReadError, read, write
@@ -159,3 +160,100 @@ def test_interfaces_are_those_of_a_named_array(tmp_path, capsys):
     assert read(folder / "last.vtu").points[points[:, 0] == 1, 0] == pytest.approx(1.25)
     # Another choice of interfaces is another run.
     assert main([*words, "--resume"]) == 2
+
+
+@pytest.fixture
+def pushed(tmp_path):
+    """A bar of all types, its cells in any order and quadrilaterals among them, whose end is pushed and twisted."""
+    grid = shuffled_grid(mixed_block(2))
+    grid["wall"] = (grid.points[:, 0] == 8.0).astype(float)
+    grid["piston"] = (grid.points[:, 0] == 0.0).astype(float)
+    grid.save(tmp_path / "box.vtu")
+    piston = np.flatnonzero(grid["piston"])
+    table(tmp_path / "lid.csv", piston, [(0.5 * k, [0.4 * k, 0.1 * k, 0.0]) for k in range(1, 5)])
+    return tmp_path, grid
+
+
+def move_words(folder, run, *words):
+    return main(["move", str(folder / "box.vtu"), str(folder / run), "--motion", str(folder / "lid.csv"), *words])
+
+
+def test_a_mesh_of_all_types_moves_with_frames_and_a_column_for_each(pushed, capsys):
+    folder, grid = pushed
+    assert move_words(folder, "run", "--fixed", "wall") == 0
+    told = capsys.readouterr().out
+    assert "hexahedra 0." in told
+    assert "tetrahedra 0." in told
+    shown = frames(folder / "run" / "run.pvd")
+    assert [time for time, _ in shown] == [0.0, 0.5, 1.0, 1.5, 2.0]
+    solid = grid.celltypes != 9
+    types = {"hexahedron": 12, "wedge": 13, "pyramid": 14, "tetra": 10}
+    rows = history(folder / "run" / "history.csv", "seconds")
+    for (_, path), row in zip(shown[1:], rows, strict=True):
+        frame = pv.read(path)
+        np.testing.assert_array_equal(frame.celltypes, grid.celltypes)
+        np.testing.assert_array_equal(frame.cell_connectivity, grid.cell_connectivity)
+        assert np.isnan(frame["scaled_jacobian"][~solid]).all()
+        for name, code in types.items():
+            least = frame["scaled_jacobian"][frame.celltypes == code].min()
+            assert float(row[f"min_{name}"]) == pytest.approx(least)
+            assert least > 0.2
+    last = pv.read(folder / "run" / "last.vtu")
+    assert last["blocked"].sum() == 0
+    wall = grid["wall"] > 0
+    np.testing.assert_array_equal(last.points[wall], grid.points[wall])
+    # Of types that there are none of there is no figure.
+    points, cells = box((3, 3, 3), (3.0, 3.0, 3.0))
+    write(folder / "box.vtu", HexMesh(points, cells))
+    table(folder / "lid.csv", [0, 1], [(0.5, [0.1, 0.0, 0.0])])
+    assert move_words(folder, "hexahedra", "--quiet") == 0
+    row = history(folder / "hexahedra" / "history.csv", "seconds")[0]
+    assert row["min_hexahedron"] == row["min_scaled_jacobian"]
+    assert row["min_wedge"] == row["min_pyramid"] == row["min_tetra"] == ""
+
+
+def test_a_group_moves_as_one_and_an_interrupted_run_goes_on(pushed, monkeypatch):
+    folder, grid = pushed
+    steps = "".join(f"{0.5 * k},{0.4 * k},0.0,0.0\n" for k in range(1, 5))
+    (folder / "lid.csv").write_text("time,dx,dy,dz\n" + steps)
+    words = ["--moving", "piston", "--fixed", "wall", "--quiet"]
+    assert move_words(folder, "whole", *words) == 0
+    piston = grid["piston"] > 0
+    last = pv.read(folder / "whole" / "last.vtu").points
+    np.testing.assert_allclose(last[piston], grid.points[piston] + [1.6, 0.0, 0.0])
+    once, calls = MeshMotion.step, iter(range(9))
+
+    def interrupted(self, displacement, dt=None):
+        if next(calls) == 2:
+            raise KeyboardInterrupt
+        return once(self, displacement, dt)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(MeshMotion, "step", interrupted)
+        assert move_words(folder, "parts", *words) == 130
+    assert move_words(folder, "parts", *words, "--resume") == 0
+    np.testing.assert_array_equal(pv.read(folder / "parts" / "last.vtu").points, last)
+    rows = [history(folder / name / "history.csv", "seconds") for name in ("parts", "whole")]
+    assert rows[0] == rows[1]
+
+
+def test_a_refused_step_of_a_mesh_of_all_types_marks_cells_of_the_file(pushed, capsys):
+    folder, grid = pushed
+    piston = np.flatnonzero(grid["piston"])
+    table(folder / "lid.csv", piston, [(1.0, [9.0, 0.0, 0.0])])
+    assert move_words(folder, "run", "--fixed", "wall", "--quiet") == 1
+    assert "step 1 was refused" in capsys.readouterr().err
+    last = pv.read(folder / "run" / "last.vtu")
+    assert np.nanmin(last["scaled_jacobian"]) > 0.0
+    step = MeshMotion(grid, piston, "wall").step(np.tile([9.0, 0.0, 0.0], (len(piston), 1)))
+    marked = np.flatnonzero(grid.celltypes != 9)[step.report.blocked]
+    assert 0 < len(marked) < grid.n_cells / 2
+    np.testing.assert_array_equal(np.flatnonzero(last["blocked"]), marked)
+
+
+def test_hexahedra_beside_cells_that_are_kept(pushed):
+    folder, grid = pushed
+    piston = np.flatnonzero(grid["piston"])
+    table(folder / "lid.csv", piston, [(1.0, [0.0, 0.0, 0.0])])
+    assert move_words(folder, "run", "--other-cells", "keep", "--quiet") == 0
+    np.testing.assert_array_equal(pv.read(folder / "run" / "last.vtu").points, grid.points)

@@ -11,7 +11,7 @@ from ...page import ReportText
 from ...runs import RunFolder
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_html, add_input, read_hexahedra
+from .arguments import add_html, add_input, read_to_work_on
 from .choices import add_interfaces
 from .kinds import VOLUMES
 from .results.outputs import check_page, named_inputs
@@ -34,7 +34,7 @@ in the folder: run.pvd (frames for ParaView), history.csv, last.vtu, checkpoint.
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
-    add_input(parser)
+    add_input(parser, "solid cells that are not linear, with keep all beside hexahedra")
     parser.add_argument("folder", metavar="FOLDER", help="where to write; it is made if it is not there")
     parser.add_argument("--motion", metavar="motion.csv", required=True, help="table of where the moving nodes go")
     parser.add_argument(
@@ -84,7 +84,7 @@ def run(arguments: Namespace) -> int:
             progress.show(line)
 
         progress.show(f"reading {arguments.input}")
-        mesh = read_hexahedra(arguments)
+        mesh = read_to_work_on(arguments)
         boundary = boundary.on_mesh(mesh, arguments.moving)
         motion = MeshMotion(
             mesh,
