@@ -1,8 +1,9 @@
 """Jittered meshes."""
 
 import numpy as np
+import pytest
 
-from hexconformal import generate
+from hexconformal import OptionError, as_volume_mesh, generate, quality
 from hexconformal.elements import all_valid, is_valid
 from hexconformal.mesh.topology import boundary_quads
 
@@ -31,3 +32,19 @@ def test_jitter_leaves_bad_cells_to_themselves():
     assert np.flatnonzero(~is_valid(moved, cells)).tolist() == [62]
     inside = np.setdiff1d(cells[62], boundary_quads(cells)[0])
     assert (np.linalg.norm(moved - points, axis=1)[inside] > 0.01).all()
+
+
+def test_meshes_of_all_linear_types_are_shaken():
+    points, cells = generate.swept_cylinder(3, 2, 4)
+    outside = np.isclose(np.hypot(points[:, 0], points[:, 1]), 1.0) | np.isin(points[:, 2], [0.0, 2.0])
+    for valid, amount in ((True, 0.4), (False, 0.9)):
+        moved, same = generate.jittered(points, cells, amount, valid=valid)
+        assert same is cells
+        np.testing.assert_array_equal(moved[outside], points[outside])
+        assert (np.abs(moved - points)[~outside].max(axis=1) > 0.0).all()
+        # The axis has six wedges of edges that are .2 long, and heights of .5.
+        axis = (points[:, :2] == 0.0).all(axis=1) & ~outside
+        assert 0.5 * amount * 0.2 < np.abs(moved - points)[axis].max() <= amount * 0.2 + 1e-12
+        assert quality(as_volume_mesh((moved, cells))).valid.all() == valid
+    with pytest.raises(OptionError, match="must be linear, hexahedron, wedge, pyramid, tetra, not hexahedron27"):
+        generate.jittered(*generate.curved_ball(1, 1))

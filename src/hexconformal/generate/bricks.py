@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from ..common import OptionError
 from ..elements import CORNERS, is_valid
 
-__all__ = ["Hexes", "bent_bar", "boundary_layer", "box", "sheared_block", "sheared_cube", "twisted_cube"]
+__all__ = ["CellsByType", "Hexes", "bent_bar", "boundary_layer", "box", "sheared_block", "sheared_cube", "twisted_cube"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Hexes = tuple[Floats, Ints]
+CellsByType = dict[str, Ints]  # by the name of their type
 
 
 def box(

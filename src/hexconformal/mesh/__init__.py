@@ -13,6 +13,7 @@ from .embedded import Embedded, find_embedded, same_rows
 from .face_rows import face_keys, triangles_first, turned_over, whole_faces
 from .hex_mesh import HexMesh
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
+from .middle_nodes import middle_nodes, with_middles
 from .mixed_mesh import (
     CellBlock,
     MixedMesh,
@@ -75,6 +76,7 @@ __all__ = [
     "find_interfaces",
     "find_regions",
     "flat_nodes",
+    "middle_nodes",
     "morton_codes",
     "node_pattern",
     "node_rings",
@@ -88,5 +90,6 @@ __all__ = [
     "turned_over",
     "unique_edges",
     "whole_faces",
+    "with_middles",
     "with_wedges_upright",
 ]
