@@ -17,7 +17,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
 
 import hexconformal as hc
 import surface
-from hexconformal import generate
+from hexconformal import generate, regularization
 from hexconformal.io.convert import to_pyvista
 from hexconformal.quality.assessment import MEASURES
 
@@ -103,7 +103,7 @@ def asked(monkeypatch):
         seen.append(options)
         raise hc.MeshError("enough")
 
-    monkeypatch.setattr(hc, "Regularization", refused)
+    monkeypatch.setattr(regularization, "run_on", refused)
     monkeypatch.setattr(surface, "Remeshing", refused)
     return seen
 
@@ -172,15 +172,30 @@ def test_cells_that_are_not_linear_are_refused(plugin, errors):
     assert "there are other three-dimensional cells: 1 quadratic_tetra" in errors.pop()
 
 
-@pytest.mark.parametrize("name", ["RegularizeHexahedra", "HexahedraQuality"])
-def test_cells_of_higher_order_on_request(plugin, errors, name):
-    algorithm, source = getattr(plugin, name)(), plain(pv.examples.cells.QuadraticHexahedron())
-    assert run(algorithm, source).GetNumberOfCells() == 0
-    assert "cells of higher order: 1 hexahedron20" in errors.pop()
-    algorithm.SetLinearize(1)
-    algorithm.Update()
+def test_quadratic_hexahedra_are_measured_and_worked_on_as_they_are(plugin, errors):
+    mesh = hc.elevated(generate.box((3, 3, 3)), 27)
+    inside = ((mesh.points > 1e-9) & (mesh.points < 1 - 1e-9)).all(axis=1)
+    moves = np.random.default_rng(0).uniform(-0.02, 0.02, mesh.points.shape)
+    mesh = mesh.replaced(mesh.points + inside[:, None] * moves)
+    source = plain(to_pyvista(mesh)[0])
+    out = run(plugin.HexahedraQuality(), source)
+    np.testing.assert_array_equal(array(out.GetCellData(), "scaled_jacobian"), hc.quality(mesh).scaled_jacobian)
+    algorithm = plugin.RegularizeHexahedra()
+    algorithm.SetBoundary("fixed")
+    out = run(algorithm, source)
     assert errors == []
-    assert algorithm.GetOutputDataObject(0).GetCellData().GetArray("scaled_jacobian").GetNumberOfTuples() == 1
+    expected = hc.regularize(mesh, boundary="fixed")
+    np.testing.assert_array_equal(vtk_to_numpy(out.GetPoints().GetData()), expected.points)
+
+
+@pytest.mark.parametrize("name", ["RegularizeHexahedra", "HexahedraQuality"])
+def test_cells_of_higher_order_by_their_corners(plugin, errors, name):
+    algorithm, source = getattr(plugin, name)(), plain(pv.examples.cells.QuadraticHexahedron())
+    algorithm.SetLinearize(1)
+    out = run(algorithm, source)
+    assert errors == []
+    assert out.GetCellData().GetArray("scaled_jacobian").GetNumberOfTuples() == 1
+    assert "hexahedra of 20 nodes" not in report(out)
 
 
 def test_quality_has_every_measure(plugin, errors):

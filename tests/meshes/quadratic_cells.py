@@ -5,7 +5,9 @@ import itertools
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkQuadraticHexahedron, vtkTriQuadraticHexahedron
 
-from hexconformal.elements import HEXAHEDRON20, HEXAHEDRON27
+from hexconformal import elevated
+from hexconformal.elements import BETWEEN, HEXAHEDRON20, HEXAHEDRON27
+from hexconformal.generate import cylinder
 
 QUADRATIC = [HEXAHEDRON20, HEXAHEDRON27]
 _VTK = {HEXAHEDRON20: vtkQuadraticHexahedron, HEXAHEDRON27: vtkTriQuadraticHexahedron}
@@ -51,3 +53,15 @@ def sampled_determinants(cell_type, x, steps):
     """(m, steps^3) det J."""
     parts = np.array_split(x, max(len(x) // 200, 1))
     return np.concatenate([np.linalg.det(frames(cell_type, part, lattice(steps))) for part in parts])
+
+
+def curved_cylinder(nodes, core=2, layers=1, axial=2):
+    """A cylinder of radius 1 from z = 0 to 2, with the nodes of its side on the circle; eight cells go round it."""
+    points, cells = cylinder(core, layers, axial)
+    mesh = elevated((points, cells), nodes)
+    rim, points = np.isclose(np.hypot(*points[:, :2].T), 1.0), mesh.points.copy()
+    for place, corners in enumerate(BETWEEN[: nodes - 8], start=8):
+        on_rim = rim[mesh.blocks[0].cells[:, corners]].all(axis=1)
+        middles = np.unique(mesh.blocks[0].cells[on_rim, place])
+        points[middles, :2] /= np.hypot(*points[middles, :2].T)[:, None]
+    return mesh.replaced(points)

@@ -6,7 +6,7 @@ from matplotlib.image import imread
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.mesh import Regions
+from hexconformal.mesh import Regions, blocks_of
 from hexconformal.plots import canvas, region_scene
 from hexconformal.plots.volume_plots import before_after
 
@@ -55,7 +55,7 @@ def test_interfaces_are_seen_where_the_mesh_is_cut_open(tmp_path, rendering, mon
     """A core that the cut takes a part of stays visible by its interface."""
     core = (np.abs(POINTS[CELLS].mean(axis=1) - 0.5).max(axis=1) < 0.3).astype(int)
     with_interface = picture_of(tmp_path, core)
-    monkeypatch.setattr(canvas, "add_quads", lambda *_: None)
+    monkeypatch.setattr(canvas, "add_interfaces", lambda *_: None)
     differs = np.abs(with_interface - picture_of(tmp_path, core)).max(axis=-1) > 0.05
     third = differs.shape[1] // 3
     assert differs[:, : 2 * third].mean() == 0.0
@@ -74,6 +74,6 @@ def test_many_regions_that_meet_have_different_colours(tmp_path, rendering):
 def test_any_name_can_stand_in_the_legend(tmp_path, rendering, name):
     points, cells = generate.box((2, 1, 1))
     mesh, regions = hc.HexMesh(points, cells), Regions(np.array([0, 1]), (name, "b"), "given")
-    scene = region_scene.region_scene(mesh, regions, np.ones(2, dtype=bool))
+    scene = region_scene.region_scene(points, blocks_of(mesh), regions, np.ones(2, dtype=bool))
     canvas.side_by_side(tmp_path / "n.png", [scene, scene], canvas.bounding_box(points), "none")
     assert (tmp_path / "n.png").stat().st_size > 1000

@@ -72,13 +72,13 @@ def test_before_after_is_cut_open_and_coloured_by_quality(tmp_path, rendering, m
 
 
 def test_the_octant_that_faces_the_viewer_is_opened():
-    mesh = hc.HexMesh(*generate.box((4, 4, 4)))
+    mesh = hc.quality(generate.box((4, 4, 4)))
     opened = mesh.points[mesh.cells[plots._in_front_octant(mesh)]].mean(axis=1)
     assert len(opened) == 8
     assert (opened[:, 0] > 0.5).all()
     assert (opened[:, 1] < 0.5).all()
     assert (opened[:, 2] > 0.5).all()
-    assert not plots._in_front_octant(hc.HexMesh(*generate.box((1, 1, 1)))).any()
+    assert not plots._in_front_octant(hc.quality(generate.box((1, 1, 1)))).any()
 
 
 def test_before_after_marks_inverted_cells(tmp_path, rendering):

@@ -147,15 +147,16 @@ class RegularizeHexahedra(_Filter):
         self.set_option("linearize", bool(value))
 
     def output_of(self, source: Any) -> Any:
-        from hexconformal import Options, Regularization
-        from hexconformal.elements import CELL_TYPES
+        from hexconformal import Options
+        from hexconformal.elements import SOLID_TYPES
         from hexconformal.io import HEXAHEDRA, from_vtk
+        from hexconformal.regularization import run_on
 
         options = dict(self.options)
         other_cells = options.pop("other_cells")
-        types = HEXAHEDRA if other_cells == "keep" else tuple(CELL_TYPES)
+        types = HEXAHEDRA if other_cells == "keep" else tuple(SOLID_TYPES)
         mesh = from_vtk(source, other_cells, options.pop("linearize"), types)
-        run = Regularization(mesh, Options(**options))
+        run = run_on(mesh, Options(**options))
         result = self.run_until_aborted(
             run,
             options["max_iterations"],
@@ -169,7 +170,10 @@ class RegularizeHexahedra(_Filter):
 @smproperty.input(name="Input", port_index=0)
 @smdomain.datatype(dataTypes=["vtkUnstructuredGrid"])
 class HexahedraQuality(_Filter):
-    """Measures every hexahedron, wedge, pyramid and tetrahedron; see :func:`hexconformal.quality`. Others get NaN."""
+    """Measures every hexahedron, linear or quadratic, wedge, pyramid, tetrahedron; see :func:`hexconformal.quality`.
+
+    Others get NaN.
+    """
 
     label = "Hexahedra Quality"
 
@@ -183,10 +187,10 @@ class HexahedraQuality(_Filter):
 
     def output_of(self, source: Any) -> Any:
         from hexconformal import quality
-        from hexconformal.elements import CELL_TYPES
+        from hexconformal.elements import SOLID_TYPES
         from hexconformal.io import from_vtk
 
-        mesh = from_vtk(source, "keep", self.options["linearize"], tuple(CELL_TYPES))
+        mesh = from_vtk(source, "keep", self.options["linearize"], tuple(SOLID_TYPES))
         measured = quality(mesh)
         return _with_report(mesh.replaced(cell_data=measured.arrays()).to_source_type(), measured.summary())
 

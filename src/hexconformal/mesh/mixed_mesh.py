@@ -15,8 +15,8 @@ from .arrays import checked_cells, checked_data, checked_points, read_only
 from .hex_mesh import HexMesh
 from .volume_mesh import VolumeMesh
 
-__all__ = ["CellBlock", "MixedMesh", "blocks_of", "cells_in_rows", "collapsed_mesh", "counts_by_type", "flat_nodes"]
-__all__ += ["with_wedges_upright"]
+__all__ = ["CellBlock", "MixedMesh", "blocks_of", "cells_in_rows", "collapsed_mesh", "collapsed_table"]
+__all__ += ["counts_by_type", "flat_nodes", "with_wedges_upright"]
 
 Ints = NDArray[np.int64]
 
@@ -116,10 +116,7 @@ class MixedMesh(VolumeMesh):
     @property
     def table(self) -> Ints:
         """(m, 8) all cells as hexahedra, some of whose nodes coincide; quadratic ones by their corners."""
-        table = np.empty((sum(len(block.cells) for block in self.blocks), 8), dtype=np.int64)
-        for block in self.blocks:
-            table[block.places] = collapsed_cells(block.cells, block.cell_type)
-        return table
+        return collapsed_table(self.blocks)
 
     @property
     def cell_labels(self) -> NDArray[Any] | None:
@@ -174,6 +171,21 @@ def blocks_of(mesh: HexMesh | MixedMesh) -> tuple[CellBlock, ...]:
     if isinstance(mesh, MixedMesh):
         return mesh.blocks
     return (CellBlock(HEXAHEDRON, mesh.cells, np.arange(len(mesh.cells))),)
+
+
+def collapsed_table(blocks: Sequence[CellBlock]) -> Ints:
+    """(m, 8) all cells as hexahedra, some of whose nodes coincide; quadratic ones by their corners.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import TETRAHEDRON
+    >>> collapsed_table([CellBlock(TETRAHEDRON, np.arange(4)[None], np.arange(1))])
+    array([[0, 1, 2, 2, 3, 3, 3, 3]])
+    """
+    table = np.empty((sum(len(block.cells) for block in blocks), 8), dtype=np.int64)
+    for block in blocks:
+        table[block.places] = collapsed_cells(block.cells, block.cell_type)
+    return table
 
 
 def cells_in_rows(mesh: HexMesh | MixedMesh, places: slice, size: int) -> Ints:

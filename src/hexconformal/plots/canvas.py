@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import WriteError, python_can_be_started, run_python, save_atomically, uninterrupted
-from ..mesh import CellBlock
+from .drawn_faces import DrawnFaces
 
-__all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_coloured", "add_faces"]
-__all__ += ["add_lines", "add_quads", "add_translucent", "surface_of"]
+__all__ = ["PICTURE_EXTENSIONS", "PIXELS", "VIEW_DIRECTION", "Histogram", "Scene", "add_borders", "add_coloured"]
+__all__ += ["add_faces", "add_interfaces", "add_translucent"]
 __all__ += ["bounding_box", "draw_histograms", "label_before_after", "plotter_of", "require_rendering", "save"]
 __all__ += ["side_by_side", "to_pixels", "worst_scene"]
 
@@ -33,6 +33,8 @@ _FOLDED = "#7b1fa2"
 _INK = "#20262e"
 _LONGEST_NAME = 16  # letters
 _RING_BELOW = 0.025  # share of the picture; smaller cells get a ring
+_LIFT = 1e-3  # share of half the picture's height
+_SHADES: dict[str, Any] = {"ambient": 0.66, "diffuse": 0.42, "smooth_shading": True}
 
 # Without a graphics driver VTK does not raise an error but crashes: so another process has to try.
 _RENDER_TEST = """
@@ -209,68 +211,66 @@ def plotter_of(box: list[float]) -> Iterator[Any]:
             plotter.close()
 
 
-def add_faces(plotter: Any, faces: Any, values: Floats, line_width: float = 2.2) -> None:
-    """Add faces (a pyvista surface) with their edges, coloured by a measure: 1 is best, below 0 a cell is folded."""
+def add_faces(plotter: Any, faces: DrawnFaces, values: Floats, line_width: float = 2.2) -> None:
+    """Add faces with their edges, coloured by a measure (f,): 1 is best, below 0 a cell is folded."""
     from matplotlib.colors import ListedColormap
 
-    faces.cell_data["measure"] = values
-    plotter.add_mesh(
-        faces,
-        scalars="measure",
-        clim=(0, 1),
-        cmap=ListedColormap(_colours()),
-        below_color=_FOLDED,
-        show_edges=True,
-        edge_color=_INK,
-        line_width=line_width,
-        ambient=0.66,
-        diffuse=0.42,
-        show_scalar_bar=False,
-        reset_camera=False,
-    )
+    pieces = _pieces(faces, measure=values)
+    colours = {"cmap": ListedColormap(_colours()), "clim": (0, 1), "below_color": _FOLDED, "show_scalar_bar": False}
+    plotter.add_mesh(pieces, scalars="measure", reset_camera=False, **colours, **_SHADES)
+    _add_edges(plotter, faces, faces.edges(), line_width)
 
 
-def surface_of(points: Floats, blocks: Sequence[CellBlock], kept: NDArray[np.bool_]) -> Any:
-    """The surface of some of the cells, with their ids in the array "cell"."""
+def add_coloured(plotter: Any, faces: DrawnFaces, colours: NDArray[np.uint8]) -> None:
+    """Add faces with their thin edges, each of a colour (f, 3)."""
+    plotter.add_mesh(_pieces(faces, colour=colours), scalars="colour", rgb=True, reset_camera=False, **_SHADES)
+    _add_edges(plotter, faces, faces.edges(), 1.2, opacity=0.35)
+
+
+def add_borders(plotter: Any, faces: DrawnFaces, values: NDArray[np.int64]) -> None:
+    """Add the edges between faces with different values (f,) as thick lines."""
+    _add_edges(plotter, faces, faces.edges(values), 8)
+
+
+def add_interfaces(plotter: Any, faces: DrawnFaces) -> None:
+    """Add faces as a translucent surface with its edges."""
+    plotter.add_mesh(_pieces(faces), color="#5d6b78", opacity=0.25, reset_camera=False, smooth_shading=True)
+    _add_edges(plotter, faces, faces.edges(), 1.5, opacity=0.5)
+
+
+def add_translucent(plotter: Any, faces: DrawnFaces) -> None:
+    """Add a translucent surface that leaves what is inside, or lies on it, to be seen."""
+    surface = plotter.add_mesh(_pieces(faces), color="#8fa3b0", opacity=0.1, reset_camera=False, smooth_shading=True)
+    surface.position = -2 * _lift(plotter)
+    _add_edges(plotter, faces, faces.edges(), 1, opacity=0.15)
+
+
+def _pieces(faces: DrawnFaces, **arrays: NDArray[Any]) -> Any:
+    """The pieces of faces as PolyData, with values (f, ...) of these."""
     import pyvista
 
-    pv: Any = pyvista
-    shown = [(block, kept[block.places]) for block in blocks]
-    tables = {block.cell_type.vtk: block.cells[rows] for block, rows in shown if rows.any()}
-    grid = pv.UnstructuredGrid(tables, np.array(points))
-    grid.cell_data["cell"] = np.concatenate([block.places[rows] for block, rows in shown])
-    return grid.extract_surface(algorithm="dataset_surface")
+    table, pieces = faces.pieces(), faces.steps**2
+    surface = pyvista.PolyData(faces.points.reshape(-1, 3), np.insert(table, 0, 4, axis=1).ravel())
+    for name, values in arrays.items():
+        surface.cell_data[name] = np.repeat(values, pieces, axis=0)
+    return surface
 
 
-def add_coloured(plotter: Any, faces: Any, colours: NDArray[np.uint8]) -> None:
-    """Add faces with their thin edges, each of a colour (f, 3)."""
-    faces.cell_data["colour"] = colours
-    shades = {"ambient": 0.66, "diffuse": 0.42, "show_edges": True, "edge_color": _INK, "edge_opacity": 0.35}
-    plotter.add_mesh(faces, scalars="colour", rgb=True, reset_camera=False, line_width=1.2, **shades)
-
-
-def add_lines(plotter: Any, points: Floats, edges: NDArray[np.int64]) -> None:
-    """Add edges (e, 2) as thick lines."""
+def _add_edges(plotter: Any, faces: DrawnFaces, edges: NDArray[np.int64], width: float, opacity: float = 1.0) -> None:
+    """Add edges (e, k), curves through points of faces, just in front of these."""
     import pyvista
 
     if len(edges):
-        lines = pyvista.PolyData(np.array(points), lines=np.column_stack([np.full(len(edges), 2), edges]).ravel())
-        plotter.add_mesh(lines, color=_INK, line_width=8, reset_camera=False)
+        table = np.insert(edges, 0, edges.shape[1], axis=1).ravel()
+        lines = pyvista.PolyData(faces.points.reshape(-1, 3), lines=table)
+        style = {"color": _INK, "line_width": width, "opacity": opacity, "lighting": False}
+        plotter.add_mesh(lines, reset_camera=False, **style).position = _lift(plotter)
 
 
-def add_quads(plotter: Any, points: Floats, quads: NDArray[np.int64]) -> None:
-    """Add quads (k, 4) as a translucent surface with its edges."""
-    import pyvista
-
-    faces = pyvista.PolyData(np.array(points), np.column_stack([np.full(len(quads), 4), quads]).ravel())
-    plotter.add_mesh(faces, color="#5d6b78", opacity=0.25, reset_camera=False)
-    plotter.add_mesh(faces, style="wireframe", color=_INK, opacity=0.5, line_width=1.5, reset_camera=False)
-
-
-def add_translucent(plotter: Any, faces: Any) -> None:
-    """Add a translucent surface."""
-    plotter.add_mesh(faces, color="#8fa3b0", opacity=0.1, reset_camera=False)
-    plotter.add_mesh(faces, style="wireframe", color=_INK, opacity=0.08, line_width=1, reset_camera=False)
+def _lift(plotter: Any) -> Floats:
+    """By what something comes nearer to the eye, in front of what lies on it: in a parallel projection all it does."""
+    towards = np.subtract(plotter.camera.position, plotter.camera.focal_point)
+    return np.asarray(_LIFT * plotter.camera.parallel_scale / np.linalg.norm(towards) * towards)
 
 
 def to_pixels(plotter: Any, points: Floats) -> Floats:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import HexMesh, Regions, blocks_of, face_edges, find_interfaces, unique_edges
+from ..mesh import CellBlock, Regions, collapsed_table, face_table
 from . import canvas
+from .drawn_faces import faces_of_cells, outer_faces
 
 __all__ = ["region_scene"]
 
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
@@ -19,39 +22,40 @@ Mask = NDArray[np.bool_]
 _COLOURS = ("#7fb3d5", "#f5b971", "#8cc9a1", "#e08e8e", "#c3a6d8", "#efe08a", "#9fd8d8", "#b8a28f")
 
 
-def region_scene(mesh: HexMesh, regions: Regions, kept: Mask) -> canvas.Scene:
-    """The kept cells (m,) coloured by region, and the interfaces where cells are left out, if regions are few.
+def region_scene(points: Floats, blocks: Sequence[CellBlock], regions: Regions, kept: Mask) -> canvas.Scene:
+    """The kept cells (m,) coloured by region, and the interfaces between those left out, if regions are few.
 
     Parameters
     ----------
-    mesh
-        The mesh.
+    points
+        (n, 3) coordinates.
+    blocks
+        The m cells by their type.
     regions
-        Its regions; named in the picture where there are few.
+        Their regions; named in the picture where there are few.
     kept
         (m,) cells that are drawn.
     """
     count = len(regions.names)
     few = count <= len(_COLOURS)
-    interfaces = find_interfaces(mesh.cells, regions.labels)
-    colours = np.arange(count) if few else _apart(count, interfaces.pairs)
+    table = face_table(collapsed_table(blocks))
+    sides = np.sort(regions.labels[table.cells], axis=1)
+    between = (table.cells[:, 1] >= 0) & (sides[:, 0] != sides[:, 1])
+    pairs = np.unique(sides[between], axis=0)
+    colours = np.arange(count) if few else _apart(count, pairs)
 
     def draw(plotter: Any) -> None:
-        faces = canvas.surface_of(mesh.points, blocks_of(mesh), kept)
-        of_faces = regions.labels[np.asarray(faces.cell_data["cell"])]
-        canvas.add_coloured(plotter, faces, _rgb()[colours[of_faces] % len(_COLOURS)])
-        quads = np.asarray(faces.regular_faces)
-        canvas.add_lines(plotter, np.asarray(faces.points), _borders(quads, of_faces))
-        cut_open = np.zeros(len(mesh.points), dtype=bool)
-        cut_open[mesh.cells[~kept]] = True
-        left_out = interfaces.quads[cut_open[interfaces.quads].all(axis=1)]
-        if few and len(left_out):  # many would hide what is behind them
-            canvas.add_quads(plotter, mesh.points, left_out)
+        faces = outer_faces(points, blocks, kept)
+        labels = regions.labels[faces.owners]
+        canvas.add_coloured(plotter, faces, _rgb()[colours[labels] % len(_COLOURS)])
+        canvas.add_borders(plotter, faces, labels)
+        left_out = between & ~kept[table.cells].any(axis=1)
+        if few and left_out.any():  # many would hide what is behind them
+            owners = table.cells[left_out, 0]
+            canvas.add_interfaces(plotter, faces_of_cells(points, blocks, table.quads[left_out], owners))
 
     legend = tuple(zip(regions.names, _COLOURS, strict=False)) if few else ()
-    return canvas.Scene(
-        "regions", np.empty(0), draw, f"{count} regions, {len(interfaces.pairs)} interfaces", None, legend
-    )
+    return canvas.Scene("regions", np.empty(0), draw, f"{count} regions, {len(pairs)} interfaces", None, legend)
 
 
 def _rgb() -> Any:
@@ -70,10 +74,3 @@ def _apart(count: int, pairs: Ints) -> Ints:
         taken = set(colours[near[region]].tolist())
         colours[region] = next(colour for colour in range(count) if colour not in taken)
     return colours
-
-
-def _borders(quads: Ints, owners: Ints) -> Ints:
-    """(e, 2) edges between quads of different owners."""
-    edges, of_pairs = unique_edges(face_edges(quads)), np.repeat(owners, 4)
-    differs = of_pairs != of_pairs[edges.first][edges.of_pairs]
-    return edges.nodes[np.bincount(edges.of_pairs[differs], minlength=len(edges.nodes)) > 0]

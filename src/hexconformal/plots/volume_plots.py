@@ -1,7 +1,8 @@
-"""Pictures of hexahedral meshes: histograms of quality, cells before and after, the worst cells."""
+"""Pictures of meshes of volume cells: histograms of quality, cells before and after, the worst cells."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, check_writable
 from ..io import as_volume_mesh
-from ..mesh import HexMesh, boundary_quads, collapsed_mesh, find_regions
-from ..quality import MixedQuality, Quality, quality
+from ..mesh import collapsed_mesh, find_regions
+from ..quality import Quality, quality
 from . import canvas
 from .canvas import PICTURE_EXTENSIONS, VIEW_DIRECTION, require_rendering
+from .drawn_faces import outer_faces
 from .region_scene import region_scene
 
 __all__ = ["before_after", "histogram", "worst_cells"]
@@ -63,7 +65,7 @@ _PANELS = (
 
 
 def before_after(path: Any, before: Any, after: Any, interfaces: Any = "auto") -> None:
-    """Draw a mesh before and after, side by side, cut open and coloured by scaled Jacobian.
+    """Draw a mesh before and after, side by side, cut open and coloured by scaled Jacobian; curved cells are curved.
 
     The cells whose centre after lies in the octant that faces the viewer are left out of both. Beside them, where the
     mesh has regions, these are drawn as they are after, each in a colour, and the interfaces also where it is cut open.
@@ -89,19 +91,19 @@ def before_after(path: Any, before: Any, after: Any, interfaces: Any = "auto") -
     path = Path(path)
     check_writable(path, PICTURE_EXTENSIONS)
     given = as_volume_mesh(before), as_volume_mesh(after)
-    meshes = collapsed_mesh(given[0]), collapsed_mesh(given[1])
-    if not np.array_equal(meshes[0].cells, meshes[1].cells):
+    if not np.array_equal(given[0].cells, given[1].cells):
         raise MeshError("before and after must have the same cells")
-    regions = find_regions(meshes[0], interfaces)
+    regions = find_regions(collapsed_mesh(given[0]), interfaces)
     require_rendering()
+    meshes = quality(given[0]), quality(given[1])
     kept = ~_in_front_octant(meshes[1])
     scenes = [
-        canvas.Scene(title, measured.scaled_jacobian, partial(_add_cells, mesh=measured, kept=kept))
-        for title, measured in zip(("before", "after"), map(quality, given), strict=True)
+        canvas.Scene(title, mesh.scaled_jacobian, partial(_add_cells, mesh=mesh, kept=kept))
+        for title, mesh in zip(("before", "after"), meshes, strict=True)
     ]
     if regions is not None:
-        scenes.append(region_scene(meshes[1], regions, kept))
-    canvas.side_by_side(path, scenes, canvas.bounding_box(*(mesh.points[mesh.cells] for mesh in meshes)), _MEASURE)
+        scenes.append(region_scene(meshes[1].points, meshes[1].cell_blocks(), regions, kept))
+    canvas.side_by_side(path, scenes, _bounding_box(meshes), _MEASURE)
 
 
 def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> None:
@@ -131,8 +133,8 @@ def worst_cells(path: Any, before: Any, after: Any = None, count: int = 20) -> N
         raise OptionError(f"count must be 1 or more worst cells, not {count}")
     require_rendering()
     measured = [_measured(mesh) for mesh in (before, after) if mesh is not None]
-    box = canvas.bounding_box(*(mesh.points[mesh.cells] for mesh in measured))
-    canvas.side_by_side(path, canvas.label_before_after([_worst(mesh, count) for mesh in measured]), box, _MEASURE)
+    scenes = canvas.label_before_after([_worst(mesh, count) for mesh in measured])
+    canvas.side_by_side(path, scenes, _bounding_box(measured), _MEASURE)
 
 
 def _worst(mesh: Quality, count: int) -> canvas.Scene:
@@ -141,7 +143,8 @@ def _worst(mesh: Quality, count: int) -> canvas.Scene:
     shown[worst] = True
 
     def draw(plotter: Any) -> None:
-        canvas.add_translucent(plotter, _boundary(mesh))
+        everything = np.ones(len(shown), dtype=bool)
+        canvas.add_translucent(plotter, outer_faces(mesh.points, mesh.cell_blocks(), everything))
         _add_cells(plotter, mesh, shown)
 
     return canvas.worst_scene(mesh.scaled_jacobian, mesh.points[mesh.cells[worst]], draw)
@@ -158,7 +161,7 @@ def _bins(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.linspace(min(float(np.floor(10 * values.min()) / 10), 0), 1, 41)
 
 
-def _in_front_octant(mesh: HexMesh) -> NDArray[np.bool_]:
+def _in_front_octant(mesh: Quality) -> NDArray[np.bool_]:
     """(m,) cells whose centre lies in the octant, of the box around the mesh, that faces the viewer."""
     centres = mesh.points[mesh.cells].mean(axis=1)
     middle = (centres.min(axis=0) + centres.max(axis=0)) / 2
@@ -167,16 +170,10 @@ def _in_front_octant(mesh: HexMesh) -> NDArray[np.bool_]:
     return facing if not facing.all() else ~facing
 
 
+def _bounding_box(meshes: Sequence[Quality]) -> list[float]:
+    return canvas.bounding_box(*(mesh.points[block.cells] for mesh in meshes for block in mesh.cell_blocks()))
+
+
 def _add_cells(plotter: Any, mesh: Quality, kept: NDArray[np.bool_]) -> None:
-    faces = canvas.surface_of(mesh.points, mesh.cell_blocks(), kept)
-    canvas.add_faces(plotter, faces, mesh.scaled_jacobian[np.asarray(faces.cell_data["cell"])])
-
-
-def _boundary(mesh: Quality) -> Any:
-    import pyvista
-
-    if isinstance(mesh, MixedQuality):
-        return canvas.surface_of(mesh.points, mesh.blocks, np.ones(len(mesh.cells), dtype=bool))
-    quads = boundary_quads(mesh.cells)[0]
-    faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
-    return pyvista.PolyData(np.array(mesh.points), faces).clean()
+    faces = outer_faces(mesh.points, mesh.cell_blocks(), kept)
+    canvas.add_faces(plotter, faces, mesh.scaled_jacobian[faces.owners])

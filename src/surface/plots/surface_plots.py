@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hexconformal.common import MeshError, OptionError, check_writable
-from hexconformal.plots import PICTURE_EXTENSIONS, canvas, require_rendering
+from hexconformal.plots import PICTURE_EXTENSIONS, DrawnFaces, canvas, require_rendering
 
 from ..io import as_surface_mesh
 from ..mesh import Floats, Ints, SurfaceMesh
@@ -147,11 +147,7 @@ def _four_corners(corners: Floats) -> Floats:
     return np.concatenate([corners, corners[:1]])[:4]
 
 
-def _faces(mesh: SurfaceMesh, places: Ints) -> Any:
-    """Some cells as PolyData, in the order asked for."""
-    import pyvista as pv
-
-    t = len(mesh.cells.triangles)
-    rows = [mesh.cells.triangles[p] if p < t else mesh.cells.quads[p - t] for p in places.tolist()]
-    flat = np.concatenate([np.concatenate([[len(row)], row]) for row in rows])
-    return pv.PolyData(mesh.points.copy(), flat)
+def _faces(mesh: SurfaceMesh, places: Ints) -> DrawnFaces:
+    """Some cells, in the order asked for."""
+    table = np.concatenate([mesh.cells.triangles[:, [0, 1, 2, 2]], mesh.cells.quads])
+    return DrawnFaces.straight(mesh.points, table[places])
