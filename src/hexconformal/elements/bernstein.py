@@ -30,60 +30,62 @@ def corner_places(degree: int) -> tuple[int, ...]:
 
 
 @strict_loop
-def _bisect(parent, left, right, stride, line):  # type: ignore[no-untyped-def]
-    """Halve a block of coefficients along the axis of a stride; left may be the parent."""
-    size = len(line)
-    for p in range(len(parent)):
-        if (p // stride) % size == 0:
-            for m in range(size):
-                line[m] = parent[p + m * stride]
-            for r in range(size):
-                left[p + r * stride], right[p + (size - 1 - r) * stride] = line[0], line[size - 1 - r]
-                for m in range(size - 1 - r):
-                    line[m] = 0.5 * (line[m] + line[m + 1])
+def _bisect(block, right, stride, size):  # type: ignore[no-untyped-def]
+    """Halve a block of coefficients along the axis of a stride: the left half takes its place."""
+    last = (size - 1) * stride
+    for start in range(0, len(block), size * stride):
+        for p in range(start, start + stride):  # de Casteljau's triangle, a row after the other
+            right[p + last] = block[p + last]
+        for row in range(1, size):
+            for m in range(size - 1, row - 1, -1):
+                for p in range(start + m * stride, start + (m + 1) * stride):
+                    block[p] = 0.5 * (block[p - stride] + block[p])
+            for p in range(start, start + stride):
+                right[p + last - row * stride] = block[p + last]
 
 
 @strict_loop
-def _bounds(block, corners):  # type: ignore[no-untyped-def]
+def _bounds(block, corners, size):  # type: ignore[no-untyped-def]
     """Smallest coefficient, and smallest of the eight at the corners, which are values."""
-    lower, upper = block[0], block[0]
-    for p in range(1, len(block)):
-        lower = min(lower, block[p])
+    lower, upper, third = block[0], block[0], len(block) // 3
+    for p in range(third):  # three minima that do not wait for each other: 27 and 216 are multiples of three
+        lower = min(lower, min(min(block[p], block[p + third]), block[p + 2 * third]))
     for p in corners:
         upper = min(upper, block[p])
     return lower, upper
 
 
 @strict_loop
-def bracket_minimum(stack, levels, line, corners, rounding, depth):  # type: ignore[no-untyped-def]
-    """(lower, upper) of the polynomial whose coefficients are stack[0]; bisects while undecided.
+def bracket_minimum(stack, levels, corners, size, rounding, depth):  # type: ignore[no-untyped-def]
+    """(lower, upper) of the polynomial whose coefficients are stack[0], so many along an axis; bisects while undecided.
 
-    There is room in the rows of stack and levels for 3 depth more, and in line for the coefficients along an axis.
+    There is room in the rows of stack and levels for 3 depth more. Where any coefficient is NaN, so is the rounding or
+    one at a corner.
     """
-    first, upper = _bounds(stack[0], corners)
+    first, upper = _bounds(stack[0], corners, size)
     first -= rounding
-    # Written so that NaN ends here and is never valid.
+    # Written so that NaN is never valid, here and below.
     if first > 0.0 or not upper > 0.0:
         return first, upper
     lower = np.inf
     levels[0] = 0
-    size = 1
+    count = 1
     for _ in range(_BUDGET):
-        block, level = stack[size - 1], levels[size - 1]
-        bound, corner = _bounds(block, corners)
+        block, level = stack[count - 1], levels[count - 1]
+        bound, corner = _bounds(block, corners, size)
         bound -= rounding
         upper = min(upper, corner)
         if upper <= 0.0:
             break
         if bound > 0.0:
             lower = min(lower, bound)
-            size -= 1
-            if size == 0:
+            count -= 1
+            if count == 0:
                 return lower, upper
         elif level == 3 * depth:
             break
         else:
-            _bisect(block, block, stack[size], len(line) ** (level % 3), line)
-            levels[size - 1] = levels[size] = level + 1
-            size += 1
+            _bisect(block, stack[count], size ** (level % 3), size)
+            levels[count - 1] = levels[count] = level + 1
+            count += 1
     return first, upper

@@ -99,7 +99,7 @@ def face_area(edges, i, j):  # type: ignore[no-untyped-def]
 @strict_loop
 def _measure_range(first, last, points, cells, columns):  # type: ignore[no-untyped-def]
     """Fill the columns in the order of MEASURES."""
-    edges, lengths, areas, line = np.empty((12, 3)), np.empty(12), np.empty((2, 2, 3, 3)), np.empty(3)
+    edges, lengths, areas = np.empty((12, 3)), np.empty(12), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * DEPTH + 1, 27)), np.empty(3 * DEPTH + 1, np.int64)
     for cell in range(first, last):
         edge_vectors(points, cells, cell, edges)
@@ -125,7 +125,7 @@ def _measure_range(first, last, points, cells, columns):  # type: ignore[no-unty
         for k in range(27):
             volume += stack[0, k] / 27.0
             largest = max(largest, abs(stack[0, k]))
-        lower, _ = bracket_minimum(stack, levels, line, CORNER_PLACES, rounding, DEPTH)
+        lower, _ = bracket_minimum(stack, levels, CORNER_PLACES, 3, rounding, DEPTH)
 
         columns[0, cell] = scaled
         columns[1, cell] = max(-1.0, lower / largest) if largest > 0.0 else 0.0

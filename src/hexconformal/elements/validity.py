@@ -124,22 +124,22 @@ def fill_coefficients(edges, areas, coefficients):  # type: ignore[no-untyped-de
 
 @strict_loop
 def _bracket_range(first, last, points, cells, depth, lower, upper):  # type: ignore[no-untyped-def]
-    edges, areas, line = np.empty((12, 3)), np.empty((2, 2, 3, 3)), np.empty(3)
+    edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
         edge_vectors(points, cells, c, edges)
         rounding = fill_coefficients(edges, areas, stack[0])
-        lower[c], upper[c] = bracket_minimum(stack, levels, line, CORNER_PLACES, rounding, depth)
+        lower[c], upper[c] = bracket_minimum(stack, levels, CORNER_PLACES, 3, rounding, depth)
 
 
 @strict_loop
 def _find_invalid(first, last, points, cells, depth, found):  # type: ignore[no-untyped-def]
-    edges, areas, line = np.empty((12, 3)), np.empty((2, 2, 3, 3)), np.empty(3)
+    edges, areas = np.empty((12, 3)), np.empty((2, 2, 3, 3))
     stack, levels = np.empty((3 * depth + 1, 27)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
         edge_vectors(points, cells, c, edges)
         rounding = fill_coefficients(edges, areas, stack[0])
-        lower, _ = bracket_minimum(stack, levels, line, CORNER_PLACES, rounding, depth)
+        lower, _ = bracket_minimum(stack, levels, CORNER_PLACES, 3, rounding, depth)
         if not lower > 0.0:
             found[0] = True
         # Set by any range; all of them write the same value.

@@ -7,7 +7,7 @@ differences of nodes that lie on lines along that axis, so that in thin cells, t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from math import comb
 
 import numpy as np
@@ -22,7 +22,7 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _BITS = 64.0  # the tables are multiples of 1/64
-# Roundings of a coefficient besides those of its control vectors: triple products, sums, and 24 bisections.
+# Roundings of a coefficient besides those of its control vectors: triple products, sums, binomials, 24 bisections.
 _FURTHER_ROUNDINGS = 256
 
 
@@ -49,6 +49,19 @@ class ControlVectors:
     table: Field
     binomials: Field
     rounding: float
+
+    @cached_property
+    def for_loops(self) -> tuple[Ints, Ints, Ints, Field, Field, float]:
+        """What compiled loops take: of the table what is not zero, vector by vector.
+
+        The pairs; (3, 19) where the differences of each vector start; (3, e) their numbers, and factors; (3, 18) one
+        over the squared binomials; the bound on rounding.
+        """
+        filled = [np.nonzero(table.T) for table in self.table]
+        starts = np.array([np.searchsorted(vectors, np.arange(19)) for vectors, _ in filled])
+        terms = np.array([numbers for _, numbers in filled])
+        factors = np.array([table.T[places] for table, places in zip(self.table, filled, strict=True)])
+        return self.pairs, starts, terms, factors, 1.0 / self.binomials**2, self.rounding
 
 
 @cache

@@ -16,7 +16,7 @@ from ..validity import contiguous
 from .cell_types import EDGE_NODES
 from .control_vectors import control_vectors
 from .shape_functions import quadratic_shape_gradients
-from .validity import CORNER_PLACES, WORK, fill_quadratic
+from .validity import CORNER_PLACES, fill_quadratic, room_for_cell
 
 __all__ = ["quadratic_measures"]
 
@@ -50,9 +50,9 @@ def quadratic_measures(points: Floats, cells: Ints, cell_type: CellType) -> Floa
     >>> quadratic_measures(brick, np.arange(20)[None], HEXAHEDRON20).round(4).T
     array([[1.    , 1.    , 0.7937, 0.1667, 2.    , 2.    ]])
     """
-    rows, tables = np.empty((len(MEASURES), len(cells))), control_vectors(cell_type)
-    arguments = tables.pairs, tables.table, tables.binomials, tables.rounding, _gradients(cell_type), EDGE_NODES
-    parallel_ranges(_measure_range, len(cells), *contiguous(points, cells), *arguments, rows)
+    rows, tables = np.empty((len(MEASURES), len(cells))), control_vectors(cell_type).for_loops
+    arguments = *contiguous(points, cells), tables, _gradients(cell_type), EDGE_NODES
+    parallel_ranges(_measure_range, len(cells), *arguments, rows)
     return rows
 
 
@@ -114,23 +114,21 @@ def _at_places(frames, columns):  # type: ignore[no-untyped-def]
 
 
 @strict_loop
-def _measure_range(  # type: ignore[no-untyped-def]
-    first, last, points, cells, pairs, table, binomials, rounding, gradients, edges, columns
-):
+def _measure_range(first, last, points, cells, tables, gradients, edges, columns):  # type: ignore[no-untyped-def]
     """Fill the columns in the order of MEASURES."""
-    control, areas, line = np.empty(WORK), np.empty((3, 80)), np.empty(6)
+    room = room_for_cell()
     stack, levels = np.empty((3 * DEPTH + 1, 216)), np.empty(3 * DEPTH + 1, np.int64)
     frames = np.empty((3, 3, gradients.shape[2]))
     for c in range(first, last):
         _store_frames(points, cells, c, gradients, frames)
         _at_places(frames, columns[:, c])
 
-        bound = fill_quadratic(points, cells, c, pairs, table, binomials, rounding, control, areas, stack[0])
+        bound = fill_quadratic(points, cells, c, tables, room, stack[0])
         volume = largest = 0.0
         for p in range(216):
             volume += stack[0, p] / 216.0
             largest = max(largest, abs(stack[0, p]))
-        lower, _ = bracket_minimum(stack, levels, line, CORNER_PLACES, bound, DEPTH)
+        lower, _ = bracket_minimum(stack, levels, CORNER_PLACES, 6, bound, DEPTH)
         columns[1, c] = max(-1.0, lower / largest) if largest > 0.0 else 0.0
 
         longest, shortest = 0.0, np.inf

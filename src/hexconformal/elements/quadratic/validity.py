@@ -1,7 +1,8 @@
 """Validity of quadratic hexahedra: det J > 0 everywhere, certified by Bernstein coefficients, equation (13e).
 
 det J is a polynomial of degree five in each reference coordinate. Its 216 coefficients are means of triple products of
-control vectors.
+control vectors. Where polynomials are multiplied the coefficients of one of them lie at the distances that they have in
+the product, with zeros in between, so that each coefficient of the other is one long loop.
 """
 
 from __future__ import annotations
@@ -18,15 +19,14 @@ from ..validity import contiguous
 from .control_vectors import control_vectors
 
 __all__ = ["quadratic_bounds", "quadratic_coefficients"]
-__all__ += ["CORNER_PLACES", "WORK", "fill_quadratic"]
+__all__ += ["CORNER_PLACES", "fill_quadratic", "room_for_cell"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _ROW = [comb(5, i) for i in range(6)]
-_BINOMIALS = np.kron(_ROW, np.kron(_ROW, _ROW)).astype(np.float64)
+_ONE_OVER_BINOMIALS = 1.0 / np.kron(_ROW, np.kron(_ROW, _ROW))
 CORNER_PLACES = corner_places(5)
-WORK = 3, 3, 18  # shape of the array for the control vectors of a cell: axis, component, number
 
 
 def quadratic_coefficients(points: Floats, cells: Ints, cell_type: CellType) -> Floats:
@@ -53,9 +53,10 @@ def quadratic_coefficients(points: Floats, cells: Ints, cell_type: CellType) -> 
     >>> bool(np.allclose(coefficients, 8.0))
     True
     """
-    tables, out = control_vectors(cell_type), np.empty((len(cells), 216))
-    arguments = tables.pairs, tables.table, tables.binomials, tables.rounding
-    parallel_ranges(_coefficient_range, len(cells), *contiguous(points, cells), *arguments, out)
+    out = np.empty((len(cells), 216))
+    parallel_ranges(
+        _coefficient_range, len(cells), *contiguous(points, cells), control_vectors(cell_type).for_loops, out
+    )
     return out
 
 
@@ -85,84 +86,103 @@ def quadratic_bounds(points: Floats, cells: Ints, cell_type: CellType, depth: in
     >>> bool(np.isclose(lower[0], 8.0)), float(upper[0])
     (True, 8.0)
     """
-    tables, lower, upper = control_vectors(cell_type), np.empty(len(cells)), np.empty(len(cells))
-    arguments = tables.pairs, tables.table, tables.binomials, tables.rounding, depth
-    parallel_ranges(_bracket_range, len(cells), *contiguous(points, cells), *arguments, lower, upper)
+    tables, lower, upper = control_vectors(cell_type).for_loops, np.empty(len(cells)), np.empty(len(cells))
+    parallel_ranges(_bracket_range, len(cells), *contiguous(points, cells), tables, depth, lower, upper)
     return lower, upper
 
 
 @strict_loop
-def _fill_control(points, cells, c, pairs, table, binomials, rounding, control):  # type: ignore[no-untyped-def]
+def room_for_cell():  # type: ignore[no-untyped-def]
+    """Arrays that one cell after the other is worked on in.
+
+    Differences (18, 3); control vectors by axis and component (3, 3, 18); those of the last axis (3, 33), and area
+    vectors (3, 80), of degrees 4, 3, 3, at distances 1, 5, 20; the same at 1, 6, 36, the distances of det J (3, 131).
+    """
+    return np.empty((18, 3)), np.empty((3, 3, 18)), np.zeros((3, 33)), np.empty((3, 80)), np.zeros((3, 131))
+
+
+@strict_loop
+def _fill_control(points, cells, c, tables, differences, control):  # type: ignore[no-untyped-def]
     """Fill the control vectors, times their binomials; returns the bound on rounding of a coefficient."""
-    scale = 1.0
-    control[:] = 0.0
+    pairs, starts, terms, factors, shrink, rounding = tables
+    scale, total = 1.0, 0.0
     for axis in range(3):
         largest = 0.0
         for d in range(pairs.shape[1]):
             a, b = cells[c, pairs[axis, d, 0]], cells[c, pairs[axis, d, 1]]
-            squared = 0.0
-            for i in range(3):
-                # Differences of nodes: nothing is lost far away from the origin.
-                difference = points[b, i] - points[a, i]
-                squared += difference * difference
-                for r in range(18):
-                    control[axis, i, r] += table[axis, d, r] * difference
-            largest = max(largest, squared)
+            # Differences of nodes: nothing is lost far away from the origin.
+            x, y, z = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+            differences[d, 0], differences[d, 1], differences[d, 2] = x, y, z
+            squared = x * x + y * y + z * z
+            largest, total = max(largest, squared), total + squared
         for r in range(18):
-            squared = control[axis, 0, r] ** 2 + control[axis, 1, r] ** 2 + control[axis, 2, r] ** 2
-            largest = max(largest, squared / (binomials[axis, r] * binomials[axis, r]))
-        # NaN may be lost here, but not in the control vectors: each takes all differences, if only zero times.
+            x = y = z = 0.0
+            for e in range(starts[axis, r], starts[axis, r + 1]):
+                d, factor = terms[axis, e], factors[axis, e]
+                x += factor * differences[d, 0]
+                y += factor * differences[d, 1]
+                z += factor * differences[d, 2]
+            control[axis, 0, r], control[axis, 1, r], control[axis, 2, r] = x, y, z
+            largest = max(largest, (x * x + y * y + z * z) * shrink[axis, r])
         scale *= np.sqrt(largest)
-    return rounding * scale
+    # A maximum may lose NaN, the sum does not: such a cell gets a bound that proves nothing.
+    return rounding * scale + 0.0 * total
 
 
 @strict_loop
-def fill_quadratic(points, cells, c, pairs, table, binomials, rounding, control, areas, out):  # type: ignore[no-untyped-def]
-    """Fill the 216 coefficients of cell c, with room for control vectors and areas (3, 80); returns how far off."""
-    bound = _fill_control(points, cells, c, pairs, table, binomials, rounding, control)
+def fill_quadratic(points, cells, c, tables, room, out):  # type: ignore[no-untyped-def]
+    """Fill the 216 coefficients of cell c, with the tables of its type and some room; returns how far off they are."""
+    differences, control, last, areas, spread = room
+    bound = _fill_control(points, cells, c, tables, differences, control)
     u, v, w = control[0], control[1], control[2]
 
-    # Area vectors, of degrees 3, 3, 4: products of each two control vectors.
+    # Area vectors: products of each two control vectors of the second axis and the last.
+    for k in range(2):
+        for j in range(3):
+            for i in range(3):
+                for axis in range(3):
+                    last[axis, i + 5 * j + 20 * k] = w[axis, i + 3 * j + 9 * k]
     areas[:] = 0.0
-    for k1 in range(3):
-        for j1 in range(3):
-            for i1 in range(2):
-                p = i1 + 2 * j1 + 6 * k1
-                a0, a1, a2 = u[0, p], u[1, p], u[2, p]
-                for k2 in range(3):
-                    for j2 in range(2):
-                        q, at = 3 * j2 + 6 * k2, i1 + 4 * (j1 + j2) + 16 * (k1 + k2)
-                        for i2 in range(3):
-                            areas[0, at + i2] += a1 * v[2, q + i2] - a2 * v[1, q + i2]
-                            areas[1, at + i2] += a2 * v[0, q + i2] - a0 * v[2, q + i2]
-                            areas[2, at + i2] += a0 * v[1, q + i2] - a1 * v[0, q + i2]
+    for k in range(3):
+        for j in range(2):
+            for i in range(3):
+                p, at = i + 3 * j + 6 * k, i + 5 * j + 20 * k
+                a0, a1, a2 = v[0, p], v[1, p], v[2, p]
+                for q in range(33):
+                    areas[0, at + q] += a1 * last[2, q] - a2 * last[1, q]
+                    areas[1, at + q] += a2 * last[0, q] - a0 * last[2, q]
+                    areas[2, at + q] += a0 * last[1, q] - a1 * last[0, q]
+
+    # det J: products of these with the control vectors of the first axis.
+    for k in range(4):
+        for j in range(4):
+            for i in range(5):
+                for axis in range(3):
+                    spread[axis, i + 6 * j + 36 * k] = areas[axis, i + 5 * j + 20 * k]
     out[:] = 0.0
-    for k3 in range(2):
-        for j3 in range(3):
-            for i3 in range(3):
-                r = i3 + 3 * j3 + 9 * k3
-                c0, c1, c2 = w[0, r], w[1, r], w[2, r]
-                for k in range(5):
-                    for j in range(4):
-                        p, at = 4 * j + 16 * k, i3 + 6 * (j + j3) + 36 * (k + k3)
-                        for i in range(4):
-                            out[at + i] += areas[0, p + i] * c0 + areas[1, p + i] * c1 + areas[2, p + i] * c2
+    for k in range(3):
+        for j in range(3):
+            for i in range(2):
+                p, at = i + 2 * j + 6 * k, i + 6 * j + 36 * k
+                c0, c1, c2 = u[0, p], u[1, p], u[2, p]
+                for q in range(131):
+                    out[at + q] += spread[0, q] * c0 + spread[1, q] * c1 + spread[2, q] * c2
     for p in range(216):
-        out[p] /= _BINOMIALS[p]
+        out[p] *= _ONE_OVER_BINOMIALS[p]
     return bound
 
 
 @strict_loop
-def _coefficient_range(first, last, points, cells, pairs, table, binomials, rounding, out):  # type: ignore[no-untyped-def]
-    control, areas = np.empty(WORK), np.empty((3, 80))
+def _coefficient_range(first, last, points, cells, tables, out):  # type: ignore[no-untyped-def]
+    room = room_for_cell()
     for c in range(first, last):
-        fill_quadratic(points, cells, c, pairs, table, binomials, rounding, control, areas, out[c])
+        fill_quadratic(points, cells, c, tables, room, out[c])
 
 
 @strict_loop
-def _bracket_range(first, last, points, cells, pairs, table, binomials, rounding, depth, lower, upper):  # type: ignore[no-untyped-def]
-    control, areas, line = np.empty(WORK), np.empty((3, 80)), np.empty(6)
+def _bracket_range(first, last, points, cells, tables, depth, lower, upper):  # type: ignore[no-untyped-def]
+    room = room_for_cell()
     stack, levels = np.empty((3 * depth + 1, 216)), np.empty(3 * depth + 1, np.int64)
     for c in range(first, last):
-        bound = fill_quadratic(points, cells, c, pairs, table, binomials, rounding, control, areas, stack[0])
-        lower[c], upper[c] = bracket_minimum(stack, levels, line, CORNER_PLACES, bound, depth)
+        bound = fill_quadratic(points, cells, c, tables, room, stack[0])
+        lower[c], upper[c] = bracket_minimum(stack, levels, CORNER_PLACES, 6, bound, depth)
