@@ -324,7 +324,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("offsets[indices[k] + 1] += 1", "offsets[indices[k]] += 1"),
         ],
     ),
-    "hexconformal.solver.space": (
+    "hexconformal.mesh.space": (
         ("solver/test_space.py", "solver/test_block_solver.py"),
         [("sums[block] += a[i, k] * b[i, k]", "sums[block] += a[i, k] * b[i, 0]")],
     ),

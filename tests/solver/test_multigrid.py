@@ -9,7 +9,8 @@ from hexconformal import generate
 from hexconformal.energy.distortion_term import DistortionTerm
 from hexconformal.energy.target import inverse_targets
 from hexconformal.kernel import threads
-from hexconformal.solver import SERIAL, MultigridSchedule, conjugate_gradients
+from hexconformal.mesh import SERIAL
+from hexconformal.solver import MultigridSchedule, conjugate_gradients
 from hexconformal.solver.multigrid import Multigrid
 
 inner = SERIAL.inner

@@ -8,7 +8,8 @@ from meshes.hexahedra import off_boundary
 
 from hexconformal import generate
 from hexconformal.energy import DistortionTerm, Objective
-from hexconformal.solver import MatrixFreeEquation, Problem, Space, lbfgs, newton
+from hexconformal.mesh import Space
+from hexconformal.solver import MatrixFreeEquation, Problem, lbfgs, newton
 
 POINTS, CELLS = generate.jittered(*generate.box((4, 4, 4)), 0.3, seed=3)
 POINTS = 4.0 * POINTS

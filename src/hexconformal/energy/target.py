@@ -20,7 +20,7 @@ from ..elements import (
     rows_by_type,
     shape_gradients,
 )
-from ..mesh import HexMesh, NormalizedMesh
+from ..mesh import SERIAL, HexMesh, NormalizedMesh, Space
 
 __all__ = ["STRETCHED_ASPECTS", "aspect_ratios", "inverse_targets", "inverses_of", "jacobian_matrices"]
 __all__ += ["normalized_target", "stretched_boxes", "target_volumes"]
@@ -45,7 +45,7 @@ def _jacobians(points: Field, cells: NDArray[np.int64], gradients: Field) -> Fie
 def normalized_target(target: Any, normalized: NormalizedMesh) -> Any:
     """A target for a normalized mesh: "auto" is decided, points of a reference mesh are scaled, others have no unit."""
     if isinstance(target, str) and target == "auto":
-        boxes = stretched_boxes(normalized.points, normalized.cells)
+        boxes = stretched_boxes(normalized.points, normalized.cells, normalized.space)
         return "cube" if boxes is None else boxes
     if isinstance(target, str) or np.shape(target) not in (normalized.points.shape, (len(normalized.cells), 3)):
         return target
@@ -185,7 +185,7 @@ def _mean_lengths(points: Field, cells: NDArray[np.int64]) -> Field:
     return np.maximum(means, 1e-300)
 
 
-def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
+def stretched_boxes(points: Field, cells: NDArray[np.int64], space: Space = SERIAL) -> Field | None:
     """Box targets for cells that are stretched on purpose, cubes for the others; None if no cell is stretched.
 
     Stretched cells that are bricks, as in boundary layers, are meant to be so; where most of them are skewed, the
@@ -201,14 +201,14 @@ def stretched_boxes(points: Field, cells: NDArray[np.int64]) -> Field | None:
     aspect = lengths.max(axis=1) / lengths.min(axis=1)
     low, high = STRETCHED_ASPECTS
     degree = np.clip(np.log(aspect / low) / np.log(high / low), 0.0, 1.0)
-    if not degree.any():
+    if not space.anywhere(bool(degree.any())):
         return None
     quality = corner_scaled_jacobian(points, cells)
     for one in rows_by_type(cells):
         if one.cell_type is WEDGE:
             quality[one.rows] = _uprightness(points, one.own_nodes(cells))
     degree[(quality <= 0.0) | (aspect >= _FLAT)] = 0.0
-    if not degree.any() or np.median(quality[degree > 0.0]) < _BRICK:
+    if not space.anywhere(bool(degree.any())) or space.median(quality[degree > 0.0]) < _BRICK:
         return None
     mean = np.exp(np.log(lengths).mean(axis=1, keepdims=True))
     return (lengths / mean) ** degree[:, None]

@@ -21,7 +21,7 @@ from ..energy import (
     VolumeTerm,
 )
 from ..geometry import DistanceBarrier
-from ..mesh import boundary_quads
+from ..mesh import SERIAL, Space, boundary_quads
 from ..solver import AdmissibleDirections, ConvexEquation, Iterate, Problem, newton
 from .compatible_constraint import CompatibleConstraint
 from .schedules import Schedules
@@ -72,6 +72,8 @@ class Formulation:
         The tuned numbers of all stages.
     work
         What the phase may take; without an end where nothing is said.
+    space
+        Where fields on the nodes live.
     """
 
     cells: Ints
@@ -88,6 +90,7 @@ class Formulation:
     constraint: CompatibleConstraint | None = None
     schedules: Schedules = field(default_factory=Schedules)
     work: Work = field(default_factory=Work)
+    space: Space = SERIAL
 
     # --------------------------------------------------------------------------------------- objectives
     def objective(self, weights: CornerWeights, volume: float = 0.0) -> Objective:
@@ -112,7 +115,8 @@ class Formulation:
         spoiled: Callable[[Field], Mask] | None = None,
     ) -> Problem:
         """The minimization of an objective in admissible directions."""
-        return Problem(objective, self.admissible.project, acceptable, search=self.schedules.search, spoiled=spoiled)
+        search = self.schedules.search
+        return Problem(objective, self.admissible.project, acceptable, self.space, search, spoiled)
 
     @property
     def equation(self) -> ConvexEquation:
@@ -165,7 +169,7 @@ class Formulation:
             measures, nodes = self.measures(points), np.zeros(len(points), dtype=bool)
             cells = (measures.determinant <= 0.0) | (measures.angle >= most) | valid.spoiled(points)
             nodes[self.cells[cells]] = True
-            return self.admissible.coupled.closed(nodes)
+            return self.space.joined(self.admissible.coupled.closed(nodes))
 
         return spoiled
 

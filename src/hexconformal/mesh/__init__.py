@@ -1,7 +1,8 @@
 """Hexahedral meshes: the container, topology and adjacency, and a normalized copy that runs work on; and the container
 of meshes of several types of cells.
 
-Belongs here: containers, topology, adjacency. Imports `common`, `kernel` and `elements`.
+Belongs here: containers, topology, adjacency, how values on nodes and cells are
+summed up. Imports `common`, `kernel` and `elements`.
 """
 
 from .adjacency import binary_search, corner_incidences, node_pattern, scalar_matrix
@@ -28,6 +29,7 @@ from .mixed_mesh import (
 from .node_pairs import NodePairs
 from .normalized_mesh import NormalizedMesh
 from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, region_arrays
+from .space import SERIAL, Space
 from .spatial_order import morton_codes
 from .topology import (
     FaceTable,
@@ -42,6 +44,7 @@ from .topology import (
 
 __all__ = [
     "REGION_ARRAYS",
+    "SERIAL",
     "SURFACE_ARRAYS",
     "CarriedCells",
     "CellBlock",
@@ -54,6 +57,7 @@ __all__ = [
     "NodePairs",
     "NormalizedMesh",
     "Regions",
+    "Space",
     "binary_search",
     "blocks_of",
     "boundary_depths",

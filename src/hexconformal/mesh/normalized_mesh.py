@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..common import MeshError, first_ids
 from ..elements import cell_volumes, edge_lengths, is_valid, rows_by_type
 from .hex_mesh import HexMesh
+from .space import SERIAL, Space
 from .spatial_order import spatial_order
 from .topology import boundary_quads
 
@@ -44,12 +45,16 @@ class NormalizedMesh:
         (n,) nodes that belong to a cell.
     unit
         Mean edge length of the mesh given, in its own unit of length.
+    space
+        Where fields on its nodes live.
 
     Raises
     ------
     MeshError
         If most cells have negative volume, or all edges have no length.
     """
+
+    space: Space = SERIAL
 
     def __init__(self, mesh: HexMesh, ordered: bool = False) -> None:
         self.mesh = mesh

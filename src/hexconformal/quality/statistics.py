@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh import SERIAL, Space
+
 __all__ = ["Statistics", "as_table", "statistics"]
 
 _PERCENTILES = (1, 5, 25, 50, 75, 95, 99)
@@ -23,14 +25,13 @@ class Statistics:
     percentiles: dict[int, float]
 
 
-def statistics(values: NDArray[np.float64]) -> Statistics:
-    """The distribution of a measure."""
-    # Values of cells, not interpolated: exact, and infinite edge ratios do no harm.
-    percentiles = np.percentile(values, _PERCENTILES, method="inverted_cdf")
+def statistics(values: NDArray[np.float64], space: Space = SERIAL) -> Statistics:
+    """The distribution of a measure, over the cells of all parts."""
+    percentiles = space.percentiles(values, _PERCENTILES)
     return Statistics(
-        float(values.min()),
-        float(values.mean()),
-        float(values.max()),
+        space.smallest(values),
+        space.mean(values),
+        space.largest(values),
         dict(zip(_PERCENTILES, percentiles.tolist(), strict=True)),
     )
 

@@ -165,14 +165,16 @@ def size_ratios(volumes: Field, targets: Field) -> tuple[float, float] | None:
 
 def auto_target_notes(normalized: NormalizedMesh) -> list[str]:
     """A note on what target="auto" came to, if there was something to decide."""
-    boxes = stretched_boxes(normalized.points, normalized.cells)
+    space = normalized.space
+    boxes = stretched_boxes(normalized.points, normalized.cells, space)
     if boxes is not None:
-        keeping = int((boxes != 1.0).any(axis=1).sum())
+        keeping = int(space.total((boxes != 1.0).any(axis=1).sum()))
         return [f"target auto: {keeping} cells are stretched in the input and keep their proportions"]
     stretched = aspect_ratios(normalized.points, normalized.cells) > STRETCHED_ASPECTS[0]
-    if stretched.mean() < _MANY_STRETCHED or not normalized.valid.all():
+    if space.mean(stretched) < _MANY_STRETCHED or not space.everywhere(bool(normalized.valid.all())):
         return []
-    why = f"the {stretched.sum()} cells of aspect {STRETCHED_ASPECTS[0]:g} or more are skewed, not bricks"
-    if are_collapsed(normalized.cells).any():
+    count = int(space.total(stretched.sum()))
+    why = f"the {count} cells of aspect {STRETCHED_ASPECTS[0]:g} or more are skewed, not bricks"
+    if space.anywhere(bool(are_collapsed(normalized.cells).any())):
         return [f"target auto: cubes, and ideals of other types, as {why}"]
     return [f"target auto: cubes, as {why}; target='input' would keep their shapes"]

@@ -38,7 +38,8 @@ def distortion_term(normalized: NormalizedMesh, options: Options) -> DistortionT
     scales = None
     if options.weight == "volume":
         volumes = np.abs(cell_volumes(normalized.points, normalized.cells))
-        scales = volumes / volumes.mean() if volumes.any() else None
+        mean = normalized.space.mean(volumes)
+        scales = volumes / mean if mean > 0.0 else None
     target, rule = normalized_target(options.target, normalized), options.quadrature_rule
     inverses = inverse_targets(target, normalized.points, normalized.cells, rule, normalized.cell_labels)
     eps = None if options.energy == "quaternionic" else 0.0
@@ -130,14 +131,14 @@ class Minimization:
         At a thin cell the barrier is so steep that its gradient tells nothing of the other cells; chi_eps is bounded.
         Returns the points at which the thinnest cell is thickest.
         """
-        points, schedule = self._start, self._formulation.schedules.thin
-        thinnest, since = self._formulation.fullness(points).min(initial=1.0), 0
+        points, schedule, space = self._start, self._formulation.schedules.thin, self._formulation.space
+        thinnest, since = space.smallest(self._formulation.fullness(points)), 0
         if thinnest >= schedule.steep:
             return points
-        eps = schedule.steep_eps * float(np.median(self._formulation.measures(points).determinant))
+        eps = schedule.steep_eps * space.median(self._formulation.measures(points).determinant)
         at = self._problem(Objective((replace(self._distortion, eps=eps),)), valid).at(points)
         for following in lbfgs(at, self._preconditioner(at)):
-            now, since = self._formulation.fullness(following.points).min(), since + 1
+            now, since = space.smallest(self._formulation.fullness(following.points)), since + 1
             if now > thinnest:
                 points, thinnest, since = following.points, now, 0
                 valid.grow(points)
@@ -191,7 +192,8 @@ class Minimization:
         if self._alone:
             laplacian = self._distortion.laplacian(self._stiffness())
             multigrid = self._formulation.schedules.multigrid
-            return LaplacePreconditioner(laplacian, self._formulation.admissible, self._referenced, multigrid)
+            where = self._formulation.admissible, self._referenced, multigrid, self._formulation.space
+            return LaplacePreconditioner(laplacian, *where)
         equation = self._convex_equation()
         equation.convex(at)
         # What the formulation assembles next, in a run that is left and asked for its result, is not to be seen here.
@@ -200,10 +202,10 @@ class Minimization:
 
     def _is_stationary(self, at: Iterate, first: float) -> bool:
         """True where the gradient is small enough."""
-        norm, tolerance = at.gradient_norm, self._options.gradient_tolerance
+        norm, tolerance, space = at.gradient_norm, self._options.gradient_tolerance, self._formulation.space
         if norm <= tolerance * first:
             self.reason = f"gradient fell below {tolerance:g} of its start"
-        elif norm <= self._schedule.rounding * np.sqrt(len(at.points)):
+        elif norm <= self._schedule.rounding * np.sqrt(space.total(len(space.own(at.points)))):
             self.reason = "gradient is at the level of rounding"
         else:
             return False

@@ -290,9 +290,11 @@ class Regularization:
         return tuple(notes)
 
     def _record(self, iteration: Iteration) -> Record:
+        space = self._normalized.space
         scaled_jacobian = corner_scaled_jacobian(iteration.points, self._normalized.cells)
-        inverted = int((scaled_jacobian <= 0).sum())
-        energy = self._setting.distortion.value(iteration.points) if np.isnan(iteration.energy) else iteration.energy
+        inverted, energy = int(space.total((scaled_jacobian <= 0).sum())), iteration.energy
+        if np.isnan(energy):
+            energy = space.total(self._setting.distortion.value(iteration.points))
         if inverted and self.options.energy == "barrier":
             energy = float("nan")  # rounding may leave a flat corner a finite one
         return Record(
@@ -301,11 +303,11 @@ class Regularization:
             energy=energy * (self._normalized.unit**2 if self.options.energy == "quaternionic" else 1.0),
             gradient=iteration.gradient,
             step=iteration.step,
-            min_scaled_jacobian=float(scaled_jacobian.min()),
-            mean_scaled_jacobian=float(scaled_jacobian.mean()),
+            min_scaled_jacobian=space.smallest(scaled_jacobian),
+            mean_scaled_jacobian=space.mean(scaled_jacobian),
             inverted=inverted,
             seconds=time.perf_counter() - self._began,
-            flat=int(self._setting.flat(iteration.points).sum()),
-            min_shape=float(corner_shape(iteration.points, self._normalized.cells).min()),
+            flat=int(space.total(self._setting.flat(iteration.points).sum())),
+            min_shape=space.smallest(corner_shape(iteration.points, self._normalized.cells)),
             worst_gain=self._setting.worst_gain(scaled_jacobian),
         )

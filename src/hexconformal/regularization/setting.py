@@ -76,6 +76,7 @@ class Setting:
             self._slender,
             self.least_of_types,
             schedules=self.schedules,
+            space=normalized.space,
         )
 
     @cached_property
@@ -92,7 +93,7 @@ class Setting:
         sized = ~self.schedules.untangling.are_flat(measures.fullness)
         known = np.maximum(measures.slenderness, schedule.slender)
         # How thin a folded cell is meant to be nobody knows; where few are folded, as those around them.
-        unknown = schedule.slender if sized.mean() > 0.5 else schedule.slenderest
+        unknown = schedule.slender if self.normalized.space.mean(sized) > 0.5 else schedule.slenderest
         return np.where(sized, known, unknown)
 
     @cached_property
@@ -106,7 +107,8 @@ class Setting:
 
     def worst_gain(self, scaled_jacobian: Field) -> float:
         """The least, over the types, of what the smallest of scaled Jacobians (m,) has won since the input."""
-        return float((self._minima(scaled_jacobian) - self._first_minima).min())
+        space = self.normalized.space
+        return float((space.least(self._minima(scaled_jacobian)) - self._first_minima).min())
 
     @cached_property
     def _types(self) -> tuple[TypedRows, ...]:
@@ -114,10 +116,11 @@ class Setting:
 
     @cached_property
     def _first_minima(self) -> Field:
-        return self._minima(corner_scaled_jacobian(self.normalized.points, self.normalized.cells))
+        normalized = self.normalized
+        return normalized.space.least(self._minima(corner_scaled_jacobian(normalized.points, normalized.cells)))
 
     def _minima(self, values: Field) -> Field:
-        return np.array([values[one.rows].min() for one in self._types])
+        return np.array([values[one.rows].min(initial=np.inf) for one in self._types])
 
     def flat(self, points: Field) -> Mask:
         """(m,) cells with a corner that is folded, or as good as flat beside its target: with next to no volume."""
@@ -126,7 +129,8 @@ class Setting:
     @cached_property
     def is_tangled(self) -> bool:
         """True where a cell of the mesh is invalid, or has next to no volume."""
-        return not self.normalized.valid.all() or bool(self.flat(self.normalized.points).any())
+        normalized = self.normalized
+        return normalized.space.anywhere(not normalized.valid.all() or bool(self.flat(normalized.points).any()))
 
     @cached_property
     def _valid_in_mesh(self) -> Ints:
@@ -134,7 +138,9 @@ class Setting:
 
     def keeps_valid(self, points: Field) -> bool:
         """True where every cell that is valid in the mesh as it came is so at these points."""
-        return all_valid(self.normalized.to_user(points), self.normalized.mesh.cells, self._valid_in_mesh)
+        normalized = self.normalized
+        valid = all_valid(normalized.to_user(points), normalized.mesh.cells, self._valid_in_mesh)
+        return normalized.space.everywhere(valid)
 
     def ids(self, cells: Mask) -> Ints:
         """Ids that cells (m,) have in the mesh."""

@@ -124,7 +124,7 @@ class Stages:
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
         alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
-        alone = alone and not are_collapsed(normalized.cells).any()
+        alone = alone and not normalized.space.anywhere(bool(are_collapsed(normalized.cells).any()))
         # Where nothing but the distortion counts there is nothing that thin cells could outweigh.
         for iteration in thicken(formulation, points) if options.energy == "barrier" and not alone else ():
             points = iteration.points
@@ -133,7 +133,8 @@ class Stages:
             points = iteration.points
             yield iteration
         self._earlier.append(points)
-        if options.raises_worst and formulation.free.any() and len(formulation.cells) > 0:
+        works = normalized.space.anywhere(bool(formulation.free.any()) and len(formulation.cells) > 0)
+        if options.raises_worst and works:
             formulation, points = yield from self._raise_worst(formulation, points, found.points)
         points = yield from self._return_to_surface(formulation, points)
         if options.energy == "barrier":
@@ -149,7 +150,7 @@ class Stages:
         if found.bad.any():
             points = improve_folded(whole.formulation, points, found.bad)
             yield Iteration("improve what stays inverted", points)
-        if options.energy == "barrier" and (left := int(self._setting.flat(points).sum())):
+        if options.energy == "barrier" and (left := int(normalized.space.total(self._setting.flat(points).sum()))):
             what = "a cell has" if left == 1 else f"{left} cells have"
             self._ended(f"{self.state.reason}; {what} no volume, or next to none", False)
         return points
@@ -159,14 +160,14 @@ class Stages:
     ) -> Generator[Iteration, None, tuple[Formulation, Field]]:
         """Raise the worst cells; returns the formulation, which may have softer curves then, and the points."""
         schedules, options = self._setting.schedules, self._setting.options
-        quality = corner_scaled_jacobian(points, formulation.cells)
-        if quality.min() >= schedules.worst_cells.good:
+        quality, space = corner_scaled_jacobian(points, formulation.cells), formulation.space
+        if space.smallest(quality) >= schedules.worst_cells.good:
             if not self.state.converged:
                 self._ended(f"no cell is worse than {schedules.worst_cells.good:g}", True)
             return formulation, points
         self._ended("interrupted", False)
         raise_cells = raise_worst
-        if len(quality) > schedules.worst_cells.many_cells:
+        if space.total(len(quality)) > schedules.worst_cells.many_cells:
             raise_cells = raise_worst_patches
             formulation.release()
         bounded = formulation.within(schedules.work.patches)

@@ -21,10 +21,8 @@ from .lbfgs import lbfgs
 from .multigrid import MultigridSchedule
 from .newton import ConvexEquation, Equation, MatrixFreeEquation, NewtonSchedule, newton, newton_step
 from .problem import Iterate, Preconditioner, Problem, SearchSchedule, line_search
-from .space import SERIAL, Space
 
 __all__ = [
-    "SERIAL",
     "UNCOUPLED",
     "AdmissibleDirections",
     "BlockPreconditioner",
@@ -39,7 +37,6 @@ __all__ = [
     "Preconditioner",
     "Problem",
     "SearchSchedule",
-    "Space",
     "boundary_directions",
     "conjugate_gradients",
     "count_free_directions",

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ..energy import BlockMatrix
 from ..kernel import algebra, loop, parallel_ranges
+from ..mesh import SERIAL, Space
 from .conjugate_gradients import conjugate_gradients
 from .coupled_nodes import UNCOUPLED, CoupledNodes
 from .row_parts import RowParts
-from .space import SERIAL, Space
 
 __all__ = ["BlockPreconditioner", "solve_blocks"]
 

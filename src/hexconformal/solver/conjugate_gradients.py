@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from .space import SERIAL, Space, accumulate
+from ..mesh import SERIAL, Space
+from .fields import accumulate
 
 __all__ = ["conjugate_gradients"]
 

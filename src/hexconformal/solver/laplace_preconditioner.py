@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..mesh import SERIAL, Space
 from .admissible import AdmissibleDirections
 from .multigrid import Multigrid, MultigridSchedule
 
@@ -31,6 +34,8 @@ class LaplacePreconditioner:
         (n,) nodes that belong to a cell; the others have empty rows.
     schedule
         Numbers of the hierarchies.
+    space
+        Where the fields live; it may have hierarchies of its own.
     """
 
     def __init__(
@@ -39,23 +44,30 @@ class LaplacePreconditioner:
         admissible: AdmissibleDirections,
         referenced: NDArray[np.bool_],
         schedule: MultigridSchedule | None = None,
+        space: Space = SERIAL,
     ) -> None:
+        def hierarchy(free: NDArray[np.bool_]) -> Callable[[Field, Sequence[int]], Field]:
+            if space.hierarchy is not None:
+                return space.hierarchy(laplacian, free)
+            return Multigrid(laplacian, free, schedule)
+
         free = referenced[:, None] & ~admissible.held_components(len(referenced))
         self._joined = admissible.coupled.translated()
         laplacian = self._joined.condensed_scalar(laplacian)
         free[self._joined.nodes] &= (self._joined.nodes == self._joined.roots)[:, None]
         self._project = admissible.project
-        self._cycles: list[tuple[list[int], Multigrid]] = []
+        self._cycles: list[tuple[list[int], Callable[[Field, Sequence[int]], Field]]] = []
         for component in range(3):
-            same = next((axes for axes, _ in self._cycles if (free[:, axes[0]] == free[:, component]).all()), None)
-            if same is None:
-                self._cycles.append(([component], Multigrid(laplacian, free[:, component], schedule)))
+            for axes, _ in self._cycles:
+                if space.everywhere(bool((free[:, axes[0]] == free[:, component]).all())):
+                    axes.append(component)
+                    break
             else:
-                same.append(component)
+                self._cycles.append(([component], hierarchy(free[:, component])))
 
     def __call__(self, gradient: Field) -> Field:
         """Map an admissible gradient (n, 3) to an admissible displacement."""
         out, gradient = np.empty_like(gradient), self._joined.gathered(gradient)
         for axes, cycle in self._cycles:
-            out[:, axes] = cycle(gradient)[:, axes]
+            out[:, axes] = cycle(gradient, axes)[:, axes]
         return self._project(self._joined.spread(out)) / 8.0

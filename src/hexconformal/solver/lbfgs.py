@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from .fields import accumulate
 from .problem import Iterate, Preconditioner, line_search
-from .space import accumulate
 
 __all__ = ["lbfgs"]
 
@@ -35,7 +35,8 @@ def lbfgs(current: Iterate, preconditioner: Preconditioner, scaled: bool = False
     ------
     The iterate after every iteration; with a step of 0 where nothing better was found.
     """
-    inner = current.problem.space.inner
+    space = current.problem.space
+    inner = space.inner
     pairs: deque[tuple[Field, Field, float]] = deque(maxlen=current.problem.search.memory)
     scale = 1.0
     while True:
@@ -47,7 +48,7 @@ def lbfgs(current: Iterate, preconditioner: Preconditioner, scaled: bool = False
             accumulate(q, -factors[-1], y)
         direction = preconditioner(q)
         if scaled:
-            direction *= scale if pairs else 1.0 / max(float(np.abs(direction).max(initial=0.0)), 1e-300)
+            direction *= scale if pairs else 1.0 / max(space.largest(np.abs(direction)), 1e-300)
         for (s, y, rho), factor in zip(pairs, reversed(factors), strict=True):
             accumulate(direction, factor - rho * inner(y, direction), s)
         following = line_search(current, -direction)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -195,8 +196,8 @@ class Multigrid:
             first, second = (fine.relaxation(damping) for damping in schedule.dampings)
             self._levels.append(_Level(fine, (first, second), _Sparse.of(level.P), _Sparse.of(level.R)))
 
-    def __call__(self, residual: Field) -> Field:
-        """Apply the cycle to an (n, 3) field."""
+    def __call__(self, residual: Field, axes: Sequence[int] = (0, 1, 2)) -> Field:
+        """Apply the cycle to an (n, 3) field, to all of its components whatever is wanted."""
         if self._rows is None:
             return self._cycle(residual, 0)
         out = np.zeros((self._count, 3))

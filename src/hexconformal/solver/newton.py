@@ -132,7 +132,7 @@ class MatrixFreeEquation:
         of = problem.objective.frozen_product if self.frozen else problem.objective.second_product
 
         def product(field: Field) -> Field:
-            return problem.project(problem.space.add(of(current.points, field)))
+            return problem.project(problem.space.add(of(current.points, problem.space.update(field))))
 
         tolerance = self.schedule.frozen_tolerance
         if not self.frozen:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..common import Schedule, tuned
 from ..energy import Objective
-from .space import SERIAL, Space
+from ..mesh import SERIAL, Space
 
 __all__ = ["Iterate", "Preconditioner", "Problem", "SearchSchedule", "line_search"]
 
@@ -130,6 +130,12 @@ class Iterate:
         return self.problem.at(self.points).gradient
 
     @property
+    def has_finite_gradient(self) -> bool:
+        """True where the gradient is finite at all nodes."""
+        space = self.problem.space
+        return space.everywhere(bool(np.isfinite(space.own(self.gradient)).all()))
+
+    @property
     def gradient_norm(self) -> float:
         """Euclidean norm of the gradient."""
         return float(np.sqrt(self.problem.space.inner(self.gradient, self.gradient)))
@@ -163,7 +169,7 @@ def line_search(current: Iterate, direction: Field, with_gradient: bool = True) 
     step = 1.0
     for halving in range(search.halvings):
         trial = problem.at(problem.space.update(current.points + step * direction), step, with_gradient)
-        if np.isfinite(trial.energy) and not (with_gradient and not np.isfinite(trial.gradient).all()):
+        if np.isfinite(trial.energy) and (not with_gradient or trial.has_finite_gradient):
             enough = trial.energy <= current.energy + search.enough * step * slope
             # At the level of rounding the slope still tells whether the step is too long.
             flat = (
@@ -184,15 +190,16 @@ def _held_back(current: Iterate, direction: Field) -> Field | None:
     problem = current.problem
     if problem.spoiled is None:
         return None
-    shorter, held = direction, np.zeros(len(direction), dtype=bool)
+    space, shorter, held = problem.space, direction, np.zeros(len(direction), dtype=bool)
     for share in problem.search.held_back:
-        nodes = problem.spoiled(problem.space.update(current.points + shorter))
-        if not nodes.any():
+        nodes = problem.spoiled(space.update(current.points + shorter))
+        if not space.anywhere(bool(nodes.any())):
             break
         shorter, held = np.where(nodes[:, None], share * shorter, shorter), held | nodes
-    if not 0 < held.sum() <= max(8.0, problem.search.few * len(held)):
+    count, whole = space.total(space.own(held).sum()), space.total(len(space.own(held)))
+    if not 0 < count <= max(8.0, problem.search.few * whole):
         return None
     # Not to the brink.
     shorter = np.where(held[:, None], 0.5 * shorter, shorter)
-    descends = problem.space.inner(current.gradient, shorter) < 0.0
+    descends = space.inner(current.gradient, shorter) < 0.0
     return shorter if descends else None
