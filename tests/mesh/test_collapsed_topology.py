@@ -78,7 +78,7 @@ def test_depths_are_those_of_the_cells_behind():
             np.abs((x[nodes] - x[face[0]]) @ normal).max()
             for nodes, face, normal in zip(inside, quads, normals, strict=True)
         ]
-        np.testing.assert_allclose(boundary_depths(x, cells), deepest, rtol=1e-12)
+        np.testing.assert_allclose(boundary_depths(x, cells, *boundary_quads(cells)), deepest, rtol=1e-12)
 
 
 def test_a_box_of_all_types_has_its_twelve_edges_and_no_crack():

@@ -77,7 +77,7 @@ def test_curves_that_are_let_go_cost_as_little_as_the_surface():
 def test_thin_walls_are_drawn_back_the_more_strongly():
     points, cells = generate.box((6, 6, 1), (1.0, 1.0, 0.02))
     quads = boundary_quads(cells)[0]
-    depths = boundary_depths(points, cells)
+    depths = boundary_depths(points, cells, *boundary_quads(cells))
     surface = SurfaceLocator(points, quads)
     thin, plain = (DistanceBarrier.around(surface, 0.05, depths=d) for d in (depths, None))
     swollen = points * [1.0, 1.0, 1.5]

@@ -7,7 +7,9 @@ there; what several of them share is in `format_tools`. Imports `common`,
 
 from .convert import to_pyvista
 from .elevation import elevated
-from .format_tools.file_checks.references import outside_references_allowed
+from .format_tools.file_checks.references import outside_references_allowed, referenced_file
+from .format_tools.file_checks.vtk_xml_checks import pieces_of
+from .format_tools.vtu_rows import VtuRows
 from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_named_by, read_contents
 from .formats.vtk import write_vtk
 from .meshio_mesh import MeshioOrigin
@@ -27,6 +29,7 @@ __all__ = [
     "PyvistaOrigin",
     "Selection",
     "SourceFile",
+    "VtuRows",
     "as_hex_mesh",
     "as_volume_mesh",
     "cell_nodes",
@@ -37,10 +40,12 @@ __all__ = [
     "from_vtk",
     "library_of",
     "outside_references_allowed",
+    "pieces_of",
     "points_of",
     "read",
     "read_contents",
     "read_surface",
+    "referenced_file",
     "to_pyvista",
     "triangles",
     "triangles_of",

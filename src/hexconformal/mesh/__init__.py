@@ -30,7 +30,7 @@ from .node_pairs import NodePairs
 from .normalized_mesh import NormalizedMesh
 from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, region_arrays
 from .space import SERIAL, Space
-from .spatial_order import morton_codes
+from .spatial_order import curve_positions, morton_codes
 from .topology import (
     FaceTable,
     boundary_depths,
@@ -73,6 +73,7 @@ __all__ = [
     "connected_regions",
     "corner_incidences",
     "counts_by_type",
+    "curve_positions",
     "curves_of",
     "face_edges",
     "face_keys",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,11 +57,12 @@ class HexMesh(VolumeMesh):
     point_data: dict[str, NDArray[Any]] = field(default_factory=dict)
     cell_data: dict[str, NDArray[Any]] = field(default_factory=dict)
     origin: Any = None
+    _may_be_empty: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", checked_points(self.points))
         object.__setattr__(self, "cells", checked_cells(self.cells, 8, "hexahedra"))
-        if len(self.cells) == 0:
+        if len(self.cells) == 0 and not self._may_be_empty:
             raise MeshError("there are no hexahedra")
         object.__setattr__(self, "point_data", checked_data(self.point_data, len(self.points), "point_data"))
         object.__setattr__(self, "cell_data", checked_data(self.cell_data, len(self.cells), "cell_data"))

@@ -103,9 +103,14 @@ class NormalizedMesh:
         return self.cell_ids if self.mesh.cell_labels is None else self.mesh.cell_labels[self.cell_ids]
 
     @cached_property
+    def skin(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(k, 4) boundary quads, seen from outside, and the cell (k,) of each."""
+        return boundary_quads(self.cells)
+
+    @property
     def quads(self) -> NDArray[np.int64]:
         """(k, 4) boundary quads, seen from outside."""
-        return boundary_quads(self.cells)[0]
+        return self.skin[0]
 
     @cached_property
     def valid(self) -> NDArray[np.bool_]:

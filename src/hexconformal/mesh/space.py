@@ -84,6 +84,10 @@ class Space:
         # Values of cells, not interpolated: exact, and infinite ones do no harm.
         return np.asarray(np.percentile(values, shares, method="inverted_cdf"))
 
+    def named(self, label: Any) -> Any:
+        """A label that a part has, where others have None; the first of several."""
+        return label
+
     # -------------------------------------------------------------------------------- fields on nodes
     def update(self, field: Array) -> Array:
         """The field with the values of nodes that others own."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .topology import components
 
-__all__ = ["morton_codes", "spatial_order"]
+__all__ = ["curve_positions", "morton_codes", "spatial_order"]
 
 Ints = NDArray[np.int64]
 
@@ -46,9 +46,7 @@ def spatial_order(points: NDArray[np.float64], cells: Ints) -> tuple[Ints, Ints]
     unused = np.ones(len(points), dtype=bool)
     unused[cells] = False
     places = points - points[~unused].min(axis=0)
-    # Summed row by row: in a product of matrices the last digit depends on the number of the row.
-    heights = places[:, 0] * _DIRECTION[0] + places[:, 1] * _DIRECTION[1] + places[:, 2] * _DIRECTION[2]
-    codes = morton_codes(places / max(_BEYOND * float(places[~unused].max()), 1e-300))
+    codes, heights = curve_positions(places, float(places[~unused].max()))
     node_ids = np.lexsort((*points.T, heights, codes, unused))
     alike = (points[node_ids[1:]] == points[node_ids[:-1]]).all(axis=1) & ~unused[node_ids[1:]] & ~unused[node_ids[:-1]]
     if alike.any():
@@ -119,6 +117,19 @@ def _pieces(ranks: Ints, tied: Ints, cells: Ints) -> Ints:
 def _first_of_all(ranks: Ints, tied: Ints, cells: Ints) -> Ints:
     """(t, 1) zero for the first of the tied nodes of lowest rank, one for all others."""
     return np.asarray(np.arange(len(tied)) != np.argmin(ranks[tied]), dtype=np.int64)[:, None]
+
+
+def curve_positions(places: NDArray[np.float64], extent: float) -> tuple[Ints, NDArray[np.float64]]:
+    """Positions (n,) along Morton's curve of places (n, 3) in a box of some extent, and heights that tell more apart.
+
+    Examples
+    --------
+    >>> curve_positions(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-4]]), 1.0)
+    (array([0, 0]), array([0.00000000e+00, 3.63758620e-05]))
+    """
+    # Summed row by row: in a product of matrices the last digit depends on the number of the row.
+    heights = places[:, 0] * _DIRECTION[0] + places[:, 1] * _DIRECTION[1] + places[:, 2] * _DIRECTION[2]
+    return morton_codes(places / max(_BEYOND * extent, 1e-300)), heights
 
 
 def morton_codes(places: NDArray[np.float64]) -> Ints:

@@ -79,16 +79,18 @@ def boundary_quads(cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray
     return quads[order], faces[order] // 6
 
 
-def boundary_depths(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(k,) mean length of the edges of its cell that lead inside from each boundary quad.
+def boundary_depths(
+    points: NDArray[np.float64], cells: NDArray[np.int64], quads: NDArray[np.int64], owners: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(k,) mean length of the edges of its cell (k,) that lead inside from each boundary quad (k, 4).
 
     Examples
     --------
     >>> from hexconformal.generate import box
-    >>> boundary_depths(*box((1, 1, 1), (1.0, 2.0, 3.0)))
+    >>> points, cells = box((1, 1, 1), (1.0, 2.0, 3.0))
+    >>> boundary_depths(points, cells, *boundary_quads(cells))
     array([1., 1., 2., 2., 3., 3.])
     """
-    quads, owners = boundary_quads(cells)
     if are_collapsed(cells[owners]).any():
         return _depths_by_volume(points, cells, quads, owners)
     around = cells[owners]

@@ -4,24 +4,27 @@ Belongs here: measures with their statistics, checks, node order, what no valid 
 `common`, `elements`, `mesh` and `io`.
 """
 
-from .assessment import MixedQuality, MixedSummary, Quality, Summary, quality
+from .assessment import MEASURES, MixedQuality, MixedSummary, Quality, Summary, WorstCell, quality
 from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians
-from .checks import check, require_sound
+from .checks import cell_errors, check, require_sound
 from .node_order import orient
 from .region_measures import RegionMeasures, measure_regions
 from .statistics import Statistics, as_table, statistics
 from .winding_number import inside_out
 
 __all__ = [
+    "MEASURES",
     "MixedQuality",
     "MixedSummary",
     "Quality",
     "RegionMeasures",
     "Statistics",
     "Summary",
+    "WorstCell",
     "as_table",
     "attainable_scaled_jacobian",
     "attainable_scaled_jacobians",
+    "cell_errors",
     "check",
     "inside_out",
     "measure_regions",

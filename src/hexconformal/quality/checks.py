@@ -17,7 +17,7 @@ from .mixed_checks import check_mixed
 from .node_order import centre_determinants, detect_order
 from .point_checks import check_numbers, check_places, repeated_rows
 
-__all__ = ["Finding", "check", "require_sound"]
+__all__ = ["Finding", "cell_errors", "check", "require_sound"]
 
 _FLAT_VOLUME = 1e-10  # relative to the product of the edges
 _SAMPLED_CELLS = 20_000
@@ -66,6 +66,14 @@ def check(mesh: Any) -> tuple[Finding, ...]:
         if not any(finding.kind == "repeated nodes" for finding in found):
             found += _check_faces(mesh)
     return tuple(sorted(found, key=lambda finding: finding.severity))
+
+
+def cell_errors(mesh: HexMesh) -> list[str]:
+    """Errors that points and cells show one by one, whatever is beside them; there may be no cells."""
+    found = check_numbers(mesh)
+    if not found and len(mesh.cells):
+        found = [finding for finding in _check_cells(mesh) if finding.severity == "error"]
+    return [finding.message for finding in found]
 
 
 def _check_cells(mesh: HexMesh) -> list[Finding]:

@@ -24,7 +24,7 @@ def check_numbers(mesh: HexMesh | MixedMesh) -> list[Finding]:
     """Points that cannot be worked with, and cells of nodes that are none."""
     found, count = _check_finite(mesh), len(mesh.points)
     cells = mesh.cells
-    if cells.min() < 0 or cells.max() >= count:
+    if len(cells) and (cells.min() < 0 or cells.max() >= count):
         blocks = blocks_of(mesh)
         bad = [block.places[((block.cells < 0) | (block.cells >= count)).any(axis=1)] for block in blocks]
         ids = np.sort(np.concatenate(bad))

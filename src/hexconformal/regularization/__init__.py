@@ -1,6 +1,6 @@
 """Regularizing a mesh: options, the stages in their order, acceptance, report.
 
-Belongs here: what is done with a mesh, and when. Imports `common`, `elements`, `mesh`, `energy`, `io`,
+Belongs here: what is done with a mesh, and when. Imports `common`, `elements`, `mesh`, `energy`, `io`, `ranks`,
 `geometry`, `quality`, `page`, `solver`, `formulation` and `untangling`.
 """
 

@@ -29,6 +29,7 @@ from .acceptance import (
     with_volume_restored,
 )
 from .boundary import boundary_of
+from .on_ranks import MeshOnRanks
 from .options import Options, Record
 from .region_rows import interface_rows, region_rows
 from .report import Report
@@ -119,6 +120,8 @@ class Regularization:
         Options of the run; the defaults suit an unknown mesh.
     schedules
         Other tuned numbers than those the benchmarks were made with.
+    comm
+        An MPI communicator: every rank hands in its :class:`hexconformal.ranks.MeshPiece`, and iterates.
 
     Attributes
     ----------
@@ -145,30 +148,49 @@ class Regularization:
     True
     """
 
-    def __init__(self, mesh: Any, options: Options | None = None, schedules: Schedules | None = None) -> None:
+    def __init__(
+        self, mesh: Any, options: Options | None = None, schedules: Schedules | None = None, comm: Any = None
+    ) -> None:
         self._began = time.perf_counter()
         self.options = Options() if options is None else options
-        self.mesh, self._from_our_mesh = as_volume_mesh(mesh), isinstance(mesh, HexMesh | MixedMesh)
         self.history: list[Record] = []
-        self._notes = (*(finding.message for finding in require_sound(self.mesh)), *self.mesh.notes)
-        self._normalized = NormalizedMesh(collapsed_mesh(self.mesh), ordered=True)
         schedules = Schedules() if schedules is None else schedules
-        self._boundary = boundary_of(self._normalized, self.options, schedules)
-        free = self._boundary.barrier is None and len(self._boundary.admissible.nodes) < 2
-        if self.options.energy == "quaternionic" and free:
+        self.mesh: HexMesh | MixedMesh
+        self._normalized: NormalizedMesh
+        self._on_ranks = None if comm is None else MeshOnRanks(mesh, self.options, schedules, comm)
+        if self._on_ranks is not None:
+            whole = self._on_ranks
+            self.mesh, self._normalized, self._boundary = whole.mesh, whole.normalized, whole.boundary
+            self._notes, self._from_our_mesh = whole.notes, True
+        else:
+            self.mesh, self._from_our_mesh = as_volume_mesh(mesh), isinstance(mesh, HexMesh | MixedMesh)
+            self._notes = (*(finding.message for finding in require_sound(self.mesh)), *self.mesh.notes)
+            self._normalized = NormalizedMesh(collapsed_mesh(self.mesh), ordered=True)
+            self._boundary = boundary_of(self._normalized, self.options, schedules)
+        if self.options.energy == "quaternionic" and self._boundary.barrier is None and self._is_free:
             raise OptionError(
                 "with a free boundary the quaternionic energy shrinks the mesh to a point: fix two nodes or more, or "
                 "use energy='barrier'"
             )
         self._setting = Setting(self._normalized, self.options, schedules)
+        if self._on_ranks is not None:
+            self._on_ranks.require_stages(self._setting)
         self._stages = Stages(self._setting, self._boundary)
         self._points = self._normalized.points
         self._records = self._run()
 
     @property
+    def _is_free(self) -> bool:
+        """True where fewer nodes are constrained than hold a mesh in its place and size."""
+        constrained = np.zeros(len(self._normalized.points), dtype=bool)
+        constrained[self._boundary.admissible.nodes] = True
+        return self._normalized.space.total(self._normalized.space.own(constrained).sum()) < 2
+
+    @property
     def points(self) -> Field:
         """The best points so far, in the user's unit and order; what did not move is bit-identical to the input."""
-        return self._normalized.to_user(self._points)
+        points = self._normalized.to_user(self._points)
+        return points if self._on_ranks is None else self._on_ranks.to_given_nodes(points)
 
     def __iter__(self) -> Iterator[Record]:
         """Run, or go on where it was left; every record's mesh is acceptable, so that may be at any of them."""
@@ -184,6 +206,11 @@ class Regularization:
 
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
+        if self._on_ranks is not None:
+            points, seconds = self._normalized.to_user(self._points), time.perf_counter() - self._began
+            told = self._stages.state, self.history, self._all_notes(), seconds
+            piece, report = self._on_ranks.outcome(points, *told)
+            return Result(piece, self._on_ranks.to_given_nodes(piece.points), report, tuple(self.history))
         outcome = self._outcome()
         points = outcome.points
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
@@ -284,8 +311,10 @@ class Regularization:
         start = self._stages.state.boundary.start
         start = self._normalized.points if start is None else start
         bound, cell = attainable_scaled_jacobian(start, self._normalized.cells, held)
-        if bound < _NOTED_BELOW:
-            which = self._normalized.cell_labels[cell]
+        lowest = self._normalized.space.smallest(np.array([bound]))
+        if lowest < _NOTED_BELOW:
+            which = self._normalized.space.named(None if bound > lowest else self._normalized.cell_labels[cell])
+            bound = lowest
             notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
         return tuple(notes)
 

@@ -23,7 +23,7 @@ from ...geometry import (
     kept_edges,
     wire_features,
 )
-from ...mesh import NormalizedMesh, boundary_depths, boundary_quads
+from ...mesh import NormalizedMesh, boundary_depths
 from ...solver import (
     AdmissibleDirections,
     boundary_directions,
@@ -172,8 +172,8 @@ def boundary_of(
         there = None if there is None else _with_curves(there, points, parts[1:], features)
     depths = np.full(len(surface.faces), np.inf)
     if moves:
-        valid = normalized.valid[boundary_quads(cells)[1]]
-        depths[: len(quads)] = np.where(valid, boundary_depths(normalized.points, cells), np.inf)
+        valid = normalized.valid[normalized.skin[1]]
+        depths[: len(quads)] = np.where(valid, boundary_depths(normalized.points, cells, *normalized.skin), np.inf)
     barrier = DistanceBarrier.around(surface, tolerance, features, beside, near, there, depths)
     every = quads if inner is None else np.concatenate([quads, inner.quads])
     return Boundary(admissible, barrier, tuple(notes), every, features.patches, inner, reference, start)

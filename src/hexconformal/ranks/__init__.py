@@ -1,0 +1,39 @@
+"""Meshes that are shared out between the ranks of MPI: pieces, their distribution, and how values are summed up.
+
+Belongs here: what is exchanged between ranks, and PETSc; files of pieces. Nothing that is done with a mesh, which is
+the same wherever it is. Imports `common`, `elements`, `mesh`,
+`io` and `quality`.
+"""
+
+from .distribution import Distribution, distributed
+from .gathered_skin import GatheredSkin
+from .halo import Halo, Traffic
+from .mesh_piece import MeshPiece
+from .mpi import agreed, mpi, petsc
+from .normalized_piece import NormalizedPiece
+from .rank_space import RankSpace
+from .rank_summary import rank_summary
+from .reading import read_piece
+from .routes import Routes, gathered
+from .writing import check_piece_writable, piece_path, write_piece
+
+__all__ = [
+    "Distribution",
+    "GatheredSkin",
+    "Halo",
+    "MeshPiece",
+    "NormalizedPiece",
+    "RankSpace",
+    "Routes",
+    "Traffic",
+    "agreed",
+    "check_piece_writable",
+    "distributed",
+    "gathered",
+    "mpi",
+    "petsc",
+    "piece_path",
+    "rank_summary",
+    "read_piece",
+    "write_piece",
+]

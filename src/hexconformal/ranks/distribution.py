@@ -1,0 +1,173 @@
+"""The distribution of a mesh: which rank owns which nodes and cells, and how arrays come there and back.
+
+Nodes are numbered along Morton's curve, and every rank owns a range of numbers. A cell belongs to the owner of its
+lowest node; it is on that rank alone, and what it adds to the nodes of others is sent to these. No rank ever has more
+than its share, but for copies of the nodes around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import MeshError, first_ids
+from ..mesh import curve_positions
+from .halo import Halo
+from .mesh_piece import MeshPiece
+from .mpi import agreed, mpi
+from .rank_space import RankSpace
+from .routes import Routes
+from .skin_faces import skin_faces
+
+__all__ = ["Distribution", "distributed"]
+
+Field = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Data = dict[str, NDArray[Any]]
+
+_SAMPLES = 256  # of the nodes, for each rank, by which their numbers are made even
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """A mesh as it is shared out for work.
+
+    Attributes
+    ----------
+    piece
+        The own cells, and the nodes here [own | ghosts].
+    space
+        The space of fields on these nodes.
+    skin
+        (k, 4) faces of own cells that are on the boundary of the whole mesh, and the cell (k,) of each.
+    referenced
+        (n,) nodes that belong to a cell of any rank.
+    """
+
+    piece: MeshPiece
+    space: RankSpace
+    skin: tuple[Ints, Ints]
+    referenced: NDArray[np.bool_]
+    _homes: Routes
+    _copies: Ints
+    _owners: Routes
+    _order: Ints
+
+    def to_given_nodes(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Rows (n, ...), one for each node here, on the ranks and in the order in which the nodes were handed in."""
+        sorted_back = np.empty_like(self.space.own(rows))
+        sorted_back[self._order] = self.space.own(rows)
+        return self._homes.backward(self._owners.backward(sorted_back)[self._copies])
+
+
+def distributed(piece: MeshPiece, comm: Any) -> Distribution:
+    """Share out a mesh that all ranks hand in, each its piece; all must call it.
+
+    Raises
+    ------
+    MeshError
+        If there are no cells, pieces do not fit together, or their arrays are not the same.
+    """
+    if comm.allreduce(len(piece.cells)) == 0:
+        raise MeshError("there are no hexahedra on any rank")
+    point_data = _with_all_arrays(comm, piece.point_data, len(piece.points), "point_data")
+    cell_data = _with_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
+    _require_single_cells(comm, piece)
+    # Each id has a home, where the copies of its node meet.
+    homes = Routes(comm, _homes(comm, piece.node_ids))
+    ids, places = homes.forward(piece.node_ids), homes.forward(piece.points)
+    ids, first, copies = np.unique(ids, return_index=True, return_inverse=True)
+    copies = copies.ravel()
+    with agreed(comm):
+        apart = (places != places[first][copies]).any(axis=1)
+        if apart.any():
+            nodes = np.unique(ids[copies[apart]])
+            raise MeshError(f"copies of a node must be at one place; those at several: {first_ids(nodes)}")
+    points = places[first]
+    # From home to the owner, in the order of the curve.
+    keys, heights = _along_curve(comm, points)
+    owners = Routes(comm, np.searchsorted(_cuts(comm, keys), keys, side="right"))
+    here = [owners.forward(values) for values in (ids, points, keys, heights)]
+    order = np.lexsort((here[0], *here[1].T, here[3], here[2]))
+    ranges = np.concatenate([[0], np.cumsum(comm.allgather(len(order)))]).astype(np.int64)
+    numbers = np.empty(len(order), dtype=np.int64)
+    numbers[order] = ranges[comm.rank] + np.arange(len(order))
+    of_given = homes.backward(owners.backward(numbers)[copies])
+    # Cells to the owners of their lowest nodes.
+    cells = of_given[piece.cells].reshape(-1, 8)
+    to = Routes(comm, np.searchsorted(ranges, cells.min(axis=1, initial=ranges[-1]), side="right") - 1)
+    cells, cell_ids = to.forward(cells), to.forward(piece.cell_ids)
+    in_order = np.lexsort((cell_ids, cells.min(axis=1, initial=ranges[-1])))
+    cells, cell_ids = cells[in_order], cell_ids[in_order]
+    outside = (cells < ranges[comm.rank]) | (cells >= ranges[comm.rank + 1])
+    halo = Halo(comm, ranges, np.unique(cells[outside]))
+    space = RankSpace(halo)
+
+    def at_nodes(rows: NDArray[Any]) -> NDArray[Any]:
+        out = np.zeros((halo.count, *rows.shape[1:]), rows.dtype)
+        out[: halo.owned] = owners.forward(homes.forward(rows)[first])[order]
+        return halo.update(out)
+
+    mine = MeshPiece(
+        at_nodes(piece.points),
+        halo.local(cells),
+        {name: at_nodes(rows) for name, rows in point_data.items()},
+        {name: to.forward(rows)[in_order] for name, rows in cell_data.items()},
+        node_ids=at_nodes(piece.node_ids),
+        cell_ids=cell_ids,
+    )
+    used = np.zeros(halo.count, dtype=bool)
+    used[mine.cells] = True
+    return Distribution(mine, space, skin_faces(halo, mine.cells), space.joined(used), homes, copies, owners, order)
+
+
+def _homes(comm: Any, ids: Ints) -> Ints:
+    """The rank at which what is known of each id comes together."""
+    count = comm.allreduce(int(ids.max(initial=-1)), mpi().MAX) + 1
+    return ids // max(-(-count // comm.size), 1)
+
+
+def _along_curve(comm: Any, points: Field) -> tuple[Ints, Field]:
+    """Positions (n,) of points along the curve through the box around the points of all ranks, and their heights."""
+    low, high = np.empty(3), np.empty(3)
+    comm.Allreduce(points.min(axis=0, initial=np.inf), low, mpi().MIN)
+    comm.Allreduce(points.max(axis=0, initial=-np.inf), high, mpi().MAX)
+    return curve_positions(points - low, float((high - low).max()))
+
+
+def _cuts(comm: Any, keys: Ints) -> Ints:
+    """Positions (p - 1,) along the curve at which it is cut, so that all ranks own about as many nodes."""
+    stride = max(int(comm.allreduce(len(keys))) // (_SAMPLES * comm.size), 1)
+    sample = np.sort(np.concatenate(comm.allgather(np.sort(keys)[stride // 2 :: stride])))
+    if len(sample) == 0:
+        return np.zeros(comm.size - 1, dtype=np.int64)
+    return sample[len(sample) * np.arange(1, comm.size) // comm.size]
+
+
+def _with_all_arrays(comm: Any, data: Mapping[str, NDArray[Any]], count: int, name: str) -> Data:
+    """The arrays of a piece, with those that others have where this one is empty."""
+    kinds = {key: (array.dtype.str, array.shape[1:]) for key, array in data.items()}
+    known = [kinds for kinds, rows in comm.allgather((kinds, count)) if rows]
+    first = known[0] if known else {}
+    with agreed(comm):
+        if count and kinds != first:
+            differ = sorted({key for key in {*kinds, *first} if kinds.get(key) != first.get(key)})
+            raise MeshError(f"{name} must be of the same names, types and shapes on all ranks: {', '.join(differ)}")
+        text = sorted(key for key, (dtype, _) in first.items() if np.dtype(dtype).kind not in "biuf")
+        if text:
+            raise MeshError(f"{name} must be numbers on ranks: leave out {', '.join(text)}")
+    if count:
+        return {key: data[key] for key in first}
+    return {key: np.empty((0, *shape), dtype) for key, (dtype, shape) in first.items()}
+
+
+def _require_single_cells(comm: Any, piece: MeshPiece) -> None:
+    ids = Routes(comm, _homes(comm, piece.cell_ids)).forward(piece.cell_ids)
+    with agreed(comm):
+        names, counts = np.unique(ids, return_counts=True)
+        if len(names) < len(ids):
+            raise MeshError(f"cells must be on one rank each; on several: {first_ids(names[counts > 1])}")

@@ -1,0 +1,83 @@
+"""MPI and PETSc, which are there where they are installed, and errors that all ranks raise together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from ..common import MeshError, OptionError, ReadError, WriteError
+
+__all__ = ["agreed", "mpi", "petsc"]
+
+_ADVICE = "see 'More than one machine' in docs/install.md"
+
+
+def mpi() -> Any:
+    """The module mpi4py.MPI.
+
+    Raises
+    ------
+    OptionError
+        If it is not installed, or finds no MPI library.
+    """
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as problem:
+        raise OptionError(f"runs on ranks need mpi4py and an MPI library ({problem}): {_ADVICE}") from problem
+    return MPI
+
+
+def petsc() -> Any:
+    """The module petsc4py.PETSc, which leaves signals alone.
+
+    Raises
+    ------
+    OptionError
+        If it is not installed, or was built for another MPI, or for complex numbers.
+    """
+    try:
+        import petsc4py
+
+        petsc4py.init(["hexconformal", "-no_signal_handler"])
+        from petsc4py import PETSc
+    except (ImportError, RuntimeError) as problem:
+        raise OptionError(f"runs on ranks need petsc4py ({problem}): {_ADVICE}") from problem
+    if np.dtype(PETSc.ScalarType) != np.float64:
+        raise OptionError(f"runs on ranks need PETSc with real numbers in double precision: {_ADVICE}")
+    return PETSc
+
+
+@contextmanager
+def agreed(comm: Any, named: bool = True) -> Iterator[None]:
+    """An error that a rank raises inside is raised by all of them afterwards: none waits for one that has given up.
+
+    What no user is to blame for comes as a RuntimeError on the others.
+
+    Inside nothing may be exchanged between ranks. The message names the rank, where that is wanted.
+    """
+    problem: Exception | None = None
+    try:
+        yield
+    except Exception as raised:
+        problem = raised
+    told = None if problem is None else (_kind(problem), str(problem))
+    found = [(rank, one) for rank, one in enumerate(comm.allgather(told)) if one is not None]
+    if found:
+        rank, (kind, text) = found[0]
+        where = f"on rank {rank}: " if named and len(found) < comm.size else ""
+        raise _KINDS[kind](where + (text or "not enough memory")) from problem
+
+
+_ERRORS: tuple[type[Exception], ...] = (ReadError, MeshError, OptionError, WriteError, RuntimeError)
+_KINDS = {kind.__name__: kind for kind in _ERRORS}
+
+
+def _kind(problem: Exception) -> str:
+    """The name of what is raised everywhere: other than our own errors are those of files, or of memory."""
+    name = type(problem).__name__
+    if isinstance(problem, OSError):
+        return "WriteError"
+    return name if name in _KINDS else "MeshError" if isinstance(problem, MemoryError) else "RuntimeError"

@@ -1,0 +1,63 @@
+"""A mesh that is shared out in a unit and origin of its own, so that a run does not depend on those of the input."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common import MeshError
+from ..elements import cell_volumes, edge_lengths
+from ..mesh import NormalizedMesh
+from .distribution import Distribution
+from .rank_space import RankSpace
+
+__all__ = ["NormalizedPiece"]
+
+
+class NormalizedPiece(NormalizedMesh):
+    """What one rank has of a mesh translated and scaled to a mean edge length of one.
+
+    Nodes and cells have the order of the distribution, which is that of where they are.
+
+    Parameters
+    ----------
+    distribution
+        The mesh.
+
+    Raises
+    ------
+    MeshError
+        If most cells have negative volume, or all edges have no length.
+    """
+
+    space: RankSpace
+
+    def __init__(self, distribution: Distribution) -> None:
+        piece, self.space = distribution.piece, distribution.space
+        self.mesh, self.referenced = piece, distribution.referenced
+        self.__dict__["skin"] = distribution.skin  # of own cells those on the boundary of the whole mesh
+        self.node_ids, self.cell_ids = np.arange(len(piece.points)), np.arange(len(piece.cells))
+        self.cells = piece.cells.copy()
+        used = piece.points[self.referenced]
+        self._corner = self.space.least(used.min(axis=0, initial=np.inf))
+        extent = -self.space.least(-used.max(axis=0, initial=-np.inf)) - self._corner
+        self.unit = self.space.mean(edge_lengths(piece.points - self._corner, self.cells))
+        if self.unit == 0.0:
+            raise MeshError("cells must have a size: all their edges have no length")
+        self.points, self._diagonal = (piece.points - self._corner) / self.unit, float(np.linalg.norm(extent))
+        negative = self.space.mean(cell_volumes(self.points, self.cells) < 0.0)
+        if negative > 0.5:
+            raise MeshError(
+                f"cells with negative volume: {negative:.0%}; the mesh is mirrored or its nodes are in a foreign "
+                "order: hexconformal.orient(mesh) puts them right"
+            )
+
+    @property
+    def corner(self) -> NDArray[np.float64]:
+        """(3,) least coordinates of the mesh, in the user's unit."""
+        return self._corner
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box of the normalized points of all ranks."""
+        return self._diagonal / self.unit

@@ -1,0 +1,66 @@
+"""Rows of arrays on their way between ranks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mpi import mpi
+
+__all__ = ["Routes", "gathered"]
+
+Ints = NDArray[np.int64]
+
+
+class Routes:
+    """The ways of rows from each rank to others, and back.
+
+    Parameters
+    ----------
+    comm
+        The ranks.
+    ranks
+        (k,) the rank that each row goes to.
+
+    Attributes
+    ----------
+    count
+        Number of rows that come here.
+    """
+
+    def __init__(self, comm: Any, ranks: Ints) -> None:
+        self._comm, self._order = comm, np.argsort(ranks, kind="stable")
+        self._sent = np.bincount(ranks, minlength=comm.size).astype(np.int64)
+        self._received = np.empty_like(self._sent)
+        comm.Alltoall(self._sent, self._received)
+        self.count = int(self._received.sum())
+
+    def forward(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """What comes here of rows (k, ...), those of lower ranks first, each rank's in its order."""
+        return self._exchange(rows[self._order], self._sent, self._received)
+
+    def backward(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Rows (count, ...), one for each that came, at the places (k,) of those that went."""
+        back = self._exchange(rows, self._received, self._sent)
+        out = np.empty_like(back)
+        out[self._order] = back
+        return out
+
+    def _exchange(self, rows: NDArray[Any], sent: Ints, received: Ints) -> NDArray[Any]:
+        rows = np.ascontiguousarray(rows)
+        out = np.empty((int(received.sum()), *rows.shape[1:]), rows.dtype)
+        # A row is one datum, so that counts stay within 32 bits.
+        kind = mpi().BYTE.Create_contiguous(rows.dtype.itemsize * int(np.prod(rows.shape[1:], dtype=np.int64)))
+        kind.Commit()
+        ends = [np.concatenate([[0], np.cumsum(counts)[:-1]]) for counts in (sent, received)]
+        self._comm.Alltoallv([rows, sent, ends[0], kind], [out, received, ends[1], kind])
+        kind.Free()
+        return out
+
+
+def gathered(comm: Any, rows: NDArray[Any]) -> NDArray[Any]:
+    """The rows of all ranks on rank 0, those of lower ranks first; none on others."""
+    routes = Routes(comm, np.zeros(len(rows), dtype=np.int64))
+    return routes.forward(rows)

@@ -1,0 +1,136 @@
+"""A run's mesh where it is shared out between ranks: taken in, checked, and reported on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common import MeshError, OptionError
+from ...formulation import Schedules
+from ...quality import cell_errors, quality
+from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary
+from ..options import Options, Record
+from ..report import Report
+from ..setting import Setting
+from ..stages import State
+from .boundary_on_ranks import BoundaryOnRanks
+from .stages_there import require_options, require_single_region
+
+__all__ = ["MeshOnRanks"]
+
+Field = NDArray[np.float64]
+
+
+class MeshOnRanks:
+    """What a run needs of a mesh that all ranks hand in together; all must do the same with it.
+
+    Parameters
+    ----------
+    piece
+        The :class:`hexconformal.ranks.MeshPiece` of this rank.
+    options, schedules
+        Of the run.
+    comm
+        The ranks.
+
+    Attributes
+    ----------
+    mesh, normalized
+        Own cells, and the nodes of this rank, as they came and as they are worked on.
+    boundary
+        What nodes here may do.
+    notes
+        Decisions, in words.
+    """
+
+    def __init__(self, piece: Any, options: Options, schedules: Schedules, comm: Any) -> None:
+        with agreed(comm):
+            petsc()
+            require_options(options)
+            _require_sound(MeshPiece.of(piece))
+        self._options, self._distribution = options, distributed(piece, comm)
+        self.mesh = self._distribution.piece
+        with agreed(comm):
+            _require_sound(self.mesh)
+        require_single_region(self.mesh, options, comm)
+        self.normalized, self.notes = NormalizedPiece(self._distribution), tuple[str, ...]()
+        self._boundary = BoundaryOnRanks.of(self.normalized, options, schedules)
+        self.boundary = self._boundary.boundary
+
+    def require_stages(self, setting: Setting) -> None:
+        """Raise an OptionError where the mesh needs a stage that is not there."""
+        if self._options.energy == "barrier" and setting.is_tangled:
+            space = self.normalized.space
+            bad = int(space.total((~self.normalized.valid | setting.flat(self.normalized.points)).sum()))
+            raise OptionError(
+                f"runs on ranks cannot untangle yet, and {bad} cells are invalid or have next to no volume: run "
+                "without comm, or take energy='quaternionic', which leaves them as they are"
+            )
+
+    def to_given_nodes(self, points: Field) -> Field:
+        """Points (n, 3) in the order in which this rank handed in its nodes."""
+        return self._distribution.to_given_nodes(points)
+
+    def outcome(
+        self, points: Field, state: State, history: Sequence[Record], notes: Sequence[str], seconds: float
+    ) -> tuple[MeshPiece, Report]:
+        """The better mesh, own cells and their nodes, and the report, the same on all ranks.
+
+        Parameters
+        ----------
+        points
+            (n, 3) points, in the user's unit.
+        state, history, notes, seconds
+            Of the run.
+        """
+        space, normalized, mesh = self.normalized.space, self.normalized, self.mesh
+        reason, options = state.reason, self._options
+        distances = self._boundary.measures(normalized.points, normalized.from_user(points), normalized, options)
+        if options.boundary == "slide" and 0.0 < options.hausdorff < distances[0]:
+            reason = f"the surface would move by {distances[0]:.4g}: the input is returned"
+            points = np.array(mesh.points)
+            distances = self._boundary.measures(normalized.points, normalized.points, normalized, options)
+        before, after = quality(mesh), quality(mesh.replaced(points=points))
+        shift = points - mesh.points
+        moved = np.linalg.norm(shift, axis=1)
+        skin = np.zeros(len(points), dtype=bool)
+        skin[normalized.quads] = True
+        skin = space.joined(skin)
+        if len(history) > 1 and not space.anywhere(bool((moved > 0.0).any())):
+            reason += "; nothing better than the input was found"
+        report = Report(
+            before=rank_summary(before, space),
+            after=rank_summary(after, space),
+            energy_before=history[0].energy if history else float("nan"),
+            energy_after=history[-1].energy if history else float("nan"),
+            boundary_moved=int(space.total((space.own(moved) > 0.0)[space.own(skin)].sum())),
+            largest_displacement=max(space.largest(moved), 0.0),
+            diagonal=normalized.diagonal * normalized.unit,
+            iterations=max(len(history) - 1, 0),
+            seconds=seconds,
+            reason=reason,
+            converged=state.converged,
+            options=options.described(),
+            notes=(*notes, f"ranks: {space.halo.comm.size}"),
+            hausdorff=distances[0],
+            mean_distance=distances[1],
+            sharp_edges=distances[2],
+        )
+        better = mesh.replaced(
+            points=points,
+            point_data={"moved_by": shift},
+            cell_data={
+                "scaled_jacobian": after.scaled_jacobian,
+                "scaled_jacobian_change": after.scaled_jacobian - before.scaled_jacobian,
+            },
+        )
+        return better, report
+
+
+def _require_sound(piece: MeshPiece) -> None:
+    errors = cell_errors(piece)
+    if errors:
+        raise MeshError("; ".join(errors))

@@ -1,0 +1,66 @@
+"""What runs on ranks can do, and what not yet: this is said before the work, with what to do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...common import OptionError
+from ...mesh import REGION_ARRAYS
+from ...ranks import MeshPiece
+from ..options import Options
+
+__all__ = ["require_options", "require_single_region"]
+
+_LESS = "runs on ranks cannot {}: {}"
+
+
+def require_options(options: Options) -> None:
+    """Raise an OptionError unless the options ask for what runs on ranks can do."""
+    wanted: tuple[tuple[bool, str, str], ...] = (
+        (options.raises_worst, "raise the worst cells yet", "take emphasis='mean', or run without comm"),
+        (
+            options.method == "majorize" and options.energy == "barrier",
+            "majorize the barrier yet",
+            "take method='auto', 'lbfgs' or 'newton'",
+        ),
+        (options.changes_sizes, "give cells other sizes yet", "take sizes='input' or 'free'"),
+        (options.surface is not None, "slide on another surface yet", "leave surface out, or run without comm"),
+        (options.conserve_volume, "give volume back yet", "leave conserve_volume out, or run without comm"),
+        (_is_given(options.interfaces), "take interfaces that are given yet", "take interfaces='ignore'"),
+        (_is_given(options.couplings), "move nodes together yet", "take couplings='ignore'"),
+        (
+            not isinstance(options.target, str),
+            "take targets of single cells yet",
+            "take target='auto', 'cube', 'input' or 'a:b:c'",
+        ),
+        (
+            not (options.fixed is None or isinstance(options.fixed, str)),
+            "take masks of nodes to hold yet",
+            "put one into point_data of the pieces, and give its name",
+        ),
+    )
+    for asked, what, advice in wanted:
+        if asked:
+            raise OptionError(_LESS.format(what, advice))
+
+
+def require_single_region(piece: MeshPiece, options: Options, comm: Any) -> None:
+    """Raise an OptionError where the cells of all ranks are of several regions, the faces between which are kept."""
+    if options.interfaces == "ignore":
+        return
+    known = {name.lower() for name in REGION_ARRAYS}
+    ends = {name: _ends(values) for name, values in piece.cell_data.items() if name.lower() in known}
+    found = comm.allgather(ends)
+    for name in ends:
+        if len(set().union(*(one[name] for one in found))) > 1:
+            advice = "take interfaces='ignore', or run without comm"
+            raise OptionError(_LESS.format(f"keep interfaces between regions (array {name!r}) yet", advice))
+
+
+def _ends(values: Any) -> set[Any]:
+    """The smallest and the largest of values, if any."""
+    return {values.min().item(), values.max().item()} if values.size else set()
+
+
+def _is_given(value: Any) -> bool:
+    return not (isinstance(value, str) and value in ("auto", "ignore"))
