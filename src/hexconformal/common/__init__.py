@@ -7,7 +7,7 @@ Belongs here: what knows nothing of meshes. Imports no other room.
 from .child_process import python_can_be_started, run_python
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, first_names, unusable_points
 from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
-from .interruption import as_interruption, interruptible, uninterrupted
+from .interruption import as_interruption, interruptible, interruption_waits, uninterrupted
 from .loaded_later import loaded_later
 from .output_places import OutputPlace, require_distinct_places, same_file
 from .schedule import Schedule, tuned
@@ -43,6 +43,7 @@ __all__ = [
     "first_ids",
     "first_names",
     "interruptible",
+    "interruption_waits",
     "is_number",
     "json_safe",
     "loaded_later",

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["as_interruption", "interruptible", "uninterrupted"]
+__all__ = ["as_interruption", "interruptible", "interruption_waits", "uninterrupted"]
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
@@ -58,6 +58,11 @@ def uninterrupted() -> Iterator[None]:
         if depth == 0 and _Postponed.signal:
             number, _Postponed.signal = _Postponed.signal, 0
             signal.raise_signal(number)
+
+
+def interruption_waits() -> bool:
+    """True where a signal has come that will take effect at the end of :func:`uninterrupted`."""
+    return _Postponed.signal != 0
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

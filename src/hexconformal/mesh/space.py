@@ -73,16 +73,20 @@ class Space:
 
     def mean(self, values: NDArray[Any]) -> float:
         """Mean of the values of all parts."""
-        return float(np.mean(values))
+        return float(self.means(values.reshape(1, -1))[0])
+
+    def means(self, rows: NDArray[Any]) -> Field:
+        """Mean of each of some rows (k, m) of values of all parts."""
+        return np.array([row.mean() for row in rows])
 
     def median(self, values: Field) -> float:
         """Median of the values of all parts."""
         return float(np.median(values))
 
-    def percentiles(self, values: Field, shares: Sequence[float]) -> Field:
-        """Those of the values of all parts that shares of them, in per cent, do not exceed."""
+    def percentiles(self, rows: Field, shares: Sequence[float]) -> Field:
+        """Those of the values of all parts, in each of some rows (k, m), that shares, in per cent, do not exceed."""
         # Values of cells, not interpolated: exact, and infinite ones do no harm.
-        return np.asarray(np.percentile(values, shares, method="inverted_cdf"))
+        return np.array([np.percentile(row, shares, method="inverted_cdf") for row in rows])
 
     def named(self, label: Any) -> Any:
         """A label that a part has, where others have None; the first of several."""

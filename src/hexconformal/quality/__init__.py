@@ -9,7 +9,7 @@ from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jaco
 from .checks import cell_errors, check, require_sound
 from .node_order import orient
 from .region_measures import RegionMeasures, measure_regions
-from .statistics import Statistics, as_table, statistics
+from .statistics import Statistics, as_table, distributions, statistics
 from .winding_number import inside_out
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "attainable_scaled_jacobians",
     "cell_errors",
     "check",
+    "distributions",
     "inside_out",
     "measure_regions",
     "orient",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..mesh import SERIAL, Space
 
-__all__ = ["Statistics", "as_table", "statistics"]
+__all__ = ["Statistics", "as_table", "distributions", "statistics"]
 
 _PERCENTILES = (1, 5, 25, 50, 75, 95, 99)
 
@@ -25,15 +25,20 @@ class Statistics:
     percentiles: dict[int, float]
 
 
-def statistics(values: NDArray[np.float64], space: Space = SERIAL) -> Statistics:
-    """The distribution of a measure, over the cells of all parts."""
-    percentiles = space.percentiles(values, _PERCENTILES)
-    return Statistics(
-        space.smallest(values),
-        space.mean(values),
-        space.largest(values),
-        dict(zip(_PERCENTILES, percentiles.tolist(), strict=True)),
-    )
+def statistics(values: NDArray[np.float64]) -> Statistics:
+    """The distribution of a measure."""
+    return distributions(values[None])[0]
+
+
+def distributions(measures: NDArray[np.float64], space: Space = SERIAL) -> list[Statistics]:
+    """The distributions of some measures (k, m), over the cells of all parts."""
+    lowest, below = measures.min(axis=1, initial=np.inf), (-measures).min(axis=1, initial=np.inf)
+    smallest, largest = np.split(space.least(np.concatenate([lowest, below])), 2)
+    rows = zip(smallest, space.means(measures), -largest, space.percentiles(measures, _PERCENTILES), strict=True)
+    return [
+        Statistics(float(low), float(mean), float(high), dict(zip(_PERCENTILES, places.tolist(), strict=True)))
+        for low, mean, high, places in rows
+    ]
 
 
 def as_table(distributions: Mapping[str, Statistics]) -> list[str]:

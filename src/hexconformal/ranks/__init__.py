@@ -9,7 +9,7 @@ from .distribution import Distribution, distributed
 from .gathered_skin import GatheredSkin
 from .halo import Halo, Traffic
 from .mesh_piece import MeshPiece
-from .mpi import agreed, mpi, petsc
+from .mpi import agreed, is_agreed, mpi, petsc
 from .normalized_piece import NormalizedPiece
 from .rank_space import RankSpace
 from .rank_summary import rank_summary
@@ -30,6 +30,7 @@ __all__ = [
     "check_piece_writable",
     "distributed",
     "gathered",
+    "is_agreed",
     "mpi",
     "petsc",
     "piece_path",

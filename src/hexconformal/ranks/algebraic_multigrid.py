@@ -85,7 +85,8 @@ def _own_rows(
     entries = here[2], (here[0] - ends[comm.rank], here[1])
     summed = scipy.sparse.coo_matrix(entries, shape=(count, int(ends[-1]))).tocsr()
     summed.sum_duplicates()
-    diagonal = np.arange(count), np.arange(count) + ends[comm.rank]
-    found = np.asarray(summed[diagonal]).ravel()
+    first = int(ends[comm.rank])
+    diagonal = np.arange(count), np.arange(first, first + count)
+    found = summed.diagonal(first) if count else np.empty(0)
     shift = scipy.sparse.coo_matrix((_SHIFT * found, diagonal), shape=summed.shape)
     return scipy.sparse.csr_matrix(summed + shift.tocsr())

@@ -10,8 +10,9 @@ import numpy as np
 
 from ..common import MeshError, OptionError, ReadError, WriteError
 
-__all__ = ["agreed", "mpi", "petsc"]
+__all__ = ["agreed", "is_agreed", "mpi", "petsc"]
 
+_OF_ALL = "of_all_ranks"  # attribute of errors that all ranks have raised
 _ADVICE = "see 'More than one machine' in docs/install.md"
 
 
@@ -68,7 +69,14 @@ def agreed(comm: Any, named: bool = True) -> Iterator[None]:
     if found:
         rank, (kind, text) = found[0]
         where = f"on rank {rank}: " if named and len(found) < comm.size else ""
-        raise _KINDS[kind](where + (text or "not enough memory")) from problem
+        error = _KINDS[kind](where + (text or "not enough memory"))
+        setattr(error, _OF_ALL, True)
+        raise error from problem
+
+
+def is_agreed(problem: BaseException) -> bool:
+    """True of an error that all ranks have raised by :func:`agreed`."""
+    return hasattr(problem, _OF_ALL)
 
 
 _ERRORS: tuple[type[Exception], ...] = (ReadError, MeshError, OptionError, WriteError, RuntimeError)

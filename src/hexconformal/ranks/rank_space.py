@@ -36,6 +36,11 @@ class RankSpace(Space):
         self.halo = halo
         self.hierarchy = partial(AlgebraicMultigrid, halo)
 
+    @classmethod
+    def of_cells(cls, comm: Any) -> RankSpace:
+        """The space of values on cells, each of which one rank has; there are no nodes."""
+        return cls(Halo(comm, np.zeros(comm.size + 1, dtype=np.int64), np.empty(0, dtype=np.int64)))
+
     def own(self, field: Array) -> Array:
         """The rows of own nodes."""
         return field[: self.halo.owned]  # type: ignore[return-value]
@@ -43,7 +48,11 @@ class RankSpace(Space):
     # ------------------------------------------------------------------------------ values of all ranks
     def total(self, value: float) -> float:
         """The sum of what every rank has."""
-        return float(self._reduced(np.array([value], dtype=np.float64), mpi().SUM)[0])
+        return float(self.totals(np.array([value], dtype=np.float64))[0])
+
+    def totals(self, values: Array) -> Array:
+        """The sums of what every rank has, number by number."""
+        return self._reduced(values, mpi().SUM)
 
     def everywhere(self, holds: bool) -> bool:
         """True where something holds on every rank."""
@@ -53,20 +62,20 @@ class RankSpace(Space):
         """The least of what every rank has, number by number."""
         return self._reduced(values, mpi().MIN)
 
-    def mean(self, values: NDArray[Any]) -> float:
-        """Mean of the values of all ranks; NaN where there are none."""
-        total, count = self._reduced(np.array([values.sum(), values.size], dtype=np.float64), mpi().SUM)
-        return float(total / count) if count else float("nan")
+    def means(self, rows: NDArray[Any]) -> Field:
+        """Mean of each of some rows (k, m) of values of all ranks; NaN where there are none."""
+        *sums, count = self.totals(np.append(rows.sum(axis=1), rows.shape[1]).astype(np.float64))
+        return np.array(sums) / count if count else np.full(len(sums), np.nan)
 
     def median(self, values: Field) -> float:
         """Median of the values of all ranks; NaN where there are none."""
         count = int(self.total(len(values)))
-        return float(self._ordered(values, [(count - 1) // 2, count // 2]).mean()) if count else float("nan")
+        return float(self._ordered(values[None], [(count - 1) // 2, count // 2]).mean()) if count else float("nan")
 
-    def percentiles(self, values: Field, shares: Sequence[float]) -> Field:
-        """Those of the values of all ranks that shares of them, in per cent, do not exceed."""
-        count = int(self.total(len(values)))
-        return self._ordered(values, [max(int(np.ceil(count * (share / 100.0) - 1.0)), 0) for share in shares])
+    def percentiles(self, rows: Field, shares: Sequence[float]) -> Field:
+        """Those of the values of all ranks, in each of some rows, that shares of them, in per cent, do not exceed."""
+        count = int(self.total(rows.shape[1]))
+        return self._ordered(rows, [max(int(np.ceil(count * (share / 100.0) - 1.0)), 0) for share in shares])
 
     def named(self, label: Any) -> Any:
         """A label that a rank has, where others have None; the first of several."""
@@ -78,16 +87,21 @@ class RankSpace(Space):
         self.halo.traffic.reductions += 1
         return out
 
-    def _ordered(self, values: Field, places: Sequence[int]) -> Field:
-        """The values at places in the order of those of all ranks, found by halving the range of their bits."""
-        keys = np.sort(_as_integers(values))
+    def _ordered(self, rows: Field, places: Sequence[int]) -> Field:
+        """The values of each row (k, m) at places (p,) in the order of those of all ranks, (k, p).
+
+        Four bits of all of them at once are found in one exchange, the highest first.
+        """
+        keys = np.sort(_as_integers(rows), axis=1)
         wanted = np.asarray(places, dtype=np.int64) + 1
-        low, high = (np.full(len(wanted), getattr(np.iinfo(np.int64), end)) for end in ("min", "max"))
-        while (low < high).any():
-            middle = (low >> 1) + (high >> 1) + (low & high & 1)
-            enough = self._reduced(np.searchsorted(keys, middle, side="right"), mpi().SUM) >= wanted
-            low, high = np.where(enough, low, middle + 1), np.where(enough, middle, high)
-        return _as_numbers(low)
+        found = np.zeros((len(rows), len(wanted)), dtype=np.uint64)
+        for shift in range(60, -1, -4):
+            ends = found[..., None] + (np.arange(1, 17, dtype=np.uint64) << np.uint64(shift)) - np.uint64(1)
+            pairs = zip(keys, ends, strict=True)
+            counts = np.array([np.searchsorted(row, end.ravel(), side="right") for row, end in pairs])
+            enough = self.totals(counts.reshape(ends.shape)) >= wanted[:, None]
+            found += enough.argmax(axis=2).astype(np.uint64) << np.uint64(shift)
+        return _as_numbers(found)
 
     # -------------------------------------------------------------------------------- fields on nodes
     def update(self, field: Array) -> Array:
@@ -104,11 +118,14 @@ class RankSpace(Space):
         return np.asarray(self.update(counts) > 0)
 
 
-def _as_integers(values: Field) -> NDArray[np.int64]:
-    """Integers in the order of numbers: their bits, those of negative ones the other way round."""
-    bits = np.ascontiguousarray(values, dtype=np.float64).view(np.int64)
-    return np.where(bits < 0, bits ^ np.iinfo(np.int64).max, bits)
+_SIGN = np.uint64(1 << 63)
 
 
-def _as_numbers(keys: NDArray[np.int64]) -> Field:
-    return np.where(keys < 0, keys ^ np.iinfo(np.int64).max, keys).view(np.float64)
+def _as_integers(values: Field) -> NDArray[np.uint64]:
+    """Integers in the order of numbers: their bits, all of them turned where the number is negative."""
+    bits = np.ascontiguousarray(values, dtype=np.float64).view(np.uint64)
+    return np.where(bits & _SIGN, ~bits, bits | _SIGN)
+
+
+def _as_numbers(keys: NDArray[np.uint64]) -> Field:
+    return np.where(keys & _SIGN, keys & ~_SIGN, ~keys).view(np.float64)

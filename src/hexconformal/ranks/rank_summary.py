@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from ..quality import MEASURES, Quality, Summary, WorstCell, statistics
+import numpy as np
+
+from ..quality import MEASURES, Quality, Summary, WorstCell, distributions
 from .rank_space import RankSpace
 
 __all__ = ["rank_summary"]
@@ -23,11 +25,15 @@ def rank_summary(measured: Quality, space: RankSpace, worst: int = 5) -> Summary
     named = measured.summary(worst).worst if len(measured.valid) else ()
     every = [cell for cells in space.halo.comm.allgather(named) for cell in cells]
     first: list[WorstCell] = sorted(every, key=lambda cell: cell.scaled_jacobian)[: max(worst, 0)]
+    inverted, valid = measured.scaled_jacobian <= 0, measured.valid
+    own = len(valid), inverted.sum(), (~valid).sum(), measured.volume.sum()
+    count, folded, invalid, volume = space.totals(np.array(own, dtype=np.float64)).tolist()
+    measures = distributions(np.array([getattr(measured, name) for name in MEASURES]), space)
     return Summary(
-        count=int(space.total(len(measured.valid))),
-        inverted=int(space.total((measured.scaled_jacobian <= 0).sum())),
-        invalid=int(space.total((~measured.valid).sum())),
-        total_volume=space.total(measured.volume.sum()),
-        **{name: statistics(getattr(measured, name), space) for name in MEASURES},
+        count=int(count),
+        inverted=int(folded),
+        invalid=int(invalid),
+        total_volume=volume,
+        **dict(zip(MEASURES, measures, strict=True)),
         worst=tuple(first),
     )

@@ -6,11 +6,12 @@ from argparse import ArgumentParser, Namespace
 
 from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
 from ...page import ReportText
+from ..on_ranks import add_mpi, quality_on_ranks
 from ..progress import Progress
 from ..terminal import print_line, print_text
 from .arguments import STDOUT, add_html, add_input, add_overwrite, note_dropped
 from .kinds import read_any_mesh
-from .results.outputs import check_page, check_paths, check_pictures, named_inputs
+from .results.outputs import check_page, check_paths, check_pictures, named_inputs, print_summary
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
@@ -34,12 +35,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--worst", type=int, default=5, metavar="N", help="name the N worst cells (default 5)")
     parser.add_argument("--out", dest="output", metavar="FILE", help="write the mesh with the measures as cell arrays")
     add_overwrite(parser)
+    add_mpi(parser, "--out is a .pvtu file and a piece of each rank")
 
 
 def run(arguments: Namespace) -> int:
     """Measure a mesh, or a surface where there are no solid cells."""
     if arguments.worst < 0:
         raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
+    if arguments.mpi:
+        return quality_on_ranks(arguments)
     to_file = None if arguments.json == STDOUT else arguments.json
     files = [arguments.output, to_file, arguments.plot, arguments.picture, arguments.html]
     check_paths(files, named_inputs(arguments.input), arguments.overwrite)
@@ -69,13 +73,6 @@ def run(arguments: Namespace) -> int:
     if arguments.json == STDOUT:
         print_text(summary.to_json())
     else:
-        print_text(summary)
-        if summary.worst:
-            typed = ", type" if hasattr(summary.worst[0], "type") else ""
-            print_line(f"worst cells (id, {kind.worst_measure.replace('_', ' ')}, centre{typed})")
-        for cell in summary.worst:
-            centre = ", ".join(f"{x:.6g}" for x in cell.centre)
-            line = f"{cell.id:>10} {getattr(cell, kind.worst_measure):>10.5f}  ({centre})  {getattr(cell, 'type', '')}"
-            print_line(line.rstrip())
+        print_summary(summary, kind.worst_measure)
     note_dropped(arguments.output, dropped)
     return 0

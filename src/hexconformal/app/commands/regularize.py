@@ -13,6 +13,7 @@ from ...elements import QUADRATIC_TYPES, corner_scaled_jacobian
 from ...mesh import HexMesh, MixedMesh, blocks_of, collapsed_mesh, find_regions, region_arrays
 from ...quality import quality
 from ...regularization import Options, run_on
+from ..on_ranks import add_mpi, regularize_on_ranks
 from .arguments import add_input, add_output, add_outputs, read_to_work_on
 from .choices import add_choice, add_interfaces
 from .kinds import VOLUMES, MeshKind
@@ -26,6 +27,7 @@ EXAMPLES = """  hexconformal regularize part.vtu better.vtu
   hexconformal regularize part.msh better.msh --boundary fixed --history run.csv --frames run.pvd
   hexconformal regularize layers.vtu better.vtu --target input --fixed wall
   hexconformal regularize part.vtu better.vtu --html report.html
+  mpiexec -n 4 hexconformal regularize part.vtu better.pvtu --mpi --boundary fixed --emphasis mean
   hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --worst-picture worst.png
 """
 
@@ -34,6 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     add_input(parser, "solid cells that are not linear, with keep all beside hexahedra")
     add_output(parser)
+    add_mpi(parser, "OUT is a .pvtu file and a piece of each rank")
     shape = parser.add_argument_group("how the shape is kept")
     add_choice(shape, "boundary", "boundary nodes slide along the surface, stay, or go where they like")
     shape.add_argument(
@@ -134,4 +137,6 @@ class RegularizeJob:
 def run(arguments: Namespace) -> int:
     """Regularize a mesh; an interruption leaves the mesh reached so far."""
     options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
+    if arguments.mpi:
+        return regularize_on_ranks(arguments, options)
     return run_command(arguments, VOLUMES, lambda: RegularizeJob(read_to_work_on(arguments), options))

@@ -22,8 +22,9 @@ from ....io import files_named_by
 from ....page import PAGE_EXTENSIONS
 from ....plots import PICTURE_EXTENSIONS, require_rendering
 from ....runs import series_place
+from ...terminal import print_line, print_text
 
-__all__ = ["Outputs", "check_page", "check_paths", "check_pictures", "named_inputs"]
+__all__ = ["Outputs", "check_page", "check_paths", "check_pictures", "named_inputs", "print_summary"]
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,18 @@ def check_paths(outputs: Sequence[str | None], inputs: Mapping[Path, str], overw
     require_distinct_places(places, inputs)
     for place in places:
         check_writable(place.path)
+
+
+def print_summary(summary: Any, worst_measure: str) -> None:
+    """Print the quality of a mesh, and its worst cells."""
+    print_text(summary)
+    if summary.worst:
+        typed = ", type" if hasattr(summary.worst[0], "type") else ""
+        print_line(f"worst cells (id, {worst_measure.replace('_', ' ')}, centre{typed})")
+    for cell in summary.worst:
+        centre = ", ".join(f"{x:.6g}" for x in cell.centre)
+        line = f"{cell.id:>10} {getattr(cell, worst_measure):>10.5f}  ({centre})  {getattr(cell, 'type', '')}"
+        print_line(line.rstrip())
 
 
 def _place_of(path: Path) -> OutputPlace:

@@ -1,0 +1,178 @@
+"""Commands on the ranks of MPI: every rank runs them, rank 0 speaks."""
+
+from __future__ import annotations
+
+import time
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any
+
+from ..common import (
+    MeshError,
+    OptionError,
+    WriteError,
+    interruption_waits,
+    uninterrupted,
+    unusable_points,
+    write_text,
+)
+from ..kernel import use_threads
+from ..quality import quality
+from ..ranks import (
+    MeshPiece,
+    RankSpace,
+    agreed,
+    check_piece_writable,
+    is_agreed,
+    mpi,
+    piece_path,
+    rank_summary,
+    read_piece,
+    write_piece,
+)
+from ..regularization import Options, Regularization
+from ..runs import HistoryFile
+from .commands.arguments import STDOUT
+from .commands.outputs import check_paths, named_inputs, print_summary
+from .progress import Progress
+from .terminal import print_line, print_text
+
+__all__ = ["add_mpi", "quality_on_ranks", "regularize_on_ranks"]
+
+_HEADSTART = 1.0  # seconds: where all ranks fail alike rank 0 says so before another ends them all
+
+
+def add_mpi(parser: ArgumentParser, output: str) -> None:
+    """Add the flag that makes a command one of all ranks; `output` says what it writes then."""
+    parser.add_argument(
+        "--mpi", action="store_true", help=f"work on the ranks that mpiexec has started, each on its share; {output}"
+    )
+
+
+def regularize_on_ranks(arguments: Namespace, options: Options) -> int:
+    """Regularize a mesh on all ranks; an interruption of any of them leaves the mesh reached so far."""
+
+    def work(comm: Any) -> int:
+        for flag in ("frames", "plot", "picture", "worst_picture"):
+            _refuse(getattr(arguments, flag) is not None, f"--{flag.replace('_', '-')}")
+        _refuse(arguments.other_cells != "refuse", "--other-cells keep")
+        _refuse(arguments.linearize, "--linearize")
+        _check(arguments, [arguments.output, arguments.history, _file(arguments.report)], comm)
+        check_piece_writable(arguments.output, comm)
+        with Progress(arguments.quiet or comm.rank > 0) as progress, uninterrupted():
+            progress.show(f"reading {arguments.input}")
+            run = Regularization(read_piece(arguments.input, comm), options, comm=comm)
+            interrupted = _iterate(run, arguments.history if comm.rank == 0 else None, progress, comm)
+            progress.show(f"writing {arguments.output}")
+            result = run.result()
+            write_piece(arguments.output, result.mesh, comm)
+            if comm.rank == 0:
+                _tell(arguments, result.report, interrupted)
+        return 130 if interrupted else 0
+
+    return _on_ranks(arguments, work)
+
+
+def quality_on_ranks(arguments: Namespace) -> int:
+    """Measure a mesh on all ranks."""
+
+    def work(comm: Any) -> int:
+        for flag in ("plot", "picture"):
+            _refuse(getattr(arguments, flag) is not None, f"--{flag}")
+        _check(arguments, [arguments.output, _file(arguments.json)], comm)
+        if arguments.output is not None:
+            check_piece_writable(arguments.output, comm)
+        piece = read_piece(arguments.input, comm)
+        with agreed(comm):
+            odd, text = unusable_points(piece.points, piece.node_labels)
+            if len(odd):
+                raise MeshError(f"{arguments.input}: {text}")
+        measured = quality(piece)
+        summary = rank_summary(measured, RankSpace.of_cells(comm), arguments.worst)
+        if arguments.output is not None:
+            better: MeshPiece = piece.replaced(cell_data=measured.arrays())
+            write_piece(arguments.output, better, comm)
+        if comm.rank == 0:
+            if arguments.json is None:
+                print_summary(summary, "scaled_jacobian")
+            else:
+                _write_or_print(arguments.json, summary.to_json())
+        return 0
+
+    return _on_ranks(arguments, work)
+
+
+def _on_ranks(arguments: Namespace, work: Callable[[Any], int]) -> int:
+    """Do something on all ranks: what one of them cannot go on from ends all, with its message."""
+    comm = mpi().COMM_WORLD
+    # Processors are for ranks, unless somebody says how many each has.
+    use_threads(arguments.threads or 1)
+    try:
+        return work(comm)
+    except KeyboardInterrupt:
+        return 130
+    except Exception as problem:
+        if is_agreed(problem):
+            if comm.rank == 0:
+                raise
+            return 2 if isinstance(problem, OptionError) else 1
+        if comm.size == 1:
+            raise
+        if comm.rank > 0:
+            time.sleep(_HEADSTART)
+        known = isinstance(problem, MeshError | OptionError | WriteError)
+        kind = "" if known else f"{type(problem).__name__}: "
+        print_line(f"error on rank {comm.rank}: {kind}{' '.join(str(problem).split())}", error=True)
+        comm.Abort(2 if isinstance(problem, OptionError) else 1)
+        raise
+
+
+def _refuse(asked: bool, what: str) -> None:
+    if asked:
+        raise OptionError(f"{what} must go without --mpi: it is not there on ranks yet")
+
+
+def _file(path: str | None) -> str | None:
+    return None if path == STDOUT else path
+
+
+def _check(arguments: Namespace, outputs: list[str | None], comm: Any) -> None:
+    """Raise on all ranks unless outputs can be written and are none of the inputs."""
+    with agreed(comm, named=False):
+        inputs = named_inputs(arguments.input)
+        if comm.rank == 0:
+            check_paths(outputs, inputs, arguments.overwrite)
+        pieces = set() if outputs[0] is None else {piece_path(outputs[0], rank).resolve() for rank in range(comm.size)}
+        if not arguments.overwrite and pieces & {path.resolve() for path in inputs}:
+            raise OptionError(f"pieces of {outputs[0]} are pieces of the input: add --overwrite to replace them")
+
+
+def _iterate(run: Regularization, history: str | None, progress: Progress, comm: Any) -> bool:
+    """Run to the end; True where a rank was interrupted, which all leave at the same iteration."""
+    with ExitStack() as stack:
+        file = None if history is None else stack.enter_context(HistoryFile(history))
+        for record in run:
+            if file is not None:
+                file.add(record)
+            progress.show(str(record))
+            if comm.allreduce(int(interruption_waits()), mpi().MAX):
+                return True
+    return False
+
+
+def _tell(arguments: Namespace, report: Any, interrupted: bool) -> None:
+    if arguments.report is not None:
+        _write_or_print(arguments.report, report.to_json())
+    if arguments.report != STDOUT and not arguments.quiet:
+        print_text(report)
+        print_line(f"wrote {arguments.output} and its pieces")
+    if interrupted:
+        print_line(f"interrupted: the mesh of iteration {report.iterations} is in {arguments.output}", error=True)
+
+
+def _write_or_print(path: str, text: str) -> None:
+    if path == STDOUT:
+        print_text(text)
+    else:
+        write_text(path, text + "\n")

@@ -1,0 +1,36 @@
+"""Every case on ranks: final points, iterations and reports, into the file that is named."""
+
+import json
+import sys
+
+import numpy as np
+from cases import CASES
+from mpi4py import MPI
+
+from hexconformal import Regularization
+from hexconformal.ranks import MeshPiece
+
+comm = MPI.COMM_WORLD
+saved = {}
+for name, (make, options) in CASES.items():
+    points, cells = make()
+    # Dealt out in a way that has nothing to do with where they are.
+    mine = np.random.default_rng(0).permutation(len(cells))[comm.rank :: comm.size]
+    nodes, local = np.unique(cells[mine], return_inverse=True)
+    piece = MeshPiece(points[nodes], local.reshape(-1, 8), node_ids=nodes, cell_ids=mine)
+    import time
+
+    print(name, time.time(), flush=True)
+    run = Regularization(piece, options, comm=comm)
+    list(run)
+    result = run.result()
+    whole = np.full_like(points, np.nan)
+    for ids, places in comm.allgather((nodes, result.points)):
+        whole[ids] = places
+    owned = comm.allgather(len(result.mesh.cells))
+    skin = comm.allgather(len(run._normalized.quads))
+    saved[name] = whole
+    saved[f"{name}: shares"] = np.array([owned, skin])
+    saved[f"{name}: report"] = json.dumps(result.report.to_dict())
+if comm.rank == 0:
+    np.savez(sys.argv[1], **saved)

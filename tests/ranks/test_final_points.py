@@ -1,0 +1,68 @@
+"""Runs on ranks come to what one process comes to, whatever a rank has: no boundary, no bad cell, nothing at all."""
+
+import json
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hexconformal import HexMesh, Regularization
+
+sys.path.insert(0, str(Path(__file__).with_name("programs")))
+from cases import CASES
+
+RANKS = (1, 2, 3, 4)
+
+
+@cache
+def serial(name):
+    make, options = CASES[name]
+    run = Regularization(HexMesh(*make()), options)
+    list(run)
+    return run.result()
+
+
+@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("name", CASES)
+def test_final_points_are_those_of_one_process(results, name, ranks):
+    one, found = serial(name), results("final_points", ranks)[name]
+    away = np.linalg.norm(found - one.points, axis=1).max() / one.report.diagonal
+    assert away < 1e-8
+    assert one.report.largest_displacement > 1e-3  # there was something to do
+
+
+@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("name", CASES)
+def test_reports_are_those_of_one_process(results, name, ranks):
+    told = json.loads(str(results("final_points", ranks)[f"{name}: report"]))
+    one = serial(name).report.to_dict()
+    for when in ("before", "after"):
+        for measure in ("scaled_jacobian", "minimum_jacobian", "shape", "edge_ratio"):
+            for figure in ("min", "mean", "max"):
+                assert told[when][measure][figure] == pytest.approx(one[when][measure][figure], rel=1e-6, abs=1e-9)
+            for share, value in one[when][measure]["percentiles"].items():
+                assert told[when][measure]["percentiles"][share] == pytest.approx(value, rel=1e-6, abs=1e-9)
+        assert told[when]["count"] == one[when]["count"]
+        assert told[when]["invalid"] == one[when]["invalid"] == 0
+        assert told[when]["total_volume"] == pytest.approx(one[when]["total_volume"], rel=1e-12)
+    for figure in ("energy_before", "energy_after", "largest_displacement", "diagonal"):
+        assert told[figure] == pytest.approx(one[figure], rel=1e-6)
+    assert told["hausdorff"] == pytest.approx(one["hausdorff"], abs=1e-9)
+    assert told["boundary_moved"] == one["boundary_moved"]
+    assert told["converged"]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_iterations_do_not_depend_on_ranks(results, name):
+    counts = [json.loads(str(results("final_points", n)[f"{name}: report"]))["iterations"] for n in RANKS]
+    # Where cells fold on the way, differences in the last digit lead to other step lengths.
+    assert max(counts) - min(counts) <= max(2, 0.05 * max(counts)), counts
+
+
+def test_ranks_without_boundary_and_without_anything_are_among_them(results):
+    cells, skin = results("final_points", 4)["no boundary on a rank: shares"]
+    assert ((cells > 0) & (skin == 0)).any(), (cells, skin)
+    cells, skin = results("final_points", 4)["nothing on a rank: shares"]
+    assert (cells == 0).any(), cells
