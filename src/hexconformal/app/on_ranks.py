@@ -34,7 +34,7 @@ from ..ranks import (
 from ..regularization import Options, Regularization
 from ..runs import HistoryFile
 from .commands.arguments import STDOUT
-from .commands.outputs import check_paths, named_inputs, print_summary
+from .commands.results.outputs import check_paths, named_inputs, print_summary
 from .progress import Progress
 from .terminal import print_line, print_text
 

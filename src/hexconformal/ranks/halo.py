@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -21,11 +22,12 @@ _VALUES, _SUMS = 7, 8  # tags of messages
 
 @dataclass
 class Traffic:
-    """What a rank has exchanged: bytes and messages that it sent, and reductions over all ranks."""
+    """What a rank has exchanged: bytes and messages that it sent, reductions over all ranks, CPU seconds of both."""
 
     bytes: int = 0
     messages: int = 0
     reductions: int = 0
+    seconds: float = 0.0
 
 
 class Halo:
@@ -80,7 +82,7 @@ class Halo:
         requests = [self.comm.Irecv(self._message(field[part]), rank, _VALUES) for rank, part in self._ghosts_of]
         parts = [(rank, field[nodes]) for rank, nodes in self._copied_by]
         requests += [self._send(part, rank, _VALUES) for rank, part in parts]
-        mpi().Request.Waitall(requests)
+        self._wait(requests)
         return field
 
     def add(self, field: Array) -> Array:
@@ -92,7 +94,7 @@ class Halo:
             for (rank, _), (_, part) in zip(self._copied_by, parts, strict=True)
         ]
         requests += [self._send(field[part], rank, _SUMS) for rank, part in self._ghosts_of]
-        mpi().Request.Waitall(requests)
+        self._wait(requests)
         for nodes, part in parts:  # lower ranks first: the same bits every time
             field[nodes] += part
         return field
@@ -100,6 +102,11 @@ class Halo:
     def _send(self, part: NDArray[Any], rank: int, tag: int) -> Any:
         self.traffic.bytes, self.traffic.messages = self.traffic.bytes + part.nbytes, self.traffic.messages + 1
         return self.comm.Isend(self._message(part), rank, tag)
+
+    def _wait(self, requests: list[Any]) -> None:
+        began = time.thread_time()
+        mpi().Request.Waitall(requests)
+        self.traffic.seconds += time.thread_time() - began
 
     @staticmethod
     def _message(part: NDArray[Any]) -> list[Any]:

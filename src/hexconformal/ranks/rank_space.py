@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from functools import partial
 from typing import Any, TypeVar
@@ -82,9 +83,9 @@ class RankSpace(Space):
         return next((one for one in self.halo.comm.allgather(label) if one is not None), None)
 
     def _reduced(self, values: Array, operation: Any) -> Array:
-        out = np.empty_like(values)
+        out, began, traffic = np.empty_like(values), time.thread_time(), self.halo.traffic
         self.halo.comm.Allreduce(np.ascontiguousarray(values), out, operation)
-        self.halo.traffic.reductions += 1
+        traffic.reductions, traffic.seconds = traffic.reductions + 1, traffic.seconds + time.thread_time() - began
         return out
 
     def _ordered(self, rows: Field, places: Sequence[int]) -> Field:

@@ -20,10 +20,11 @@ def whole(piece):
     cells, order = np.unique(np.concatenate([one[2] for one in everything]), return_index=True)
     found = {"nodes": nodes, "points": np.concatenate([one[1] for one in everything])[first]}
     found |= {"cell ids": cells, "cells": np.concatenate([one[3] for one in everything])[order]}
-    for name in piece.point_data:
-        found[f"at points: {name}"] = np.concatenate([one[4][name] for one in everything])[first]
-    for name in piece.cell_data:
-        found[f"at cells: {name}"] = np.concatenate([one[5][name] for one in everything])[order]
+    # A rank that has nothing need not have the arrays.
+    for name in comm.bcast(list(piece.point_data)):
+        found[f"at points: {name}"] = np.concatenate([one[4][name] for one in everything if name in one[4]])[first]
+    for name in comm.bcast(list(piece.cell_data)):
+        found[f"at cells: {name}"] = np.concatenate([one[5][name] for one in everything if name in one[5]])[order]
     assert sum(len(one[2]) for one in everything) == len(cells)
     return found
 
