@@ -139,10 +139,20 @@ def main() -> None:
     parser.add_argument("--on-ranks", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.one:
-        print(json.dumps(measure(arguments.one, arguments.on_ranks)))
+        found = measure(arguments.one, arguments.on_ranks)
+        print(json.dumps(found) if found else "", end="")
         return
     strong = arguments.sizes or [40, 64]
-    lines = ["# Ranks", "", described(os.getloadavg()), "", "## The same mesh on more ranks", "", HEADER, "|" + "--:|" * 11]
+    lines = [
+        "# Ranks",
+        "",
+        described(os.getloadavg()),
+        "",
+        "## The same mesh on more ranks",
+        "",
+        HEADER,
+        "|" + "--:|" * 11,
+    ]
     known: dict[tuple[int, int], dict[str, Any]] = {}
     for size in strong:
         for ranks in [0, *arguments.ranks]:

@@ -1,12 +1,13 @@
 """What is minimized over a mesh: cells, targets, admissible directions, and what keeps the surface.
 
 Belongs here: how terms, directions and weights are put together, of a mesh or of a patch. Imports `common`,
-`elements`, `energy`, `mesh`, `geometry` and `solver`.
+`elements`, `energy`, `mesh`, `geometry`, `ranks` and `solver`.
 """
 
 from .compatible_constraint import CompatibleConstraint
 from .formulation import LEVEL, Formulation, ValidCells, convex_newton
 from .iteration import Iteration
+from .patch_on_ranks import on_one_rank
 from .schedules import MinimizationSchedule, ReturnSchedule, Schedules
 from .unfolding_schedules import UntanglingSchedule
 from .work import Work
@@ -23,4 +24,5 @@ __all__ = [
     "ValidCells",
     "Work",
     "convex_newton",
+    "on_one_rank",
 ]

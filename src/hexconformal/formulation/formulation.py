@@ -236,8 +236,8 @@ class Formulation:
 
     def within(self, steps: float) -> Formulation:
         """The formulation with the work of so many Newton steps on the whole mesh; a small one counts as larger."""
-        schedule = self.schedules.work
-        return self.with_work(Work(steps * max(len(self.cells), schedule.least_cells), schedule.step_cells))
+        schedule, cells = self.schedules.work, self.space.total(len(self.cells))
+        return self.with_work(Work(steps * max(cells, schedule.least_cells), schedule.step_cells))
 
     def _alike(self, other: Formulation) -> Formulation:
         # What is known of the cells depends on neither.

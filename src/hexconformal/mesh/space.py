@@ -88,6 +88,10 @@ class Space:
         # Values of cells, not interpolated: exact, and infinite ones do no harm.
         return np.array([np.percentile(row, shares, method="inverted_cdf") for row in rows])
 
+    def at_smallest(self, values: Field, marks: NDArray[np.bool_]) -> bool:
+        """The mark (k,) at the smallest of the values (k,) of all parts, the first where there are several."""
+        return bool(marks[values.argmin()])
+
     def named(self, label: Any) -> Any:
         """A label that a part has, where others have None; the first of several."""
         return label

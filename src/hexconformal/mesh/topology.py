@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..elements import CORNER_NEIGHBOURS, FACES, are_collapsed, cell_volumes
 from ..kernel import algebra, loop
 from .face_rows import triangles_first, with_last_twice
+from .space import SERIAL, Space
 
 __all__ = [
     "FaceTable",
@@ -249,13 +250,16 @@ def connected_regions(cells: NDArray[np.int64], nodes: NDArray[np.bool_]) -> lis
     return list(found & nodes)
 
 
-def node_rings(cells: NDArray[np.int64], count: int, seeds: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
+def node_rings(
+    cells: NDArray[np.int64], count: int, seeds: NDArray[np.bool_], width: int, space: Space = SERIAL
+) -> NDArray[np.bool_]:
     """(count,) nodes of the seed cells (m,) and of so many rings of cells around them."""
     nodes = np.zeros(count, dtype=bool)
     nodes[cells[seeds]] = True
     for _ in range(width):
+        nodes = space.joined(nodes)
         nodes[cells[nodes[cells].any(axis=1)]] = True
-    return nodes
+    return space.joined(nodes)
 
 
 def _quads(cells: NDArray[np.int64], faces: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -6,6 +6,7 @@ the same wherever it is. Imports `common`, `elements`, `mesh`,
 """
 
 from .distribution import Distribution, distributed
+from .gathered_cells import GatheredCells
 from .gathered_skin import GatheredSkin
 from .halo import Halo, Traffic
 from .mesh_piece import MeshPiece
@@ -19,6 +20,7 @@ from .writing import check_piece_writable, piece_path, write_piece
 
 __all__ = [
     "Distribution",
+    "GatheredCells",
     "GatheredSkin",
     "Halo",
     "MeshPiece",

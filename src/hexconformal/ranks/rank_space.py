@@ -78,6 +78,12 @@ class RankSpace(Space):
         count = int(self.total(rows.shape[1]))
         return self._ordered(rows, [max(int(np.ceil(count * (share / 100.0) - 1.0)), 0) for share in shares])
 
+    def at_smallest(self, values: Field, marks: NDArray[np.bool_]) -> bool:
+        """The mark (k,) at the smallest of the values (k,) of all ranks, the first where there are several."""
+        place = int(values.argmin()) if len(values) else None
+        own = None if place is None or values[place] > self.smallest(values) else bool(marks[place])
+        return bool(self.named(own))
+
     def named(self, label: Any) -> Any:
         """A label that a rank has, where others have None; the first of several."""
         return next((one for one in self.halo.comm.allgather(label) if one is not None), None)

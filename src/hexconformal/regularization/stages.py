@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..elements import are_collapsed, corner_scaled_jacobian
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
+from ..mesh import SERIAL
 from ..untangling import improve_folded, thicken, untangle_interior
 from .acceptance import sheets_distance
 from .boundary import Boundary, boundary_of
@@ -167,7 +168,7 @@ class Stages:
             return formulation, points
         self._ended("interrupted", False)
         raise_cells = raise_worst
-        if space.total(len(quality)) > schedules.worst_cells.many_cells:
+        if space is not SERIAL or len(quality) > schedules.worst_cells.many_cells:
             raise_cells = raise_worst_patches
             formulation.release()
         bounded = formulation.within(schedules.work.patches)

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, rows_by_type
 from ..energy import CornerWeights
-from ..formulation import Formulation, Iteration, convex_newton
+from ..formulation import Formulation, Iteration, convex_newton, on_one_rank
 from ..geometry import DistanceBarrier
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobians
+from ..ranks import RankSpace
 
 __all__ = ["Softened", "raise_worst", "raise_worst_patches", "soften_curves", "stiffened"]
 
@@ -66,28 +67,30 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
 
     A worst cell that stalls is set aside, and those that come after it are raised, as long as they are poor.
     """
-    schedule, cells = formulation.schedules.worst_cells, formulation.cells
+    schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
     quality = formulation.quality(points)
     aside, stalled = quality >= limits, False
     for _ in range(schedule.patch_rounds):
         # Once the worst of all cannot get better, the others matter as long as they are poor.
-        stalled |= bool(aside[quality.argmin()])
-        worst = float(quality[~aside].min(initial=1.0))
+        stalled |= space.at_smallest(quality, aside)
+        worst = min(space.smallest(quality[~aside]), 1.0)
         if worst >= (schedule.poor if stalled else schedule.good):
             return
-        region = node_rings(cells, len(points), ~aside & (quality < worst + schedule.margin), schedule.rings)
+        seeds = ~aside & (quality < worst + schedule.margin)
+        region = node_rings(cells, len(points), seeds, schedule.rings, space)
         seen = formulation.seen_from(points)
         trial = _raised(seen, points, region)
         after = formulation.quality(trial)
         # A patch watches the surface around itself only.
-        spoiled = after.min() < quality.min() or not np.isfinite(seen.objective(CornerWeights()).value(trial))
+        finite = bool(np.isfinite(seen.objective(CornerWeights()).value(trial)))
+        spoiled = space.smallest(after) < space.smallest(quality) or not space.everywhere(finite)
         if not spoiled and trial is not points:
             points, quality = trial, after
             yield Iteration("worst cells", points)
         if formulation.work.is_done:
             return
-        if spoiled or float(quality[~aside].min()) < worst + min(schedule.least_gain, 0.1 * worst):
+        if spoiled or space.smallest(quality[~aside]) < worst + min(schedule.least_gain, 0.1 * worst):
             stalled = True
             aside |= quality < worst + schedule.alike
         aside |= quality >= limits
@@ -125,6 +128,8 @@ def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteratio
 
 def _raised(formulation: Formulation, points: Field, region: Mask) -> Field:
     """The points with the nodes of a region moved so that its worst corners get better."""
+    if isinstance(formulation.space, RankSpace):
+        return on_one_rank(formulation, formulation.space, points, region, _raised)
     schedule = formulation.schedules.worst_cells
     patch, nodes = formulation.restricted(region, points)
     if not patch.free.any():

@@ -57,14 +57,14 @@ class BoundaryOnRanks:
             sums = space.update(space.add(sums))
             return cls(Boundary(AdmissibleDirections.from_normal_sums(sums, fixed)))
         skin = GatheredSkin.of(normalized)
-        held, whole, forbidden = skin.gathered(fixed), None, None
+        held, whole, forbidden = skin.gathered.of_nodes(fixed), None, None
         with agreed(space.halo.comm, named=False):
             if skin.layer is not None:
                 alike = replace(options, fixed=held, interfaces="ignore")
                 whole = boundary_of(skin.layer, alike, schedules)
                 _require_there(whole)
                 forbidden = np.eye(3) - whole.admissible.all_projectors(len(skin.layer.points))
-        sums = skin.spread(forbidden, np.zeros((3, 3)))
+        sums = skin.gathered.spread(forbidden, np.zeros((count, 3, 3)))
         notes = space.halo.comm.bcast(None if whole is None else whole.notes)
         return cls(Boundary(AdmissibleDirections.from_normal_sums(sums, fixed), notes=notes), skin, whole)
 
@@ -84,7 +84,7 @@ class BoundaryOnRanks:
         """
         if self.skin is None:
             return 0.0, 0.0, None
-        moved, told = self.skin.gathered(after), None
+        moved, told = self.skin.gathered.of_nodes(after), None
         if self.skin.layer is not None and self.whole is not None:
             layer = self.skin.layer
             largest = boundary_distance(moved, layer, self.whole, options.boundary)

@@ -17,7 +17,6 @@ _LESS = "runs on ranks cannot {}: {}"
 def require_options(options: Options) -> None:
     """Raise an OptionError unless the options ask for what runs on ranks can do."""
     wanted: tuple[tuple[bool, str, str], ...] = (
-        (options.raises_worst, "raise the worst cells yet", "take emphasis='mean', or run without comm"),
         (
             options.method == "majorize" and options.energy == "barrier",
             "majorize the barrier yet",
