@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from hexconformal import HexMesh, generate, quality, write
+from hexconformal import HexMesh, check, generate, quality, read, write
 
 PROGRAMS = Path(__file__).with_name("programs")
 POINTS, CELLS = generate.jittered(*generate.box((7, 6, 5)), 0.2, seed=1)
@@ -23,7 +23,7 @@ def folder(tmp_path_factory):
     return folder
 
 
-def check(found, stage):
+def check_stage(found, stage):
     assert np.array_equal(found[f"{stage}, nodes"], np.arange(len(POINTS)))
     assert np.array_equal(found[f"{stage}, points"], POINTS)
     assert np.array_equal(found[f"{stage}, cells"], CELLS)
@@ -37,13 +37,16 @@ def test_what_is_read_and_written_in_pieces_is_the_mesh(mpiexec, folder, source,
     mpiexec(ranks, PROGRAMS / "files.py", folder / source, folder / "out.pvtu", folder / "found.npz")
     found = np.load(folder / "found.npz")
     for stage in ("read", "shared", "again"):
-        check(found, stage)
+        check_stage(found, stage)
     assert np.array_equal(found["medians"], np.median(found["values"], axis=1))
     expected = np.percentile(found["values"], (1, 5, 25, 50, 75, 95, 99), axis=1, method="inverted_cdf").T
     assert np.array_equal(found["percentiles"], expected)
     grid = pv.read(folder / "out.pvtu")
     order = np.argsort(grid.cell_data["GlobalCellId"])
     assert np.array_equal(grid.cell_data["number"][order], NUMBERS)
+    one = read(folder / "out.pvtu")
+    assert len(one.points) == len(POINTS)  # nodes of several pieces are one
+    assert check(one) == ()
     ids = grid.point_data["GlobalNodeId"][grid.cell_connectivity.reshape(-1, 8)][order]
     assert np.array_equal(ids, CELLS)
 
@@ -51,7 +54,7 @@ def test_what_is_read_and_written_in_pieces_is_the_mesh(mpiexec, folder, source,
 def test_pieces_are_read_by_other_numbers_of_ranks_with_and_without_ids(mpiexec, folder):
     mpiexec(3, PROGRAMS / "files.py", folder / "part.vtu", folder / "three.pvtu", folder / "found.npz")
     mpiexec(2, PROGRAMS / "files.py", folder / "three.pvtu", folder / "two.pvtu", folder / "found.npz")
-    check(np.load(folder / "found.npz"), "again")
+    check_stage(np.load(folder / "found.npz"), "again")
     # Without ids nodes are one where they are at the same place.
     for path in folder.glob("three_*.vtu"):
         grid = pv.read(path)

@@ -11,7 +11,7 @@ from .format_tools.file_checks.references import outside_references_allowed, ref
 from .format_tools.file_checks.vtk_xml_checks import pieces_of
 from .format_tools.vtu_rows import VtuRows
 from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_named_by, read_contents
-from .formats.vtk import write_vtk
+from .formats.vtk import CELL_IDS, NODE_IDS, write_vtk
 from .meshio_mesh import MeshioOrigin
 from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles, triangles_of
 from .read_write import as_hex_mesh, as_volume_mesh, library_of, read, read_surface, write
@@ -20,8 +20,10 @@ from .source_file import SourceFile
 from .vtk_mesh import cell_table, from_vtk, points_of, updated_dataset
 
 __all__ = [
+    "CELL_IDS",
     "FORMATS",
     "HEXAHEDRA",
+    "NODE_IDS",
     "READ_EXTENSIONS",
     "WRITE_EXTENSIONS",
     "Format",

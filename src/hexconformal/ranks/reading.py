@@ -11,17 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, ReadError, reading
-from ..io import READ_EXTENSIONS, VtuRows, pieces_of, read, referenced_file
+from ..io import CELL_IDS, NODE_IDS, READ_EXTENSIONS, VtuRows, pieces_of, read, referenced_file
 from .mesh_piece import MeshPiece
 from .mpi import agreed
 from .routes import Routes
 
-__all__ = ["CELL_IDS", "NODE_IDS", "read_piece"]
+__all__ = ["read_piece"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-NODE_IDS, CELL_IDS = "GlobalNodeId", "GlobalCellId"  # arrays by which pieces of a file know each other
 _GHOSTS = "vtkGhostType"
 _HEXAHEDRON = 12
 

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import check_writable, write_text
-from ..io import write
+from ..io import CELL_IDS, NODE_IDS, write
 from ..mesh import HexMesh
 from .mesh_piece import MeshPiece
 from .mpi import agreed
-from .reading import CELL_IDS, NODE_IDS
 
 __all__ = ["check_piece_writable", "piece_path", "write_piece"]
 

@@ -4,7 +4,7 @@ import json
 import sys
 
 import numpy as np
-from cases import CASES
+from cases import CASES, GOOD
 from mpi4py import MPI
 
 from hexconformal import Regularization
@@ -12,7 +12,7 @@ from hexconformal.ranks import MeshPiece
 
 comm = MPI.COMM_WORLD
 saved = {}
-for name, (make, options) in CASES.items():
+for name, (make, options) in (CASES | GOOD).items():
     points, cells = make()
     # Dealt out in a way that has nothing to do with where they are.
     mine = np.random.default_rng(0).permutation(len(cells))[comm.rank :: comm.size]

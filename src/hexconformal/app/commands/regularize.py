@@ -27,7 +27,7 @@ EXAMPLES = """  hexconformal regularize part.vtu better.vtu
   hexconformal regularize part.msh better.msh --boundary fixed --history run.csv --frames run.pvd
   hexconformal regularize layers.vtu better.vtu --target input --fixed wall
   hexconformal regularize part.vtu better.vtu --html report.html
-  mpiexec -n 4 hexconformal regularize part.vtu better.pvtu --mpi --boundary fixed --emphasis mean
+  mpiexec -n 4 hexconformal regularize part.vtu better.pvtu --mpi --boundary fixed
   hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --worst-picture worst.png
 """
 

@@ -17,11 +17,12 @@ from ..format_tools.file_checks.vtk_file_checks import check_last_array, check_r
 from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml, pieces_of
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import file_head
-from ..pyvista_mesh import check_cell_nodes, to_polydata
+from ..pyvista_mesh import cell_offsets, check_cell_nodes, to_polydata
 from ..source_file import FileContents, SourceFile
 
-__all__ = ["VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
+__all__ = ["CELL_IDS", "NODE_IDS", "VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
 
+NODE_IDS, CELL_IDS = "GlobalNodeId", "GlobalCellId"  # arrays by which pieces of a file know each other
 _BEFORE_5, _SINCE_5 = 42, 51  # the layouts of .vtk files, as VTK's writer numbers them
 _VERSION = "4.2"  # of files that came from elsewhere: most programs read no newer layout
 _TEXT_DIGITS = 11
@@ -56,7 +57,29 @@ def _read(path: Path) -> FileContents:
         if grid.n_points == 0 or grid.n_cells == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
         check_cell_nodes(grid)
+        if path.suffix.lower() == ".pvtu":
+            grid = _with_nodes_once(grid)
     return FileContents(grid, SourceFile(path, "VTK", *_legacy_layout(path)))
+
+
+def _with_nodes_once(grid: Any) -> Any:
+    """A grid of pieces with each node once, where an array of ids tells which points are one."""
+    import pyvista as pv
+
+    ids = grid.point_data.get(NODE_IDS)
+    if ids is None or ids.ndim != 1 or len(np.unique(ids)) == len(ids):
+        return grid
+    first, place = np.unique(ids, return_index=True, return_inverse=True)[1:]
+    offsets = cell_offsets(grid)
+    table = np.insert(place.ravel()[grid.cell_connectivity], offsets[:-1], np.diff(offsets))
+    merged = pv.UnstructuredGrid(table, grid.celltypes, grid.points[first])
+    for name, values in grid.point_data.items():
+        merged.point_data[name] = values[first]
+    for name, values in grid.cell_data.items():
+        merged.cell_data[name] = values
+    for name, values in grid.field_data.items():
+        merged.field_data[name] = values
+    return merged
 
 
 def _legacy_layout(path: Path) -> tuple[str, bool]:

@@ -65,10 +65,11 @@ class MeshOnRanks:
         if self._options.energy == "barrier" and setting.is_tangled:
             space = self.normalized.space
             bad = int(space.total((~self.normalized.valid | setting.flat(self.normalized.points)).sum()))
-            raise OptionError(
-                f"runs on ranks cannot untangle yet, and {bad} cells are invalid or have next to no volume: run "
-                "without comm, or take energy='quaternionic', which leaves them as they are"
-            )
+            with agreed(space.halo.comm):
+                raise OptionError(
+                    f"runs on ranks cannot untangle yet, and {bad} cells are invalid or have next to no volume: run "
+                    "without comm, or take energy='quaternionic', which leaves them as they are"
+                )
 
     def to_given_nodes(self, points: Field) -> Field:
         """Points (n, 3) in the order in which this rank handed in its nodes."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...common import OptionError
 from ...mesh import REGION_ARRAYS
-from ...ranks import MeshPiece
+from ...ranks import MeshPiece, agreed
 from ..options import Options
 
 __all__ = ["require_options", "require_single_region"]
@@ -53,7 +53,8 @@ def require_single_region(piece: MeshPiece, options: Options, comm: Any) -> None
     for name in ends:
         if len(set().union(*(one[name] for one in found))) > 1:
             advice = "take interfaces='ignore', or run without comm"
-            raise OptionError(_LESS.format(f"keep interfaces between regions (array {name!r}) yet", advice))
+            with agreed(comm):
+                raise OptionError(_LESS.format(f"keep interfaces between regions (array {name!r}) yet", advice))
 
 
 def _ends(values: Any) -> set[Any]:
