@@ -8,13 +8,13 @@ TIGHT = {"gradient_tolerance": 1e-12, "emphasis": "mean"}
 
 
 def clustered():
-    """Nodes crowded inside an eighth of a cube: on four ranks one of them has none on the boundary."""
+    """Nodes crowded inside an eighth of a cube, a block of them free: on four ranks one has none on the boundary."""
     line = np.concatenate([[0.0], np.linspace(0.26, 0.49, 8), [1.0]])
     points, cells = generate.box((9, 9, 9))
-    points = line[np.rint(9.0 * points).astype(int)]
-    inner = ((points > 0.0) & (points < 1.0)).all(axis=1)
-    points[inner] += np.random.default_rng(5).uniform(-0.004, 0.004, (inner.sum(), 3))
-    return points, cells
+    places = np.rint(9.0 * points).astype(int)
+    points, inner = line[places], ((places > 1) & (places < 8)).all(axis=1)
+    points[inner] += np.random.default_rng(5).uniform(-0.008, 0.008, (inner.sum(), 3))
+    return points, cells, {"held": ~inner}
 
 
 def far_apart():
@@ -54,7 +54,7 @@ CASES = {
     "curved faces stay": (twisted, Options(hausdorff=0.0, method="newton", target="1:1:2", **TIGHT)),
     "no boundary on a rank": (
         clustered,
-        Options(boundary="fixed", target="cube", **{**TIGHT, "gradient_tolerance": 1e-9}),
+        Options(boundary="fixed", fixed="held", target="cube", **TIGHT),
     ),
     "nothing on a rank": (far_apart, Options(boundary="fixed", **TIGHT)),
     "bad cells on a rank": (folding, Options(boundary="fixed", energy="quaternionic", target="cube", **TIGHT)),

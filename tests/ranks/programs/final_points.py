@@ -13,11 +13,13 @@ from hexconformal.ranks import MeshPiece
 comm = MPI.COMM_WORLD
 saved = {}
 for name, (make, options) in (CASES | GOOD).items():
-    points, cells = make()
+    points, cells, *arrays = make()
+    data = arrays[0] if arrays else {}
     # Dealt out in a way that has nothing to do with where they are.
     mine = np.random.default_rng(0).permutation(len(cells))[comm.rank :: comm.size]
     nodes, local = np.unique(cells[mine], return_inverse=True)
-    piece = MeshPiece(points[nodes], local.reshape(-1, 8), node_ids=nodes, cell_ids=mine)
+    data = {key: values[nodes] for key, values in data.items()}
+    piece = MeshPiece(points[nodes], local.reshape(-1, 8), data, node_ids=nodes, cell_ids=mine)
     import time
 
     print(name, time.time(), flush=True)
@@ -28,7 +30,10 @@ for name, (make, options) in (CASES | GOOD).items():
     for ids, places in comm.allgather((nodes, result.points)):
         whole[ids] = places
     owned = comm.allgather(len(result.mesh.cells))
-    skin = comm.allgather(len(run._normalized.quads))
+    normalized = run._normalized
+    on = np.zeros(len(normalized.points), dtype=bool)
+    on[normalized.quads] = True
+    skin = comm.allgather(int(normalized.space.own(normalized.space.joined(on)).sum()))
     saved[name] = whole
     saved[f"{name}: shares"] = np.array([owned, skin])
     saved[f"{name}: report"] = json.dumps(result.report.to_dict())
