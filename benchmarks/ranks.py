@@ -120,14 +120,14 @@ def started(size: int, ranks: int) -> dict[str, Any]:
 
 def row(found: dict[str, Any], one: float) -> str:
     """A row of the table; `one` is the work of a cell on one rank."""
-    by_work = one * found["cells"] / max(found["ranks"], 1) / found["work"] if found["ranks"] else float("nan")
-    traffic = "- | - | -"
+    by_work, traffic = "-", "- | - | -"
     if found["ranks"]:
+        by_work = f"{one * found['cells'] / found['ranks'] / found['work']:.0%}"
         mega = f"{found['bytes'] / 1e6:.2f}"
         traffic = f"{mega} | {found['reductions']:.0f} | {found['nodes']}, {found['copies']}"
     return (
         f"| {found['cells']} | {found['ranks'] or 'none'} | {found['iterations']} | {found['wall']:.1f} | "
-        f"{found['cpu']:.1f} | {found['work']:.1f} | {by_work:.0%} | {found['peak']:.2f} | {traffic} |"
+        f"{found['cpu']:.1f} | {found['work']:.1f} | {by_work} | {found['peak']:.2f} | {traffic} |"
     )
 
 
@@ -142,7 +142,7 @@ def main() -> None:
         found = measure(arguments.one, arguments.on_ranks)
         print(json.dumps(found) if found else "", end="")
         return
-    strong = arguments.sizes or [40, 64]
+    strong = arguments.sizes or [24, 40]
     lines = [
         "# Ranks",
         "",
