@@ -20,12 +20,11 @@ Ints = NDArray[np.int64]
 class MeshPiece(HexMesh):
     """What one rank has of a mesh: some of its cells, each of which one rank has, and their nodes.
 
-    Nodes may be on several ranks, with the same coordinates and the same id. A rank may have nothing at all.
+    It is a :class:`hexconformal.HexMesh` with ids; cells count the points here from 0. Nodes may be on several ranks,
+    with the same coordinates and the same id. A rank may have nothing at all.
 
     Attributes
     ----------
-    points, cells, point_data, cell_data
-        As of a :class:`hexconformal.HexMesh`; cells count the points here from 0.
     node_ids, cell_ids
         (n,), (m,) what nodes and cells are called on all ranks: numbers from 0 on, not necessarily all of them.
 
