@@ -124,8 +124,9 @@ def curve_positions(places: NDArray[np.float64], extent: float) -> tuple[Ints, N
 
     Examples
     --------
-    >>> curve_positions(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-4]]), 1.0)
-    (array([0, 0]), array([0.00000000e+00, 3.63758620e-05]))
+    >>> positions, heights = curve_positions(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-4]]), 1.0)
+    >>> positions.tolist(), bool(heights[0] < heights[1])
+    ([0, 0], True)
     """
     # Summed row by row: in a product of matrices the last digit depends on the number of the row.
     heights = places[:, 0] * _DIRECTION[0] + places[:, 1] * _DIRECTION[1] + places[:, 2] * _DIRECTION[2]
