@@ -12,7 +12,7 @@ from .couplings import Couplings, find_couplings
 from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded, same_rows
 from .face_rows import face_keys, triangles_first, turned_over, whole_faces
-from .hex_mesh import HexMesh
+from .hex_mesh import HexMesh, NodePairs
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
 from .middle_nodes import middle_nodes, with_middles
 from .mixed_mesh import (
@@ -26,7 +26,6 @@ from .mixed_mesh import (
     flat_nodes,
     with_wedges_upright,
 )
-from .node_pairs import NodePairs
 from .normalized_mesh import NormalizedMesh
 from .regions import REGION_ARRAYS, SURFACE_ARRAYS, Regions, find_regions, region_arrays
 from .space import SERIAL, Space

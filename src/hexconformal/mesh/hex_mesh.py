@@ -13,10 +13,34 @@ from numpy.typing import NDArray
 from ..common import MeshError
 from .arrays import checked_cells, checked_data, checked_points
 from .carried_cells import CarriedCells
-from .node_pairs import NodePairs
 from .volume_mesh import VolumeMesh
 
-__all__ = ["HexMesh"]
+__all__ = ["HexMesh", "NodePairs"]
+
+
+@dataclass(frozen=True, eq=False)
+class NodePairs:
+    """Pairs of nodes that move together, as one statement of a file has them.
+
+    Attributes
+    ----------
+    nodes
+        (k, 2) indices of nodes.
+    source
+        What the file calls them, such as "$Periodic".
+    affine
+        (4, 4) map that takes the second node of each pair to the first; None where the file tells none.
+    several
+        True where pairs may be of several maps, such as those of all pairs of faces.
+    left_out
+        What else the file couples, and is not understood, in words; "" for nothing.
+    """
+
+    nodes: NDArray[np.int64]
+    source: str
+    affine: NDArray[np.float64] | None = None
+    several: bool = False
+    left_out: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -210,7 +210,7 @@ class Regularization:
             points, seconds = self._normalized.to_user(self._points), time.perf_counter() - self._began
             told = self._stages.state, self.history, self._all_notes(), seconds
             piece, report = self._on_ranks.outcome(points, *told)
-            return Result(piece, self._on_ranks.to_given_nodes(piece.points), report, tuple(self.history))
+            return Result(piece, self._on_ranks.to_given_nodes(piece.points), report, tuple(self.history), self.mesh)
         outcome = self._outcome()
         points = outcome.points
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))

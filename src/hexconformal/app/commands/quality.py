@@ -8,7 +8,7 @@ from ...common import MeshError, OptionError, check_writable, unusable_points, w
 from ...page import ReportText
 from ..on_ranks import add_mpi, quality_on_ranks
 from ..progress import Progress
-from ..terminal import print_line, print_text
+from ..terminal import print_text
 from .arguments import STDOUT, add_html, add_input, add_overwrite, note_dropped
 from .kinds import read_any_mesh
 from .results.outputs import check_page, check_paths, check_pictures, named_inputs, print_summary

@@ -108,7 +108,8 @@ class QuadraticTerm(Term):
         ends = points[self.cells[:, EDGES]]
         squares = ((ends[:, :, 1] - ends[:, :, 0]) ** 2).sum(axis=2).mean(axis=1)
         incidences, scales = corner_incidences(self.cells, self.count), 1.0 / np.maximum(squares, 1e-300)
-        return scalar_matrix(self.cells, matrices, scales, *incidences, node_pattern(self.cells, *incidences))
+        kinds = np.arange(len(self.cells)) % len(matrices)
+        return scalar_matrix(self.cells, matrices, kinds, scales, *incidences, node_pattern(self.cells, *incidences))
 
     def largest_angles(self, points: Field) -> Field:
         """(m,) largest e(u) at the points of each cell, u the unit columns of J; infinite where one is folded."""

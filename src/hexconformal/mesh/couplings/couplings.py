@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import OptionError, array_of_numbers
-from ..hex_mesh import HexMesh
-from ..node_pairs import NodePairs
+from ..hex_mesh import HexMesh, NodePairs
 from ..topology import boundary_quads, components, connected_components
 from .rigid_maps import RigidMaps, affine_map, one_map, several_maps
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ...elements import determinant_bounds
 from ...energy import CornerWeights, Objective, QuadraticTerm, Term, stretched_boxes
-from ...mesh import CellBlock, HexMesh, MixedMesh, Regions, collapsed_mesh, find_regions
-from ...solver import SERIAL, AdmissibleDirections, LaplacePreconditioner, Preconditioner, Problem
+from ...mesh import SERIAL, CellBlock, HexMesh, MixedMesh, Regions, collapsed_mesh, find_regions
+from ...solver import AdmissibleDirections, LaplacePreconditioner, Preconditioner, Problem
 from ..options import Options
 from .curved_boundary import CurvedBoundary
 from .schedule import QuadraticSchedule

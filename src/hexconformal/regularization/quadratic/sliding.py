@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from ...elements import quadratic_polynomials
 from ...geometry import ClosestPoints, DistanceBarrier
-from ...solver import AdmissibleDirections, Space, count_free_directions
+from ...mesh import Space
+from ...solver import AdmissibleDirections, count_free_directions
 from .cut_mesh import CutMesh, Parts
 
 __all__ = ["Sliding", "SlidingNodes", "sliding_nodes"]
@@ -171,7 +172,7 @@ class Sliding(Space):
         kinds = tuple(replace(kind, near=kind.found(self._parts * points[kind.nodes])[2]) for kind in self._kinds)
         return Sliding(kinds, self._held, self._base, self._start, self._parts)
 
-    def update(self, field: Field) -> Field:
+    def update(self, field: Field) -> Field:  # type: ignore[override]
         """Points (n, 3) with sliding nodes brought back to the surface; what has not moved stays to the last bit."""
         out = field.copy()
         for kind in self._kinds:
