@@ -17,6 +17,7 @@ from PIL import Image
 import hexconformal as hc
 import surface
 from hexconformal import generate
+from hexconformal.elements import FACES
 from hexconformal.mesh import boundary_quads
 from hexconformal.plots import volume_plots as plots
 from surface.plots import surface_plots
@@ -99,6 +100,37 @@ def grains(path: Path) -> None:
     plots.before_after(path, mesh, hc.regularize(mesh).mesh)
 
 
+def four_types(path: Path) -> None:
+    """A box of wedges, hexahedra, pyramids, and tetrahedra at its end, shaken."""
+    points, cubes = generate.box((8, 4, 4), (2.0, 1.0, 1.0))
+    x = points[cubes].mean(axis=1)[:, 0]
+    cut, around = cubes[x < 0.7], cubes[x > 1.3]
+    # Triangles lie in the faces across y; pyramids meet in the centre of the cube whose faces they stand on.
+    wedges = np.vstack([cut[:, [0, 4, 1, 3, 7, 2]], cut[:, [4, 5, 1, 7, 6, 2]]])
+    apex = len(points) + np.arange(len(around))
+    points = np.vstack([points, points[around].mean(axis=1)])
+    pyramids = np.vstack([np.column_stack([around[:, face[::-1]], apex]) for face in FACES])
+    outside = (points[pyramids[:, :4], 0] > 1.99).all(axis=1)
+    tetrahedra = np.vstack([pyramids[outside][:, [0, 1, 2, 4]], pyramids[outside][:, [0, 2, 3, 4]]])
+    cells = {"hexahedron": cubes[(x > 0.7) & (x < 1.3)], "wedge": wedges, "pyramid": pyramids[~outside]}
+    mesh = hc.as_volume_mesh((points, cells | {"tetra": tetrahedra}))
+    inner = (points > 0.0) & (points < [2.0, 1.0, 1.0])
+    moves = np.random.default_rng(0).uniform(-0.09, 0.09, points.shape)
+    shaken = mesh.replaced(points + moves * inner)
+    plots.before_after(path, shaken, hc.regularize(shaken).mesh)
+
+
+def curved_cells(path: Path) -> None:
+    """Three quarters of a ring of hexahedra of 27 nodes, all inner ones shaken."""
+    mesh = hc.elevated(generate.box((3, 9, 3)), 27)
+    x, angle, z = mesh.points.T * [[1.5], [1.5 * np.pi], [1.5]]
+    ring = mesh.replaced(np.column_stack([-(1 + x) * np.cos(angle), -(1 + x) * np.sin(angle), z]))
+    inside = ((mesh.points > 0.01) & (mesh.points < 0.99)).all(axis=1)
+    moves = np.random.default_rng(0).uniform(-0.2, 0.2, ring.points.shape)
+    shaken = ring.replaced(ring.points + moves * inside[:, None])
+    plots.before_after(path, shaken, hc.regularize(shaken, boundary="fixed").mesh)
+
+
 WAYS: list[dict[str, Any]] = [{}, {"features": "soft", "hausdorff": 0.02}, {"hausdorff": 0.001, "feature_band": 0.1}]
 
 
@@ -139,7 +171,20 @@ def page(path: Path) -> None:
 
 PICTURES: dict[str, Callable[[Path], None]] = {
     draw.__name__: draw
-    for draw in (tour_hexes, tour_quality, tour_surface, untangled, layers, moved, fibre, grains, three_ways, page)
+    for draw in (
+        tour_hexes,
+        tour_quality,
+        tour_surface,
+        untangled,
+        layers,
+        moved,
+        fibre,
+        grains,
+        four_types,
+        curved_cells,
+        three_ways,
+        page,
+    )
 }
 
 
