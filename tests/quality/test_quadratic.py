@@ -57,7 +57,7 @@ def test_check_says_how_they_are_worked_on(nodes):
     (finding,) = hc.check(mesh)
     assert finding.severity == "warning"
     assert finding.ids.tolist() == list(range(27))
-    assert f"27 hexahedron{nodes}; they are worked on where the boundary stays" in finding.message
+    assert f"27 hexahedron{nodes}; they are worked on as they are, or by their corners" in finding.message
     points = np.vstack([mesh.points, [[0.5, 0.5, 3.0]]])
     cells = {f"hexahedron{nodes}": mesh.blocks[0].cells, "tetra": [[*mesh.blocks[0].cells[26, 4:7], len(points) - 1]]}
     finding = hc.check(hc.MixedMesh.of_types(points, cells))[0]

@@ -6,7 +6,7 @@ import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..common import (
     MeshError,
@@ -31,12 +31,14 @@ from ..ranks import (
     read_piece,
     write_piece,
 )
-from ..regularization import Options, Regularization
 from ..runs import HistoryFile
 from .commands.arguments import STDOUT
 from .commands.results.outputs import check_paths, named_inputs, print_summary
 from .progress import Progress
 from .terminal import print_line, print_text
+
+if TYPE_CHECKING:
+    from ..regularization import Options, Regularization
 
 __all__ = ["add_mpi", "quality_on_ranks", "regularize_on_ranks"]
 
@@ -52,9 +54,10 @@ def add_mpi(parser: ArgumentParser, output: str) -> None:
 
 def regularize_on_ranks(arguments: Namespace, options: Options) -> int:
     """Regularize a mesh on all ranks; an interruption of any of them leaves the mesh reached so far."""
+    from ..regularization import Regularization  # not loaded for what does not regularize
 
     def work(comm: Any) -> int:
-        for flag in ("frames", "plot", "picture", "worst_picture"):
+        for flag in ("frames", "plot", "picture", "worst_picture", "html"):
             _refuse(getattr(arguments, flag) is not None, f"--{flag.replace('_', '-')}")
         _refuse(arguments.other_cells != "refuse", "--other-cells keep")
         _refuse(arguments.linearize, "--linearize")
@@ -78,7 +81,7 @@ def quality_on_ranks(arguments: Namespace) -> int:
     """Measure a mesh on all ranks."""
 
     def work(comm: Any) -> int:
-        for flag in ("plot", "picture"):
+        for flag in ("plot", "picture", "html"):
             _refuse(getattr(arguments, flag) is not None, f"--{flag}")
         _check(arguments, [arguments.output, _file(arguments.json)], comm)
         if arguments.output is not None:

@@ -17,8 +17,8 @@ def test_command(here, capsys):
     np.testing.assert_array_equal(hc.as_volume_mesh("measured.vtu").cell_data["volume"], raised.volume)
     assert run("check curved.vtu") == 0
     assert "warning: cells of higher order: " in capsys.readouterr().out
-    assert run("regularize curved.vtu better.vtu") == 1
-    assert "cells of higher order: " in capsys.readouterr().err
+    assert run("regularize curved.vtu better.vtu --target 1:1:2") == 2
+    assert "there is no target" in capsys.readouterr().err
     assert run("regularize curved.vtu better.vtu --boundary fixed --frames f.pvd --history h.csv --plot p.png") == 0
     assert "energy" in capsys.readouterr().out
     better = hc.as_volume_mesh("better.vtu")
