@@ -171,11 +171,6 @@ def test_quadrilaterals_against_triangles_are_told():
     assert finding.ids.tolist() == [0, 1, 2, 3]
 
 
-def test_moving_other_cells_is_refused():
-    with pytest.raises(hc.MeshError, match="hexahedra alone here, and has 8 tetrahedra, 1 hexahedron, 2 wedges"):
-        hc.MeshMotion(four_types(), np.arange(4))
-
-
 def test_fixtures_of_the_design(shared):
     folder = shared / "meshes"
     summary = hc.quality(folder / "elements" / "hexpyrtet_tangled.vtu").summary()

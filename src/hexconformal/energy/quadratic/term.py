@@ -49,6 +49,7 @@ class QuadraticTerm(Term):
     evenness
         Weight of (mean of d) (mean of 1 / d) - 1, d = chi_eps(det J): without it three quadratic fields that are
         conformal at the points cost nothing, beside the similarities.
+
     Examples
     --------
     >>> from hexconformal.elements import HEXAHEDRON27
