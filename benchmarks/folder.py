@@ -8,7 +8,7 @@ Takes every readable mesh, or, where some are called ``<name>_input.*``, those. 
 others, ``<name>_published.*`` or ``<name>.*``, with the same cells; ``--match`` lets the surface move as far as
 theirs did, at least 0.005. ``--peers`` names the Python in which mfem, gmsh, vtk are installed (see peers.py).
 
-Each run is a process of its own with a time limit. All results are measured in the same way, by this program:
+Each run is a process of its own with a limit on CPU seconds. All results are measured in the same way, by this program:
 
 inverted   cells with a non-positive scaled Jacobian at a corner
 invalid    cells not proved to have det J > 0 everywhere (Bernstein coefficients, bisected)
@@ -172,7 +172,7 @@ def rows_of(name: str, source: Path, asked: argparse.Namespace, peers: dict[str,
             options["hausdorff"] = max(LEAST, scorer.moved_by(other))
     rows.append(ours(scorer, source, options, asked.limit))
     for method, runner in peers.items():
-        answer = PEERS[method](runner, mesh.points, mesh.cells, scorer.quads, asked.limit)
+        answer = PEERS[method](runner, mesh.points, {"hexahedron": mesh.cells}, {"quad": scorer.quads}, asked.limit)
         if answer.points is None:
             rows.append(Row(name, len(mesh.cells), method, cpu=answer.cpu, note=answer.note))
         else:
@@ -209,7 +209,7 @@ def main() -> None:
     parser.add_argument("--reference", type=Path, help="folder of somebody else's results")
     parser.add_argument("--match", action="store_true", help="move the surface as far as the reference did")
     parser.add_argument("--peers", nargs="?", const=sys.executable, help="interpreter that has mfem, gmsh, vtk")
-    parser.add_argument("--limit", type=float, default=300.0, help="wall seconds of a run")
+    parser.add_argument("--limit", type=float, default=300.0, help="CPU seconds of a run")
     parser.add_argument("--only", nargs="+", help="names of meshes")
     parser.add_argument("-o", "--output", type=Path, help="write OUTPUT.md and OUTPUT.csv besides")
     parser.add_argument("--one", nargs=2, help=argparse.SUPPRESS)

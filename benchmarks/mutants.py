@@ -166,10 +166,22 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         [
             ("elif level == 3 * depth:", "elif level == depth:"),
             ("if first > 0.0 or not upper > 0.0:", "if first > -1e-3 or not upper > 0.0:"),
-            ("line[m] = 0.5 * (line[m] + line[m + 1])", "line[m] = 0.5 * (line[m] + line[m])"),
+            ("0.5 * (block[p - stride] + block[p])", "0.5 * (block[p] + block[p])"),
+            ("last - row * stride]", "last]"),
+            ("block[p + 2 * third]", "block[p + third]"),
             ("for p in corners:", "for p in corners[:7]:"),
             ("lower = min(lower, bound)", "lower = max(lower, bound)"),
-            ("stack[size], len(line) ** (level % 3), line", "stack[size], 1, line"),
+            ("stack[count], size ** (level % 3), size", "stack[count], 1, size"),
+        ],
+    ),
+    "hexconformal.elements.quadratic.validity": (
+        ("elements/test_quadratic_validity.py",),
+        [
+            (" + 0.0 * total", ""),
+            ("range(131)", "range(130)"),
+            ("range(33)", "range(32)"),
+            ("return rounding * scale", "return 0.0 * scale"),
+            ("1.0 / np.kron(_ROW", "0.9 / np.kron(_ROW"),
         ],
     ),
     "hexconformal.elements.table_measures": (
@@ -568,6 +580,16 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("(record.inverted, record.flat)", "(record.inverted, first.flat)"),
             ("_SHAPE_LOSS * min(first.min_shape, _POOR_SHAPE)", "min(first.min_shape, _POOR_SHAPE)"),
             ("abs(after - before) > formulation", "abs(after - before) < formulation"),
+        ],
+    ),
+    "hexconformal.plots.drawn_faces": (
+        ("plots/test_drawn_faces.py",),
+        [
+            ("_MOST_PIECES = 12", "_MOST_PIECES = 1"),
+            ("cell_type.ideal[corners], cell_type", "cell_type.ideal[corners[[0, 1, 3, 2]]], cell_type"),
+            ("max(initial=0.0) / 2 for", "max(initial=0.0) / 8 for"),
+            ("differs = of_pairs !=", "differs = of_pairs =="),
+            ("np.flatnonzero(kept)[owners]", "owners"),
         ],
     ),
 }  # fmt: skip

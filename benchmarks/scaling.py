@@ -176,7 +176,7 @@ def main() -> None:
     parser.add_argument("--part", default="", help="the part; without, a generated one")
     parser.add_argument("--sizes", type=int, nargs="+", help="other sizes: edges of cubes, cuts, triangles; prints")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--limit", type=float, default=1200.0, help="wall seconds of a run")
+    parser.add_argument("--limit", type=float, default=1200.0, help="CPU seconds of a run")
     parser.add_argument("--one", choices=SIZES, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:

@@ -84,7 +84,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sizes", type=int, nargs="+", help="triangles, about; prints instead of writing")
     parser.add_argument("--iterations", type=int, default=100, help="most of them")
-    parser.add_argument("--limit", type=float, default=1800.0, help="wall seconds of a run")
+    parser.add_argument("--limit", type=float, default=1800.0, help="CPU seconds of a run")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:
