@@ -165,3 +165,9 @@ def test_options_without_effect_are_refused():
     both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": mesh.blocks[0].cells, "hexahedron": [range(8)]})
     with pytest.raises(hc.MeshError, match="higher order: 27 hexahedron20; beside others"):
         hc.regularize(both, boundary="fixed")
+
+
+def test_a_run_for_linear_cells_says_that_these_are_none():
+    mesh, _ = tangled(20, 0.0)
+    with pytest.raises(hc.MeshError, match=r"27 hexahedra of 20 nodes; .* works on them as they are"):
+        hc.Regularization(mesh)
