@@ -8,6 +8,7 @@ from .assessment import MEASURES, MixedQuality, MixedSummary, Quality, Summary, 
 from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians
 from .checks import cell_errors, check, require_sound
 from .node_order import orient
+from .quadratic_checks import require_linear
 from .region_measures import RegionMeasures, measure_regions
 from .statistics import Statistics, as_table, distributions, statistics
 from .winding_number import inside_out
@@ -31,6 +32,7 @@ __all__ = [
     "measure_regions",
     "orient",
     "quality",
+    "require_linear",
     "require_sound",
     "statistics",
 ]

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import first_ids
+from ..common import MeshError, first_ids
 from ..elements import EDGE_NODES, FACES, QUADRATIC_TYPES
-from ..mesh import CellBlock, MixedMesh
+from ..mesh import CellBlock, HexMesh, MixedMesh, blocks_of, counts_by_type
 from .finding import Finding, error, warning
 
-__all__ = ["check_quadratic"]
+__all__ = ["check_quadratic", "require_linear"]
 
 Ints = NDArray[np.int64]
 
@@ -45,6 +45,30 @@ def check_quadratic(mesh: MixedMesh) -> list[Finding]:
             text = f"cells with {what} that have another node in their middle, or none, in a cell beside"
             found.append(warning(f"torn {what}", torn, f"{text}: {first_ids(torn, mesh.cell_labels)}"))
     return found
+
+
+def require_linear(mesh: HexMesh | MixedMesh) -> None:
+    """Refuse cells of higher order where they would be worked on by their corners without a word.
+
+    Raises
+    ------
+    MeshError
+        If there are any.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import HEXAHEDRON20
+    >>> require_linear(MixedMesh.of_types(HEXAHEDRON20.ideal, {"hexahedron20": [range(20)]}))
+    Traceback (most recent call last):
+        ...
+    hexconformal.MeshError: cells of higher order: 1 hexahedron of 20 nodes; hexconformal.regularize works on them as they are, this by their corners, as_volume_mesh(mesh, linearize=True)
+    """
+    curved = [block for block in blocks_of(mesh) if block.cell_type.name in QUADRATIC_TYPES]
+    if curved:
+        raise MeshError(
+            f"cells of higher order: {counts_by_type(curved)}; hexconformal.regularize works on them as they are, this "
+            "by their corners, as_volume_mesh(mesh, linearize=True)"
+        )
 
 
 def _torn(blocks: Sequence[CellBlock], corners: Ints, middles: Ints) -> Ints:

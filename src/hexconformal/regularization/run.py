@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, OptionError
-from ..elements import QUADRATIC_TYPES, corner_scaled_jacobian, corner_shape
+from ..common import OptionError
+from ..elements import corner_scaled_jacobian, corner_shape
 from ..formulation import Iteration, Schedules
 from ..geometry import sharp_length
 from ..io import as_volume_mesh
-from ..mesh import HexMesh, MixedMesh, NormalizedMesh, blocks_of, collapsed_mesh, counts_by_type, region_arrays
+from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh, region_arrays
 from ..page import Curve, Frame, HasPage, Page, columns_of, curves_of, volume_page
-from ..quality import attainable_scaled_jacobian, quality, require_sound
+from ..quality import attainable_scaled_jacobian, quality, require_linear, require_sound
 from .acceptance import (
     auto_target_notes,
     boundary_distance,
@@ -98,16 +98,6 @@ class Result(HasPage):
         )
 
 
-def _require_linear(mesh: HexMesh | MixedMesh) -> None:
-    """Refuse cells of higher order, which would be worked on by their corners without a word."""
-    curved = [block for block in blocks_of(mesh) if block.cell_type.name in QUADRATIC_TYPES]
-    if curved:
-        raise MeshError(
-            f"cells of higher order: {counts_by_type(curved)}; hexconformal.regularize works on them as they are, this "
-            "by their corners, as_volume_mesh(mesh, linearize=True)"
-        )
-
-
 @dataclass(frozen=True)
 class _Outcome:
     """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
@@ -175,7 +165,7 @@ class Regularization:
         else:
             self.mesh, self._from_our_mesh = as_volume_mesh(mesh), isinstance(mesh, HexMesh | MixedMesh)
             self._notes = (*(finding.message for finding in require_sound(self.mesh)), *self.mesh.notes)
-            _require_linear(self.mesh)
+            require_linear(self.mesh)
             self._normalized = NormalizedMesh(collapsed_mesh(self.mesh), ordered=True)
             self._boundary = boundary_of(self._normalized, self.options, schedules)
         if self.options.energy == "quaternionic" and self._boundary.barrier is None and self._is_free:
