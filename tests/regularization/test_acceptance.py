@@ -49,6 +49,7 @@ def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch)
     result = hc.regularize((points, cells))
     assert np.array_equal(result.points, points)
     assert "the surface would move by 0.02" in result.report.reason
+    assert not result.converged
     assert result.report.hausdorff == 0.0
 
 
@@ -59,3 +60,4 @@ def test_the_input_comes_back_if_an_interface_went_too_far_after_all(monkeypatch
     result = hc.regularize(mesh, hausdorff=0.019)
     assert np.array_equal(result.points, mesh.points)
     assert "an interface would move by 0.02" in result.report.reason
+    assert not result.converged

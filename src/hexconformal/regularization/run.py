@@ -100,13 +100,17 @@ class Result(HasPage):
 
 @dataclass(frozen=True)
 class _Outcome:
-    """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say."""
+    """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say.
+
+    Where the run has led too far the input is what it comes to, and no criterion is met.
+    """
 
     points: Field
     reason: str
     distance: float = 0.0
     mean_distance: float = 0.0
     notes: tuple[str, ...] = ()
+    too_far: bool = False
 
 
 class Regularization:
@@ -231,7 +235,7 @@ class Regularization:
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=outcome.reason,
-            converged=self._stages.state.converged,
+            converged=self._stages.state.converged and not outcome.too_far,
             options=self.options.described(),
             notes=(*self._all_notes(), *outcome.notes, *notes),
             hausdorff=outcome.distance,
@@ -285,18 +289,21 @@ class Regularization:
         moved = boundary_distance(points, normalized, boundary, self.options.boundary)
         between = sheets_distance(points, normalized, boundary, bound)
         if between > bound:
-            reason = f"an interface would move by {between:.4g}: the input is returned"
-            return _Outcome(np.array(self.mesh.points), reason)
+            return self._input_for("an interface", between)
         if self.options.boundary == "slide" and moved > bound:
             if boundary.reference is None:
-                reason = f"the surface would move by {moved:.4g}: the input is returned"
-                return _Outcome(np.array(self.mesh.points), reason)
+                return self._input_for("the surface", moved)
             notes.append(
                 f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
                 f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
             )
         mean = mean_boundary_distance(points, normalized, boundary) if moved > 0.0 else 0.0
         return _Outcome(normalized.to_user(points), reason, moved, mean, tuple(notes))
+
+    def _input_for(self, what: str, moved: float) -> _Outcome:
+        """The input, as something would move farther than it may."""
+        reason = f"{what} would move by {moved:.4g}: the input is returned; allow more (hausdorff)"
+        return _Outcome(np.array(self.mesh.points), reason, too_far=True)
 
     def _brought_back(self, points: Field) -> Field:
         """The points, with the boundary within its bound where the run was left before it was, and that can be."""

@@ -14,6 +14,7 @@ from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
 from ..quality import inside_out
 from ..untangling import folded_cells, pull_back, untangle, untangle_interior
+from .acceptance import boundary_distance
 from .boundary import Boundary, boundary_of
 from .return_to_surface import return_to_surface
 from .setting import Setting
@@ -60,9 +61,10 @@ Steps = Generator[Iteration, None, Unfolded]
 def unfold(setting: Setting, boundary: Boundary) -> Steps:
     """Unfold what is folded; yields iterations, and returns what it came to."""
     normalized, formulation = setting.normalized, setting.formulation(boundary)
-    others = ("keep", "soft") if boundary.barrier is not None and setting.options.features == "auto" else ()
+    slides = setting.options.boundary == "slide" and setting.options.hausdorff > 0.0 and boundary.reference is None
+    others = ("keep", "soft") if slides and setting.options.features == "auto" else ()
     points, work = normalized.points, setting.schedules.work
-    patience = setting.schedules.unfolding.patience if others else None
+    patience = setting.schedules.unfolding.patience if others and boundary.barrier is not None else None
     for iteration in untangle(formulation.within(work.unfolding), points, patience):
         points = iteration.points
         yield iteration
@@ -72,8 +74,9 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
             # Where all could be unfolded, and not brought back, still more room is of no use.
             if found.bad.any() and boundary.barrier.bound < bound and found.sufficient == np.inf:
                 found = yield from _with_wider_bound(setting, found, boundary.barrier, bound)
+    left = _left_folded(setting, found) if others else 0
     for features in others[: setting.schedules.unfolding.other_features]:
-        if not found.bad.any():
+        if left == 0:
             break
         # What stands in the way may be a feature that is none, or a crease that was not taken for one.
         other = boundary_of(normalized, replace(setting.options, features=features), setting.schedules)
@@ -81,16 +84,28 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
         for iteration in untangle(formulation.within(work.again), normalized.points, patience):
             points = iteration.points
             yield iteration
+        notes = (*found.notes, f"features={features!r} instead, which left fewer cells folded")
         bad = folded_cells(formulation, points)
-        if bad.sum() < found.bad.sum():
-            notes = (*found.notes, f"features={features!r} instead, which left fewer cells folded")
-            found = Unfolded(other, formulation, points, bad, notes, found.sufficient)
+        instead = Unfolded(other, formulation, points, bad, notes, found.sufficient)
+        if (fewer := _left_folded(setting, instead)) < left:
+            found, left = instead, fewer
     found = found.at(untangle_interior(found.formulation, found.points))
     yield Iteration("untangle interior", found.points)
     lost = normalized.valid & ~is_valid(found.points, normalized.cells)
     if lost.any() and not found.bad.any():
         found = found.at(_pulled_back(setting, found))
     return found
+
+
+def _left_folded(setting: Setting, found: Unfolded) -> int:
+    """How many cells stay folded: all that were, if nodes that slide in planes alone leave the outline too far behind.
+
+    A barrier brings the boundary back later.
+    """
+    normalized, options, boundary = setting.normalized, setting.options, found.boundary
+    if boundary.barrier is None and boundary_distance(found.points, normalized, boundary, "slide") > options.hausdorff:
+        return int((~normalized.valid).sum())
+    return int(found.bad.sum())
 
 
 def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrier, bound: float) -> Steps:
