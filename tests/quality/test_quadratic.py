@@ -85,6 +85,13 @@ def test_a_linear_cell_beside_a_quadratic_one_has_no_node_in_the_middle():
     assert finding.ids.tolist() == [1, 2]
 
 
+def test_check_tells_of_linear_hexahedra_beside_as_of_what_is_worked_on():
+    curved, linear = hc.elevated(hc.generate.box((1, 1, 1)), 20), hc.generate.box((1, 1, 1))
+    points = np.vstack([curved.points, linear[0] + [2.0, 0, 0]])
+    both = hc.MixedMesh.of_types(points, {"hexahedron20": curved.blocks[0].cells, "hexahedron": linear[1] + 20})
+    assert [finding.severity for finding in hc.check(both) if finding.kind == "higher order"] == ["warning"]
+
+
 @pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.name)
 def test_mirrored_cells_are_turned_round(cell_type):
     mesh = curved(len(cell_type.nodes))

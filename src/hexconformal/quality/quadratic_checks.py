@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import EDGE_NODES, FACES, QUADRATIC_TYPES
+from ..elements import EDGE_NODES, FACES, HEXAHEDRON, QUADRATIC_TYPES
 from ..mesh import CellBlock, HexMesh, MixedMesh, blocks_of, counts_by_type
 from .finding import Finding, error, warning
 
@@ -35,8 +35,10 @@ def check_quadratic(mesh: MixedMesh) -> list[Finding]:
     ids = np.sort(np.concatenate([block.places for block in curved]))
     names = ", ".join(f"{len(block.cells)} {block.cell_type.name}" for block in curved)
     text, linear = f"cells of higher order: {names}", "by their corners, linearize=True (--linearize)"
-    if len(curved) < len(mesh.blocks):
-        found = [error("higher order", ids, f"{text}; beside others they are worked on {linear} only")]
+    others = [block for block in mesh.blocks if block not in curved and block.cell_type is not HEXAHEDRON]
+    if others:
+        beside = f"beside {counts_by_type(others)} they are worked on {linear} only"
+        found = [error("higher order", ids, f"{text}; {beside}")]
     else:
         found = [warning("higher order", ids, f"{text}; they are worked on as they are, or {linear}")]
     for what, corners, middles in (("edges", EDGE_NODES[:, :2], EDGE_NODES[:, 2]), ("faces", FACES, _FACE_CENTRES)):

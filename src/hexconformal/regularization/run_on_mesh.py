@@ -18,9 +18,9 @@ __all__ = ["regularize", "run_on"]
 
 
 def run_on(mesh: Any, options: Options) -> Regularization | QuadraticRegularization:
-    """The run for a mesh: of linear cells, or of quadratic hexahedra."""
+    """The run for a mesh: of linear cells, or of hexahedra some of which are quadratic."""
     taken = as_volume_mesh(mesh)
-    curved = all(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(taken))
+    curved = any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(taken))
     kind = QuadraticRegularization if curved else Regularization
     # A file is read once; other meshes come back in the type that they have.
     return kind(taken if isinstance(mesh, str | os.PathLike) else mesh, options)

@@ -162,9 +162,40 @@ def test_options_without_effect_are_refused():
     mesh, _ = tangled(20, 0.0)
     with pytest.raises(hc.OptionError, match="there is no target, method: leave"):
         hc.regularize(mesh, boundary="fixed", target="input", method="newton")
-    both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": mesh.blocks[0].cells, "hexahedron": [range(8)]})
-    with pytest.raises(hc.MeshError, match="higher order: 27 hexahedron20; beside others"):
+    both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": mesh.blocks[0].cells, "tetra": [range(4)]})
+    with pytest.raises(hc.MeshError, match="higher order: 27 hexahedron20; beside 1 tetrahedron they"):
         hc.regularize(both, boundary="fixed")
+
+
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+def test_linear_hexahedra_beside_quadratic_ones(boundary):
+    curved, _ = tangled(20, 0.4)
+    straight, cells = hc.generate.box((3, 3, 3))
+    inside = ((straight > 1e-9) & (straight < 1 - 1e-9)).all(axis=1)
+    linear = straight + inside[:, None] * np.random.default_rng(1).uniform(-0.25, 0.25, straight.shape)
+    points, count = np.vstack([curved.points, linear + [2.0, 0.0, 0.0]]), len(curved.points)
+    both = hc.MixedMesh.of_types(points, {"hexahedron20": curved.blocks[0].cells, "hexahedron": cells + count})
+    assert hc.quality(both).valid[27:].sum() < 20
+    report = (result := hc.regularize(both, boundary=boundary, gradient_tolerance=1e-9)).report
+    assert report.after.invalid == 0
+    assert {name: one.count for name, one in report.after.types.items()} == {"hexahedron": 27, "hexahedron20": 27}
+    np.testing.assert_allclose(result.points[count:] - [2.0, 0.0, 0.0], straight, atol=2e-3)
+
+
+def test_where_a_linear_face_meets_a_quadratic_one_both_are_refused():
+    mesh = hc.elevated(hc.generate.box((2, 1, 1)), 20)
+    cells = mesh.blocks[0].cells
+    both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": cells[:1], "hexahedron": cells[1:, :8]})
+    with pytest.raises(hc.MeshError, match="neighbours have other nodes in their middles, or none"):
+        hc.regularize(both, boundary="fixed")
+
+
+@each_number
+def test_right_angles_are_not_raised(nodes):
+    mesh, _ = tangled(nodes, 0.0)
+    setting = setting_of(mesh.replaced(mesh.points + 1e-3 * mesh.points[:, [1, 2, 0]]))
+    assert 1e-7 < setting.worst_angle(setting.start) < 1e-3
+    assert list(raise_worst(setting, setting.start)) == []
 
 
 def test_a_run_for_linear_cells_says_that_these_are_none():

@@ -54,7 +54,7 @@ QUADRATIC_TYPES = {one.name: one for one in (HEXAHEDRON20, HEXAHEDRON27)}
 
 @cache
 def from_nodes(cell_type: CellType) -> Field:
-    """(27, k) matrix that takes the nodes of a type to all 27: means of nodes for 20, the nodes themselves for 27.
+    """(27, k) matrix that takes the nodes of a type of hexahedra to all 27: means of nodes but for 27 themselves.
 
     Examples
     --------
@@ -62,15 +62,20 @@ def from_nodes(cell_type: CellType) -> Field:
     (27, 20)
     >>> np.unique(from_nodes(HEXAHEDRON20)[20:]).tolist()  # faces and centre
     [-0.25, 0.0, 0.25, 0.5]
+    >>> np.unique(from_nodes(HEXAHEDRON)[8:]).tolist()  # edges, faces and centre
+    [0.0, 0.125, 0.25, 0.5]
     """
-    matrix = np.eye(27)[:, : len(cell_type.nodes)]
-    if cell_type is HEXAHEDRON20:
-        signs = LATTICE - 1
-        for node in range(20, 27):
-            # The shape functions of 20 nodes at the others: reference coordinates there are 0, or those of a face.
-            place, along = signs[node], signs[:20] == 0
-            factors = np.where(along, 1.0 - place**2, 1.0 + place * signs[:20]).prod(axis=1)
-            corner = ~along.any(axis=1)
-            matrix[node] = np.where(corner, factors * ((place * signs[:20]).sum(axis=1) - 2.0) / 8.0, factors / 4.0)
+    count = len(cell_type.nodes)
+    matrix, signs = np.eye(27)[:, :count], LATTICE[:count] - 1
+    for node in range(count, 27):
+        place = LATTICE[node] - 1
+        if count == 8:
+            matrix[node] = ((1.0 + place * signs) / 2.0).prod(axis=1)
+            continue
+        # The shape functions of 20 nodes at the others: reference coordinates there are 0, or those of a face.
+        along = signs == 0
+        factors = np.where(along, 1.0 - place**2, 1.0 + place * signs).prod(axis=1)
+        corner = ~along.any(axis=1)
+        matrix[node] = np.where(corner, factors * ((place * signs).sum(axis=1) - 2.0) / 8.0, factors / 4.0)
     matrix.setflags(write=False)
     return matrix

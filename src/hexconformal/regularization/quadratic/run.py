@@ -39,12 +39,14 @@ _SHARES = (1.0, 0.98, 0.95, 0.9, 0.8, 0.6, 0.4, 0.2)  # of all displacements, un
 class QuadraticRegularization:
     """A run on hexahedra of 20 or 27 nodes, used as a :class:`hexconformal.Regularization`.
 
-    Nodes between corners move as these do; curved faces slide on the curved surface that there was.
+    Nodes between corners move as these do; curved faces slide on the curved surface that there was. Linear hexahedra
+    beside them are measured at the same points.
 
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_volume_mesh` takes, of these cells alone.
+        Anything :func:`hexconformal.as_volume_mesh` takes, of these cells and linear hexahedra, where the two share
+        no edge.
     options
         Those on the boundary and on what is kept count, `emphasis`, `gradient_tolerance` and `max_iterations`; others
         must have their defaults.
@@ -73,10 +75,9 @@ class QuadraticRegularization:
         self._began = time.perf_counter()
         self.options = options
         taken, self._from_our_mesh = as_volume_mesh(mesh), isinstance(mesh, HexMesh | MixedMesh)
-        names = [block.cell_type.name for block in blocks_of(taken)]
-        if not isinstance(taken, MixedMesh) or not set(names) <= set(QUADRATIC_TYPES):
-            counts = counts_by_type(blocks_of(taken))
-            raise MeshError(f"a mesh must be of quadratic hexahedra alone here, and has {counts}")
+        curved = any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(taken))
+        if not isinstance(taken, MixedMesh) or not curved:
+            raise MeshError(f"a mesh must have quadratic hexahedra here, and has {counts_by_type(blocks_of(taken))}")
         others = [one.name for one in fields(Options) if one.name not in _OPTIONS]
         meant = [name for name in others if not _is_default(name, getattr(options, name))]
         if meant:

@@ -38,6 +38,8 @@ class QuadraticSchedule(Schedule):
     distortion_share, raised_evenness, stiffness
         Weights beside the angles where the worst of these are raised, and the stiffness times the worst. With the
         evenness as before det J varies thirtyfold within cells of a sphere, with this eightfold, at the same angles.
+    negligible
+        Largest e(u) of corners so good that none need be raised: edges are within a degree of right angles.
     renewal
         Iterations after which it is looked anew for closest points, and L-BFGS begins anew.
     stiff_steps, stiff_rounds
@@ -60,6 +62,7 @@ class QuadraticSchedule(Schedule):
     distortion_share: float = tuned(0.5)
     raised_evenness: float = tuned(3.0)
     stiffness: float = tuned(0.95, 0.0, 1.0)
+    negligible: float = tuned(1e-3)
     renewal: int = tuned(25)
     stiff_steps: int = tuned(15)
     stiff_rounds: int = tuned(20)

@@ -72,7 +72,9 @@ def raise_worst(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]
     if not np.isfinite(worst):
         return
     for number in range(schedule.stiff_rounds):
-        stiffness = schedule.stiffness / max(worst, 1e-3) if number > 0 else 0.0
+        if worst <= schedule.negligible:
+            return
+        stiffness = schedule.stiffness / worst if number > 0 else 0.0
         weights = CornerWeights(schedule.distortion_share, 1.0, stiffness)
         current = setting.problem(weights, points, kept).at(points)
         for iterate in islice(_descent(setting, current), schedule.stiff_steps):
