@@ -1,4 +1,4 @@
-"""Time and memory of meshes of quadratic hexahedra with a fixed boundary, each in a process of its own, as a table.
+"""Time and memory of meshes of quadratic hexahedra, fixed boundary or not, each in a process of its own, as a table.
 
     python benchmarks/quadratic_scaling.py --threads 1 2
 
@@ -9,6 +9,7 @@ a tiny mesh before the clock starts.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import resource
@@ -23,16 +24,17 @@ import hexconformal as hc
 GRIDS = {"small": (7, 7), "large": (14, 15)}  # cells along an edge of the core, and in layers around it
 
 
-def one(nodes: int, core: int, layers: int, threads: int, amount: float) -> None:
+def one(nodes: int, core: int, layers: int, threads: int, amount: float, boundary: str) -> None:
     """The process of a run: prints its figures."""
     hc.use_threads(threads)
-    hc.regularize(perturbed(ball(nodes, 2, 2), amount), boundary="fixed")
+    hc.regularize(perturbed(ball(nodes, 2, 2), amount), boundary=boundary)
     mesh = perturbed(ball(nodes, core, layers), amount)
     wall, cpu = time.perf_counter(), time.process_time()
-    report = hc.regularize(mesh, boundary="fixed").report
+    report = hc.regularize(mesh, boundary=boundary).report
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     before, after = report.before, report.after
-    figures = [after.count, nodes, threads, before.invalid, after.invalid, f"{before.scaled_jacobian.min:.3f}"]
+    figures = [after.count, nodes, boundary, threads, before.invalid, after.invalid]
+    figures += [f"{before.scaled_jacobian.min:.3f}"]
     figures += [f"{after.scaled_jacobian.min:.3f} / {after.scaled_jacobian.mean:.3f}", report.iterations]
     figures += [f"{wall:.1f}", f"{cpu:.1f}", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9:.2f}"]
     print(json.dumps([str(figure) for figure in [*figures, report.reason]]))
@@ -42,23 +44,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--grids", nargs="+", choices=GRIDS, default=list(GRIDS))
     parser.add_argument("--nodes", type=int, nargs="+", choices=(20, 27), default=[27])
+    parser.add_argument("--boundary", nargs="+", choices=("fixed", "slide"), default=["fixed", "slide"])
     parser.add_argument("--threads", type=int, nargs="+", default=[2])
     parser.add_argument("--amount", type=float, default=0.1, help="how far inner nodes are off, in edges")
     parser.add_argument("--limit", type=float, default=1800.0, help="CPU seconds of a run")
-    parser.add_argument("--one", type=float, nargs=5, help=argparse.SUPPRESS)
+    parser.add_argument("--one", nargs=6, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:
-        one(*map(int, asked.one[:4]), asked.one[4])
+        *numbers, amount, boundary = asked.one
+        one(*map(int, numbers), float(amount), boundary)
         return
     print(described(os.getloadavg()), end="\n\n")
     titles = (
-        "cells | nodes | threads | invalid before | after | SJ before | SJ min / mean | iterations | wall s | CPU s"
+        "cells | nodes | boundary | threads | invalid before | after | SJ before | SJ min / mean | iterations | "
+        "wall s | CPU s"
     )
-    print(f"| {titles} | peak GB | ended |\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|")
+    print(f"| {titles} | peak GB | ended |\n|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|")
     for nodes in asked.nodes:
         for grid in asked.grids:
-            for threads in asked.threads:
-                words = [str(word) for word in (nodes, *GRIDS[grid], threads, asked.amount)]
+            for boundary, threads in itertools.product(asked.boundary, asked.threads):
+                words = [str(word) for word in (nodes, *GRIDS[grid], threads, asked.amount, boundary)]
                 ended = run([sys.executable, __file__, "--one", *words], asked.limit)
                 said = ended.output.strip().splitlines()[-1] if ended.output.strip() else "no output"
                 print(f"| {' | '.join(json.loads(said))} |" if ended.code == 0 else f"| {grid}: {said} |", flush=True)
