@@ -9,7 +9,7 @@ from hexconformal.formulation import ReturnSchedule
 from hexconformal.geometry import DistanceBarrier, SurfaceLocator
 from hexconformal.mesh import boundary_quads
 from hexconformal.regularization import return_to_surface
-from hexconformal.regularization.return_to_surface import _beyond, _falling, towards
+from hexconformal.regularization.return_to_surface import _falling, nodes_beyond, towards
 
 BOUND = 0.02
 
@@ -77,7 +77,7 @@ def test_points_within_the_bound_stay():
 def test_the_points_are_looked_at_once(monkeypatch):
     points, moved, cells, barrier = situation(3)
     looks = []
-    monkeypatch.setattr(return_to_surface, "_beyond", lambda of, x: looks.append(x is moved) or _beyond(of, x))
+    monkeypatch.setattr(return_to_surface, "_beyond", lambda of, x: looks.append(x is moved) or nodes_beyond(of, x))
     towards(barrier, moved, points, cells, ReturnSchedule(parts_back=(0.01, 1.0)))
     assert len(looks) > 3
     assert sum(looks) == 1

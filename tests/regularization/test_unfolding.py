@@ -1,8 +1,13 @@
-"""Unfolding where the boundary is flat."""
+"""Unfolding, and what the boundary has to do with it."""
 
 import numpy as np
 
 import hexconformal as hc
+from hexconformal.mesh import NormalizedMesh, boundary_quads
+from hexconformal.regularization.boundary import boundary_of
+from hexconformal.regularization.setting import Setting
+from hexconformal.regularization.unfolding import Unfolded, _or_with_boundary_held
+from hexconformal.untangling import folded_cells
 
 
 def test_an_outline_that_would_be_left_too_far_behind_is_kept_by_a_barrier():
@@ -14,3 +19,27 @@ def test_an_outline_that_would_be_left_too_far_behind_is_kept_by_a_barrier():
     assert report.after.invalid == 0
     assert 0.001 < report.hausdorff <= 0.005
     assert any("features='soft' instead" in note for note in report.notes)
+
+
+def test_where_the_boundary_must_come_back_it_is_held_while_what_is_inside_is_unfolded():
+    ball, cells = hc.generate.ball(3, 2)
+    skin = np.unique(boundary_quads(cells)[0])
+    inside = ~np.isin(np.arange(len(ball)), skin)
+    points = ball + 0.2 * inside[:, None] * np.random.default_rng(1).normal(size=ball.shape)
+    setting = Setting(NormalizedMesh(hc.HexMesh(points, cells)), hc.Options(features="soft"))
+    boundary = boundary_of(setting.normalized, setting.options, setting.schedules)
+    formulation, start = setting.formulation(boundary), setting.normalized.points
+    bad = folded_cells(formulation, start)
+    assert bad.sum() > 3
+    # All are unfolded but one, with a boundary that is nowhere near.
+    away = Unfolded(boundary, formulation, 1.5 * start, np.arange(len(cells)) == np.argmax(bad))
+    steps = _or_with_boundary_held(setting, away)
+    instead = away
+    try:
+        while True:
+            next(steps)
+    except StopIteration as ended:
+        instead = ended.value
+    assert not folded_cells(formulation, instead.points).any()
+    quads = setting.normalized.quads
+    np.testing.assert_array_equal(instead.points[quads], start[quads])

@@ -25,14 +25,15 @@ def test_points_are_brought_back_only_where_the_worst_is_worse_and_to_the_start_
     worse = straight.copy()
     worse[62] += [0.6, 0.0, 0.0]  # an inner node past its neighbours
     assert corner_scaled_jacobian(worse, cells).min() < corner_scaled_jacobian(start, cells).min() < 0.0
-    assert pull_back(straight, start, cells, lambda _: True) is straight
-    assert pull_back(worse, start, cells, lambda _: False) is start
-    back = corner_scaled_jacobian(pull_back(worse, start, cells, lambda _: True), cells)
+    nowhere, everywhere = np.zeros(len(start), dtype=bool), np.ones(len(start), dtype=bool)
+    assert pull_back(straight, start, cells, lambda _: nowhere.copy()) is straight
+    assert pull_back(worse, start, cells, lambda _: everywhere.copy()) is start
+    back = corner_scaled_jacobian(pull_back(worse, start, cells, lambda _: nowhere.copy()), cells)
     assert back.min() >= corner_scaled_jacobian(start, cells).min()
     assert back.mean() > corner_scaled_jacobian(start, cells).mean() + 0.1
     away = straight.copy()
     away[0] = 0.9  # a corner through the box: no worse, but too far from the surface
-    near = pull_back(away, start, cells, lambda x: bool(np.linalg.norm(x[0]) < 0.5))
+    near = pull_back(away, start, cells, lambda x: (np.arange(len(x)) == 0) & (np.linalg.norm(x[0]) >= 0.5))
     assert np.linalg.norm(near[0]) < 0.5
     assert (corner_scaled_jacobian(near, cells) <= 0).sum() < 5
 

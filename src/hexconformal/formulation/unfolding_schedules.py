@@ -48,8 +48,9 @@ class UntanglingSchedule(Schedule):
     least_sigma
         Progress that equation (9) counts with at least: perfect cells have no energy to lose, and mirrored they are as
         perfect.
-    shares_back
-        Of the way to the input, where the worst cell has become worse.
+    shares_back, tries_back
+        Of the way to the input, for nodes of cells that have become worse and of a boundary that is too far away, and
+        how often they go back by it: in the first half of the tries these alone, then rings around them, all the way.
     """
 
     flat: float = tuned(1e-4, 0.0, 1.0)
@@ -64,7 +65,8 @@ class UntanglingSchedule(Schedule):
     enough: float = tuned(0.5, 0.0, 1.0)
     stuck: float = tuned(0.02, 0.0, 1.0)
     least_sigma: float = tuned(0.1, 0.0, 1.0)
-    shares_back: tuple[float, ...] = tuned((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0), 0.0, 1.0)
+    shares_back: tuple[float, ...] = tuned((0.25, 0.5, 1.0), 0.0, 1.0)
+    tries_back: int = tuned(24)
 
     def are_flat(self, fullness: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(m,) cells of which the fullness says that they are folded or flat."""

@@ -16,7 +16,7 @@ from ..geometry import DistanceBarrier, SurfaceLocator, faces_beyond
 from ..mesh import node_rings
 from .worst_cells import stiffened
 
-__all__ = ["return_to_surface", "towards"]
+__all__ = ["nodes_beyond", "return_to_surface", "towards"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -73,7 +73,7 @@ def towards(barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, s
 
     At first only those around places out of the bound go back, the less the farther they are; then all of them.
     """
-    if not (beyond := _beyond(barrier, points)).any():
+    if not (beyond := nodes_beyond(barrier, points)).any():
         return points
     valid = is_valid(points, cells)
     for share, rings in product(schedule.parts_back, schedule.rings_back):
@@ -83,7 +83,7 @@ def towards(barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, s
             trial = points + share * _falling(cells, left, rings)[:, None] * (back - points)
             if not is_valid(trial, cells)[valid].all():
                 break
-            if not (still := _beyond(barrier, trial)).any():
+            if not (still := nodes_beyond(barrier, trial)).any():
                 return trial
             left = left | still
     for share in schedule.shares_back:
@@ -93,7 +93,7 @@ def towards(barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, s
     return back
 
 
-def _beyond(barrier: DistanceBarrier, points: Field) -> Mask:
+def nodes_beyond(barrier: DistanceBarrier, points: Field) -> Mask:
     """(n,) nodes of the faces for which the bound is exceeded, or nearly so."""
     x, quads, sheets = barrier.original.points, barrier.original.faces, barrier.original.sheets
     near, nodes, schedule = np.arange(len(quads)), np.zeros(len(points), dtype=bool), barrier.schedule

@@ -16,7 +16,7 @@ from ..quality import inside_out
 from ..untangling import folded_cells, pull_back, untangle, untangle_interior
 from .acceptance import boundary_distance
 from .boundary import Boundary, boundary_of
-from .return_to_surface import return_to_surface
+from .return_to_surface import nodes_beyond, return_to_surface
 from .setting import Setting
 
 __all__ = ["Unfolded", "hold_folded", "unfold", "within_bound"]
@@ -91,6 +91,8 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
             found, left = instead, fewer
     found = found.at(untangle_interior(found.formulation, found.points))
     yield Iteration("untangle interior", found.points)
+    if slides and found.bad.any():
+        found = yield from _or_with_boundary_held(setting, found)
     lost = normalized.valid & ~is_valid(found.points, normalized.cells)
     if lost.any() and not found.bad.any():
         found = found.at(_pulled_back(setting, found))
@@ -126,6 +128,24 @@ def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrie
         return replace(found, boundary=boundary, formulation=closer).at(afar)
     needed = barrier.farthest(afar) * setting.options.hausdorff
     return replace(found, sufficient=min(found.sufficient, needed))
+
+
+def _or_with_boundary_held(setting: Setting, found: Unfolded) -> Steps:
+    """The same, or with the boundary held where that leaves less folded in the end.
+
+    A boundary that has to be brought back folds again what is behind it.
+    """
+    normalized, formulation = setting.normalized, found.formulation
+    left = int(folded_cells(formulation, _pulled_back(setting, found)).sum())
+    if left == found.bad.sum():
+        return found
+    held = setting.formulation(boundary_of(normalized, replace(setting.options, boundary="fixed"), setting.schedules))
+    points = normalized.points
+    for iteration in untangle(held.within(setting.schedules.work.again), points):
+        points = iteration.points
+        yield Iteration("untangle with boundary held", found.points)
+    instead = found.at(untangle_interior(held, points))
+    return instead if folded_cells(formulation, _pulled_back(setting, instead)).sum() < left else found
 
 
 def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
@@ -164,14 +184,14 @@ def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
 
 def _pulled_back(setting: Setting, found: Unfolded) -> Field:
     normalized, barrier = setting.normalized, found.boundary.barrier
-    return pull_back(
-        found.points,
-        normalized.points,
-        normalized.cells,
-        lambda points: within_bound(barrier, points),
-        setting.schedules.untangling,
-        found.boundary.admissible.coupled,
-    )
+
+    def beyond(points: Field) -> Mask:
+        if barrier is None or barrier.reference is not None:
+            return np.zeros(len(points), dtype=bool)
+        return nodes_beyond(barrier, points)
+
+    coupled = found.boundary.admissible.coupled
+    return pull_back(found.points, normalized.points, normalized.cells, beyond, setting.schedules.untangling, coupled)
 
 
 def within_bound(barrier: DistanceBarrier | None, points: Field) -> bool:

@@ -78,44 +78,43 @@ def pull_back(
     points: Field,
     start: Field,
     cells: Ints,
-    near: Callable[[Field], bool],
+    beyond: Callable[[Field], Mask],
     schedule: UntanglingSchedule | None = None,
     coupled: CoupledNodes = UNCOUPLED,
 ) -> Field:
     """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
 
     Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
-    around these are taken back by a share of their way, such that the fewest cells are inverted, never more than at the
-    start; or all that moved in one piece with them, or all. Nodes that are coupled go back together.
+    of these, and nodes (n,) that are beyond what is allowed, are taken back by a share of their way, until nothing is
+    left of either: at last all the way, and those around them. Of several shares that with the fewest inverted cells
+    counts, where they are no more than at the start. Nodes that are coupled go back together.
     """
     schedule = UntanglingSchedule() if schedule is None else schedule
     first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
 
-    def spoiled(trial: Field, quality: Field) -> Mask:
-        return np.asarray((quality < first.min()) | (valid & ~is_valid(trial, cells)))
+    def left(trial: Field) -> Mask:
+        nodes = beyond(trial)
+        nodes[cells[(corner_scaled_jacobian(trial, cells) < first.min()) | (valid & ~is_valid(trial, cells))]] = True
+        return coupled.closed(nodes)
 
-    now = corner_scaled_jacobian(points, cells)
-    worse = spoiled(points, now)
-    if not near(points):
-        worse |= now <= 0.0
-    elif not worse.any():
+    if not (worse := left(points)).any():
         return points
     best, fewest = start, int((first <= 0.0).sum())
-    # What moved apart from everything that is worse now stays as it is.
-    apart = np.zeros(len(points), dtype=bool)
-    for part in connected_regions(cells, (points != start).any(axis=1)):
-        if worse[part[cells].any(axis=1)].any():
-            apart |= part
-    around = [node_rings(cells, len(points), worse, width) for width in range(schedule.rounds)]
-    for region, shares in ((apart, (1.0,)), *((nodes, schedule.shares_back) for nodes in around)):
-        nodes = coupled.closed(region)
-        for share in shares:
-            trial = np.where(nodes[:, None], points + share * (start - points), points)
-            quality = corner_scaled_jacobian(trial, cells)
-            inverted = int((quality <= 0.0).sum())
-            fewer = inverted < fewest or (inverted == fewest and best is start)
-            if fewer and not spoiled(trial, quality).any() and near(trial):
-                best, fewest = trial, inverted
+    for share in schedule.shares_back:
+        trial, nodes = points, worse
+        for attempt in range(schedule.tries_back):
+            rings = attempt - schedule.tries_back // 2
+            if rings >= 0:
+                share, nodes = (
+                    1.0,
+                    coupled.closed(node_rings(cells, len(points), np.asarray(nodes[cells].any(axis=1)), rings)),
+                )
+            trial = np.where(nodes[:, None], trial + share * (start - trial), trial)
+            if not (nodes := left(trial)).any():
+                inverted = int((corner_scaled_jacobian(trial, cells) <= 0.0).sum())
+                if inverted < fewest or (inverted == fewest and best is start):
+                    best, fewest = trial, inverted
+                break
     return best
 
 
