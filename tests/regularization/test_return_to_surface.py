@@ -77,7 +77,9 @@ def test_points_within_the_bound_stay():
 def test_the_points_are_looked_at_once(monkeypatch):
     points, moved, cells, barrier = situation(3)
     looks = []
-    monkeypatch.setattr(return_to_surface, "_beyond", lambda of, x: looks.append(x is moved) or nodes_beyond(of, x))
+    monkeypatch.setattr(
+        return_to_surface, "nodes_beyond", lambda of, x: looks.append(x is moved) or nodes_beyond(of, x)
+    )
     towards(barrier, moved, points, cells, ReturnSchedule(parts_back=(0.01, 1.0)))
     assert len(looks) > 3
     assert sum(looks) == 1

@@ -8,7 +8,8 @@ import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.mesh.topology import boundary_quads
-from hexconformal.untangling.untangle import _unfold_patches, folded_cells, harmonic, pull_back, untangle
+from hexconformal.untangling import pull_back
+from hexconformal.untangling.untangle import _unfold_patches, folded_cells, harmonic, untangle
 
 
 def test_untangling_unfolds_every_cell():

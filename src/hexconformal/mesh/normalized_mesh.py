@@ -94,8 +94,11 @@ class NormalizedMesh:
 
     @property
     def node_labels(self) -> NDArray[Any]:
-        """(n,) what the file of the mesh calls the nodes, or their ids in the mesh."""
-        return self.node_ids if self.mesh.node_labels is None else self.mesh.node_labels[self.node_ids]
+        """(n,) what the file of the mesh calls the nodes, or their ids in the mesh; further nodes have these."""
+        names = self.mesh.node_labels
+        if names is None:
+            return self.node_ids
+        return np.concatenate([names, np.arange(len(names), len(self.mesh.points))])[self.node_ids]
 
     @property
     def cell_labels(self) -> NDArray[Any]:

@@ -5,12 +5,14 @@ Belongs here: ways from inverted cells to valid ones, of a whole mesh and of pat
 """
 
 from .improve_folded import improve_folded
+from .pull_back import go_back, pull_back
 from .thin_cells import thicken
-from .untangle import folded_cells, harmonic, pull_back, untangle
+from .untangle import folded_cells, harmonic, untangle
 from .untangle_interior import untangle_interior
 
 __all__ = [
     "folded_cells",
+    "go_back",
     "harmonic",
     "improve_folded",
     "pull_back",

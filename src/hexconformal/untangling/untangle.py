@@ -8,20 +8,20 @@ folded; what remains is unfolded patch by patch, from several starts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..elements import EDGES, corner_scaled_jacobian, edge_lengths, is_valid
+from ..elements import EDGES, edge_lengths, is_valid
 from ..energy import CornerMeasures, CornerWeights
-from ..formulation import Formulation, Iteration, UntanglingSchedule
+from ..formulation import Formulation, Iteration
 from ..mesh import connected_regions, node_rings, unique_edges
-from ..solver import UNCOUPLED, CoupledNodes, Equation, newton_step
+from ..solver import Equation, newton_step
 
-__all__ = ["folded_cells", "harmonic", "pull_back", "untangle"]
+__all__ = ["folded_cells", "harmonic", "untangle"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -72,50 +72,6 @@ def untangle(
         points = _as_large(formulation, _unfold_patches(formulation.seen_from(points), points, first, regions), points)
         yield Iteration("untangle patches", points)
         stalled = 0 if _tangledness(formulation, points)[:2] < before[:2] else stalled + 1
-
-
-def pull_back(
-    points: Field,
-    start: Field,
-    cells: Ints,
-    beyond: Callable[[Field], Mask],
-    schedule: UntanglingSchedule | None = None,
-    coupled: CoupledNodes = UNCOUPLED,
-) -> Field:
-    """Points at which cells are valid that were so at the start, the worst is no worse, and the boundary near enough.
-
-    Of what stays folded the worst may have been made worse for the sake of the others, and valid cells invalid. Nodes
-    of these, and nodes (n,) that are beyond what is allowed, are taken back by a share of their way, until nothing is
-    left of either: at last all the way, and those around them. Of several shares that with the fewest inverted cells
-    counts, where they are no more than at the start. Nodes that are coupled go back together.
-    """
-    schedule = UntanglingSchedule() if schedule is None else schedule
-    first, valid = corner_scaled_jacobian(start, cells), is_valid(start, cells)
-
-    def left(trial: Field) -> Mask:
-        nodes = beyond(trial)
-        nodes[cells[(corner_scaled_jacobian(trial, cells) < first.min()) | (valid & ~is_valid(trial, cells))]] = True
-        return coupled.closed(nodes)
-
-    if not (worse := left(points)).any():
-        return points
-    best, fewest = start, int((first <= 0.0).sum())
-    for share in schedule.shares_back:
-        trial, nodes = points, worse
-        for attempt in range(schedule.tries_back):
-            rings = attempt - schedule.tries_back // 2
-            if rings >= 0:
-                share, nodes = (
-                    1.0,
-                    coupled.closed(node_rings(cells, len(points), np.asarray(nodes[cells].any(axis=1)), rings)),
-                )
-            trial = np.where(nodes[:, None], trial + share * (start - trial), trial)
-            if not (nodes := left(trial)).any():
-                inverted = int((corner_scaled_jacobian(trial, cells) <= 0.0).sum())
-                if inverted < fewest or (inverted == fewest and best is start):
-                    best, fewest = trial, inverted
-                break
-    return best
 
 
 def harmonic(formulation: Formulation, points: Field, region: Mask) -> Field:

@@ -9,6 +9,8 @@ from hexconformal.geometry import SurfaceLocator, hausdorff
 from hexconformal.mesh import boundary_quads
 from hexconformal.regularization.quadratic import QuadraticRegularization
 from hexconformal.regularization.quadratic.cut_mesh import CutMesh
+from hexconformal.regularization.quadratic.schedule import QuadraticSchedule
+from hexconformal.regularization.quadratic.setting import QuadraticSetting
 
 each_number = pytest.mark.parametrize("nodes", [20, 27])
 
@@ -166,3 +168,13 @@ def test_a_run_that_is_left_is_within_its_bound():
     assert not report.converged
     assert report.after.invalid <= report.before.invalid
     assert report.hausdorff <= 0.005
+
+
+def test_a_bound_too_small_to_be_followed_is_as_none():
+    mesh = hc.as_volume_mesh(hc.generate.curved_cylinder(2, 1, 2, nodes=27))
+    skin = QuadraticSetting.of(mesh, hc.Options(boundary="fixed"), QuadraticSchedule()).boundary.on_it
+    shaken = mesh.points + ~skin[:, None] * np.random.default_rng(0).uniform(-0.1, 0.1, mesh.points.shape)
+    none, small = (hc.regularize(mesh.replaced(shaken), hausdorff=bound) for bound in (0.0, 1e-6))
+    assert small.report.before.invalid > 10
+    np.testing.assert_array_equal(small.points, none.points)
+    assert any("curved parts stay: faces bend too far for a hausdorff below" in note for note in small.report.notes)

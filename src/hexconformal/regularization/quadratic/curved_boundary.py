@@ -50,6 +50,8 @@ class CurvedBoundary:
         Brings these back to it; None where there are none.
     bound
         How far the surface may move, in diagonals.
+    sheets
+        (k, 4) corners of the faces inside that are kept.
     """
 
     cut: CutMesh
@@ -58,6 +60,7 @@ class CurvedBoundary:
     admissible: AdmissibleDirections
     sliding: Sliding | None
     bound: float
+    sheets: Ints
 
     @classmethod
     def of(cls, mesh: MixedMesh, options: Options, schedule: QuadraticSchedule) -> CurvedBoundary:
@@ -71,13 +74,18 @@ class CurvedBoundary:
             If options make no sense.
         """
         corners = NormalizedMesh(collapsed_mesh(mesh))
-        parts, bound = 2, options.hausdorff
+        parts, bound, notes = 2, options.hausdorff, list[str]()
         if options.boundary == "slide" and bound > 0.0:
             diagonal = corners.diagonal * corners.unit
             bend = largest_bend(mesh, boundary_quads(mesh.table)[0]) / diagonal
             parts = needed_parts(mesh, bend, schedule.nearness * bound, *schedule.parts)
             # Samples are compared with parts, which are that much nearer or farther than the surface itself.
-            bound = max(bound - bend / parts**2, schedule.nearness * bound)
+            near = bound - bend / parts**2
+            if near < (1.0 - schedule.nearness) * bound:
+                least = bend / parts**2 / schedule.nearness
+                notes = [f"curved parts stay: faces bend too far for a hausdorff below {least:.2g} to be followed"]
+                parts, near = 2, 0.0
+            bound = near
         cut = CutMesh(mesh, parts)
         normalized, count = NormalizedMesh(cut.linear()), len(mesh.points)
         fixed, among = np.zeros((cut.count, 3), dtype=bool), np.zeros(cut.count, dtype=bool)
@@ -88,10 +96,11 @@ class CurvedBoundary:
             fixed, _of_parts(kept, corners, cut, normalized), *coupled_nodes(normalized, options.couplings, among)
         )
         boundary = boundary_of(normalized, replace(options, hausdorff=bound), Schedules(), said=said)
+        boundary = replace(boundary, notes=(*boundary.notes, *notes))
         every, own = boundary.admissible, boundary.admissible.nodes < count
         admissible = AdmissibleDirections(every.nodes[own], every.projectors[own], every.coupled)
         if boundary.barrier is None:
-            return cls(cut, normalized, boundary, admissible, None, options.hausdorff)
+            return cls(cut, normalized, boundary, admissible, None, options.hausdorff, kept.quads)
         quads = np.concatenate([corners.quads, kept.quads])
         edges = np.concatenate([unique_edges(face_edges(quads)).nodes, kept.edges])
         kinds = sliding_nodes(cut, boundary.barrier, cut.faces(quads), cut.edges(edges), admissible)
@@ -99,7 +108,14 @@ class CurvedBoundary:
         start = normalized.points[:count] / parts
         sliding = Sliding(kinds, held[held < count], admissible, start, parts)
         barrier = _between_nodes(boundary.barrier, count)
-        return cls(cut, normalized, replace(boundary, barrier=barrier), admissible, sliding, options.hausdorff)
+        boundary = replace(boundary, barrier=barrier)
+        return cls(cut, normalized, boundary, admissible, sliding, options.hausdorff, kept.quads)
+
+    def with_held(self, nodes: Mask) -> CurvedBoundary:
+        """The same with further nodes (n,) of the mesh held."""
+        admissible = self.admissible.with_held(np.flatnonzero(nodes))
+        sliding = None if self.sliding is None else self.sliding.with_held(np.flatnonzero(nodes))
+        return replace(self, admissible=admissible, sliding=sliding)
 
     @property
     def parts(self) -> int:
@@ -146,7 +162,9 @@ class CurvedBoundary:
         if self.boundary.barrier is None:
             return boundary_distance(places, self.normalized, self.boundary, "slide")
         inside = sheets_distance(places, self.normalized, self.boundary, self.bound)
-        return max(self._surface.hausdorff(self.cut.mesh.points, points, self._tolerance) / self.diagonal, inside)
+        surfaces = (self._surface, self._inside) if len(self.sheets) else (self._surface,)
+        apart = max(one.hausdorff(self.cut.mesh.points, points, self._tolerance) for one in surfaces)
+        return max(apart / self.diagonal, inside)
 
     def mean_distance(self, points: Field) -> float:
         """Mean distance of the boundary from where it was, in diagonals."""
@@ -160,6 +178,10 @@ class CurvedBoundary:
     @cached_property
     def _surface(self) -> CurvedSurface:
         return CurvedSurface.of(self.cut.mesh, boundary_quads(self.cut.mesh.table)[0], self._tolerance)
+
+    @cached_property
+    def _inside(self) -> CurvedSurface:
+        return CurvedSurface.of(self.cut.mesh, self.sheets, self._tolerance)
 
     def sharp_length(self, points: Field) -> float:
         """Length of the sharp edges of the boundary."""

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError, OptionError, first_names
+from ...common import MeshError, OptionError, first_ids, first_names
 from ...elements import QUADRATIC_TYPES
-from ...formulation import Iteration
+from ...formulation import LEVEL, Iteration
 from ...io import as_volume_mesh
 from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays
 from ...quality import Quality, quality, require_sound
@@ -22,7 +22,7 @@ from ..report import Report
 from ..run import Result
 from .schedule import QuadraticSchedule
 from .setting import QuadraticSetting
-from .stages import minimize_distortion, raise_worst, unfold
+from .stages import minimize_distortion, pulled_back, raise_worst, unfold
 
 __all__ = ["QuadraticRegularization"]
 
@@ -33,6 +33,7 @@ _OPTIONS = (
     *("boundary", "hausdorff", "features", "feature_band", "interfaces", "couplings", "fixed"),
     *("emphasis", "gradient_tolerance", "max_iterations"),
 )
+_ROUNDING = 1e-12  # of a scaled Jacobian
 _SHARES = (1.0, 0.98, 0.95, 0.9, 0.8, 0.6, 0.4, 0.2)  # of all displacements, until the surface is within its bound
 
 
@@ -86,7 +87,7 @@ class QuadraticRegularization:
         self.history: list[Record] = []
         found = [finding.message for finding in require_sound(taken) if finding.kind != "higher order"]
         self._notes = (*found, *taken.notes)
-        self._setting = QuadraticSetting(taken, options, QuadraticSchedule() if schedule is None else schedule)
+        self._setting = QuadraticSetting.of(taken, options, QuadraticSchedule() if schedule is None else schedule)
         self._points = self._before_raising = self._setting.start
         self._valid = self._setting.valid(self._points)
         self._invalid = int((~self._valid).sum())
@@ -103,19 +104,20 @@ class QuadraticRegularization:
         return self._records
 
     def _run(self) -> Iterator[Record]:
-        setting = self._setting
-        # Where a cell is invalid at first the smallest scaled Jacobian may fall as long as there are fewer of them.
-        floor = float(setting.scaled_jacobians(setting.start).min()) if self._valid.all() else -np.inf
+        setting, scaled = self._setting, self._setting.scaled_jacobians(self._setting.start)
+        # Where a cell is invalid at first the others may lose something as long as there are fewer of them.
+        floor, mean = (float(scaled.min()), float(scaled.mean())) if self._valid.all() else (-np.inf, -np.inf)
         for iteration in self._iterations():
             scaled, valid = setting.scaled_jacobians(iteration.points), setting.valid(iteration.points)
             invalid, raising = int((~valid).sum()), iteration.phase in ("angles", "stiffen")
-            if not (self._valid & ~valid).any() and invalid <= self._invalid and scaled.min() >= floor:
+            kept = scaled.min() >= floor - LEVEL and scaled.mean() >= mean - _ROUNDING
+            if not (self._valid & ~valid).any() and invalid <= self._invalid and kept:
                 if invalid < self._invalid or iteration.phase == "lbfgs" or raising:
                     self._points = iteration.points
                 if not raising:
                     self._before_raising = self._points
                 elif iteration.phase == "stiffen":
-                    floor = float(scaled.min())
+                    floor = max(floor, float(scaled.min()))
                 self._invalid = invalid
             self.history.append(
                 Record(
@@ -142,9 +144,15 @@ class QuadraticRegularization:
         for iteration in unfold(setting, points):
             points = iteration.points
             yield iteration
-        if setting.smallest_determinant(points) <= 0.0:
-            self._reason = ""
-            return
+        back = pulled_back(setting, points)
+        if back is not points:
+            points = back
+            yield Iteration("go back", points)
+        if (folded := setting.folded_cells(points)).any():
+            setting = setting.without(folded)
+            if not setting.free.any():
+                self._reason = "what stays folded holds all others"
+                return
         relative, taken = 1.0, 0
         for iteration in minimize_distortion(setting, points, options.max_iterations, options.gradient_tolerance):
             points, relative, taken = iteration.points, iteration.gradient, taken + 1
@@ -172,8 +180,8 @@ class QuadraticRegularization:
         report = Report(
             before=before.summary(),
             after=after.summary(),
-            energy_before=self._energies()[0],
-            energy_after=self._energies()[-1],
+            energy_before=self._setting.energy(self._setting.start),
+            energy_after=self._setting.energy(self._setting.start + shift / self._setting.unit),
             boundary_moved=int((moved[surface.on_it] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=surface.diagonal,
@@ -203,32 +211,29 @@ class QuadraticRegularization:
 
     def _best(self) -> tuple[Quality, _Outcome]:
         """The quality before, and the best of what is within the bound."""
-        setting, bound = self._setting, self.options.hausdorff
         setting, bound, before = self._setting, self.options.hausdorff, quality(self.mesh)
         best = _Outcome(np.array(self.mesh.points), before)
         for candidate in (self._points, self._before_raising):
             for share in _SHARES if candidate is not setting.start else ():
-                points = setting.to_user(setting.start + share * (candidate - setting.start))
+                points = setting.to_user(setting.on_surface(setting.start + share * (candidate - setting.start)))
                 distance = setting.boundary.distance(points)
                 if self.options.boundary == "slide" and distance > bound:
                     continue
                 found = _Outcome(points, quality(self.mesh.replaced(points)), distance)
-                best = min(best, found, key=lambda one: one.rank)
+                best = found if found.is_better_than(best) and not found.is_worse_than(before) else best
                 break
             if self._points is self._before_raising:
                 break
         return before, best
 
-    def _energies(self) -> list[float]:
-        found = [record.energy for record in self.history if not np.isnan(record.energy)]
-        return found or [float("nan")]
-
     def _ending(self, after: Quality, moved: bool) -> tuple[str, bool]:
         """Why the run is over, and whether that is by a criterion."""
-        bad = int((~after.valid).sum())
-        if bad:
+        bad = np.flatnonzero(~after.valid)
+        if self._reason == "interrupted":
+            return self._reason, False
+        if len(bad):
             stays = " as the boundary stays" if self.options.boundary == "fixed" else " within the bound"
-            return f"cells that cannot be unfolded{stays}: {bad}", False
+            return f"cells that cannot be unfolded{stays}: {first_ids(bad, self.mesh.cell_labels)}", False
         if not moved and self._setting.free.any():
             return "nothing better than the input was found", self._converged
         return self._reason, self._converged
@@ -243,9 +248,26 @@ class _Outcome:
     distance: float = 0.0
 
     @property
-    def rank(self) -> tuple[int, float]:
-        """Less is better: fewer invalid cells, or a better worst one."""
-        return int((~self.quality.valid).sum()), -float(self.quality.scaled_jacobian.min())
+    def _measures(self) -> tuple[int, float, float]:
+        """The number of invalid cells, the smallest scaled Jacobian and the mean one."""
+        scaled = self.quality.scaled_jacobian
+        return int((~self.quality.valid).sum()), float(scaled.min()), float(scaled.mean())
+
+    def is_better_than(self, other: _Outcome) -> bool:
+        """True with fewer invalid cells, or a better worst one, or where that is the same one better on average."""
+        (invalid, worst, mean), (others, their_worst, their_mean) = self._measures, other._measures
+        if invalid != others:
+            return invalid < others
+        return worst > their_worst + LEVEL or (worst > their_worst - LEVEL and mean > their_mean)
+
+    def is_worse_than(self, before: Quality) -> bool:
+        """True where a valid cell is lost, or there are as many invalid ones and the worst or the mean is lower."""
+        (invalid, worst, mean), (others, their_worst, their_mean) = (
+            self._measures,
+            _Outcome(self.points, before)._measures,
+        )
+        lost = bool((before.valid & ~self.quality.valid).any())
+        return lost or (invalid == others and (worst < their_worst - LEVEL or mean < their_mean - _ROUNDING))
 
 
 def _is_default(name: str, value: Any) -> bool:

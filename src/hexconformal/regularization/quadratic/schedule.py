@@ -31,6 +31,8 @@ class QuadraticSchedule(Schedule):
         Least first eps, in cubes of the mean edge: what is flat has none of its own.
     progress
         Least relative decrease sigma in equation (9).
+    tries_back
+        How often nodes of cells that were valid before go back, as :class:`UntanglingSchedule` has it.
     settled
         Relative decrease of the energy below which an iteration counts as the last: a digit above rounding is left.
     stall
@@ -57,6 +59,7 @@ class QuadraticSchedule(Schedule):
     first_eps: float = tuned(0.2)
     least_eps: float = tuned(1e-4)
     progress: float = tuned(0.1, 0.0, 1.0)
+    tries_back: int = tuned(24)
     settled: float = tuned(1e-9, 0.0, 1.0)
     stall: float = tuned(1e-4, 0.0, 1.0)
     distortion_share: float = tuned(0.5)

@@ -36,21 +36,48 @@ class QuadraticSetting:
         The options.
     schedule
         Numbers of the run.
+    boundary
+        What keeps the boundary.
+    folded
+        (m,) cells that stay folded: they count for nothing, and their nodes are held.
     """
 
     mesh: MixedMesh
     options: Options
     schedule: QuadraticSchedule
+    boundary: CurvedBoundary
+    folded: Mask
+
+    @classmethod
+    def of(cls, mesh: MixedMesh, options: Options, schedule: QuadraticSchedule) -> QuadraticSetting:
+        """The setting of all cells of a mesh; raises what :meth:`CurvedBoundary.of` does."""
+        count = sum(len(block.cells) for block in mesh.blocks)
+        return cls(mesh, options, schedule, CurvedBoundary.of(mesh, options, schedule), np.zeros(count, dtype=bool))
+
+    def without(self, cells: Mask) -> QuadraticSetting:
+        """The same where some cells (m,) stay folded."""
+        return replace(self, boundary=self.boundary.with_held(self.nodes_of(cells)), folded=self.folded | cells)
+
+    def nodes_of(self, cells: Mask) -> Mask:
+        """(n,) nodes of some cells (m,)."""
+        nodes = np.zeros(len(self.mesh.points), dtype=bool)
+        for block in self.blocks:
+            nodes[block.cells[cells[block.places]]] = True
+        return nodes
+
+    def around(self, nodes: Mask, rings: int) -> Mask:
+        """(n,) nodes of the cells at some nodes (n,), and of so many rings of cells around these; coupled ones too."""
+        for _ in range(rings + 1):
+            cells = np.empty(len(self.folded), dtype=bool)
+            for block in self.blocks:
+                cells[block.places] = nodes[block.cells].any(axis=1)
+            nodes = self.boundary.admissible.coupled.closed(self.nodes_of(cells))
+        return nodes
 
     @property
     def blocks(self) -> Sequence[CellBlock]:
         """The cells by their type."""
         return self.mesh.blocks
-
-    @cached_property
-    def boundary(self) -> CurvedBoundary:
-        """What keeps the boundary."""
-        return CurvedBoundary.of(self.mesh, self.options, self.schedule)
 
     @cached_property
     def corners(self) -> HexMesh:
@@ -79,14 +106,17 @@ class QuadraticSetting:
 
     @cached_property
     def _referenced(self) -> Mask:
-        """(n,) nodes that belong to a cell."""
-        used = np.zeros(len(self.mesh.points), dtype=bool)
-        used[self.mesh.cells] = True
-        return used
+        """(n,) nodes that belong to a cell that counts."""
+        return self.nodes_of(~self.folded)
 
     def to_user(self, points: Field) -> Field:
         """The points in the user's unit; what has not moved is what it was, bit by bit."""
         return np.asarray(self.mesh.points + self.unit * (points - self.start))
+
+    def on_surface(self, points: Field) -> Field:
+        """The points (n, 3), in edges, with those that slide where they belong."""
+        sliding = self.boundary.sliding
+        return points if sliding is None else sliding.seen_from(points).update(points)
 
     # ----------------------------------------------------------------------------------------- objectives
     @cached_property
@@ -98,10 +128,22 @@ class QuadraticSetting:
         """Equation (10a) for each type, with angles as of equation (12) where they have a weight."""
         weights = CornerWeights() if weights is None else weights
         evenness = self.schedule.evenness if weights.angle == 0.0 else self.schedule.raised_evenness
-        return tuple(
-            QuadraticTerm(block.cells, block.cell_type, len(self.start), boxes, weights, evenness)
-            for block, boxes in zip(self.blocks, self._boxes, strict=True)
-        )
+        return self._terms(~self.folded, weights, evenness)
+
+    def _terms(self, cells: Mask, weights: CornerWeights, evenness: float) -> tuple[QuadraticTerm, ...]:
+        """A term for the cells (m,) of each type that count."""
+        terms = []
+        for block, boxes in zip(self.blocks, self._boxes, strict=True):
+            own = cells[block.places]
+            some = boxes if boxes is None or own.all() else boxes[own]
+            table = block.cells if own.all() else block.cells[own]
+            terms.append(QuadraticTerm(table, block.cell_type, len(self.start), some, weights, evenness))
+        return tuple(terms)
+
+    @cached_property
+    def _every_term(self) -> tuple[QuadraticTerm, ...]:
+        """The distortion of all cells, folded ones too."""
+        return self._terms(np.ones(len(self.folded), dtype=bool), CornerWeights(), self.schedule.evenness)
 
     def problem(self, weights: CornerWeights, points: Field, kept: Mask | None = None) -> Problem:
         """The minimization with some weights, the barrier as it is seen from points (n, 3); cells (m,) stay valid."""
@@ -119,10 +161,7 @@ class QuadraticSetting:
             return not (kept & ~self.valid(points)).any()
 
         def spoiled(points: Field) -> Mask:
-            lost, nodes = kept & ~self.valid(points), np.zeros(len(points), dtype=bool)
-            for block in self.blocks:
-                nodes[block.cells[lost[block.places]]] = True
-            return self.boundary.admissible.coupled.closed(nodes)
+            return self.boundary.admissible.coupled.closed(self.nodes_of(kept & ~self.valid(points)))
 
         return replace(problem, acceptable=acceptable, spoiled=spoiled)
 
@@ -146,28 +185,40 @@ class QuadraticSetting:
         return sum(others, first)
 
     # ------------------------------------------------------------------------------------------- measures
+    def energy(self, points: Field) -> float:
+        """Equation (10a) of all cells; not a number where one is folded."""
+        energy = sum(term.value(points) for term in self._every_term)
+        return energy if np.isfinite(energy) else float("nan")
+
     def smallest_determinant(self, points: Field) -> float:
         """Of all points of all cells."""
-        return min(float(term.determinants(points).min()) for term in self.terms())
+        return min(float(term.determinants(points).min()) for term in self._every_term)
 
-    def folded(self, points: Field) -> int:
+    def count_folded(self, points: Field) -> int:
         """Number of points of all cells that are folded."""
-        return sum(int((term.determinants(points) <= 0.0).sum()) for term in self.terms())
+        return sum(int((term.determinants(points) <= 0.0).sum()) for term in self._every_term)
+
+    def folded_cells(self, points: Field) -> Mask:
+        """(m,) cells with a point that is folded."""
+        out = np.empty(len(self.folded), dtype=bool)
+        for block, term in zip(self.blocks, self._every_term, strict=True):
+            out[block.places] = (term.determinants(points) <= 0.0).any(axis=1)
+        return out
 
     def worst_angle(self, points: Field) -> float:
-        """Largest e(u) at all points of all cells, u the unit columns; infinite where one is folded."""
-        return max(float(term.largest_angles(points).max()) for term in self.terms())
+        """Largest e(u) at all points of the cells that count, u the unit columns; infinite where one is folded."""
+        return max(float(term.largest_angles(points).max(initial=0.0)) for term in self.terms())
 
     def scaled_jacobians(self, points: Field) -> Field:
         """(m,) smallest scaled Jacobian at the points of each cell."""
-        out = np.empty(sum(len(block.cells) for block in self.blocks))
-        for block, term in zip(self.blocks, self.terms(), strict=True):
+        out = np.empty(len(self.folded))
+        for block, term in zip(self.blocks, self._every_term, strict=True):
             out[block.places] = term.scaled_jacobians(points)
         return out
 
     def valid(self, points: Field) -> Mask:
         """(m,) cells that are proved to be valid, where the user's mesh has them."""
-        out, points = np.empty(sum(len(block.cells) for block in self.blocks), dtype=bool), self.to_user(points)
+        out, points = np.empty(len(self.folded), dtype=bool), self.to_user(points)
         for block in self.blocks:
             out[block.places] = determinant_bounds(points, block.cells, block.cell_type)[0] > 0
         return out

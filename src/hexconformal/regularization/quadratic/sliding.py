@@ -172,6 +172,10 @@ class Sliding(Space):
         kinds = tuple(replace(kind, near=kind.found(self._parts * points[kind.nodes])[2]) for kind in self._kinds)
         return Sliding(kinds, self._held, self._base, self._start, self._parts)
 
+    def with_held(self, nodes: Ints) -> Sliding:
+        """The same with further nodes (ids) held, where they are."""
+        return Sliding(self._kinds, np.union1d(self._held, nodes), self._base, self._start, self._parts)
+
     def update(self, field: Field) -> Field:  # type: ignore[override]
         """Points (n, 3) with sliding nodes brought back to the surface; what has not moved stays to the last bit."""
         out = field.copy()

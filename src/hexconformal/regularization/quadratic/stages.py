@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from ...energy import CornerWeights
 from ...formulation import Iteration
 from ...solver import Iterate, lbfgs
+from ...untangling import go_back
 from .setting import QuadraticSetting
 
-__all__ = ["minimize_distortion", "raise_worst", "unfold"]
+__all__ = ["minimize_distortion", "pulled_back", "raise_worst", "unfold"]
 
 Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 def unfold(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]:
@@ -33,7 +35,7 @@ def unfold(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]:
         *_, last = first, *islice(_descent(setting, first), schedule.steps)
         points, smallest = last.points, setting.smallest_determinant(last.points)
         yield Iteration("untangle", points)
-        folded = setting.folded(points)
+        folded = setting.count_folded(points)
         fewest, since = min(fewest, folded), 0 if folded < fewest else since + 1
         if smallest > 0.0 or since == schedule.patience:
             return
@@ -41,7 +43,29 @@ def unfold(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]:
         # Equation (9); chi without cancellation where the determinant is negative.
         chi = 0.25 * eps * eps / (0.5 * (abs(smallest) + np.hypot(eps, smallest)))
         aim = (1.0 - progress) * chi
-        eps = min(2.0 * float(np.sqrt(aim * (aim - smallest))), eps)
+        eps = max(min(2.0 * float(np.sqrt(aim * (aim - smallest))), eps), schedule.least_eps**2)
+
+
+def pulled_back(setting: QuadraticSetting, points: Field) -> Field:
+    """The points with nodes of cells that have become invalid taken back, and of those that stay so if that costs none.
+
+    Nodes that slide are on their surface at the start, and nowhere on the way there.
+    """
+    start, coupled = setting.start, setting.boundary.admissible.coupled
+    first = setting.valid(start)
+
+    def folded(trial: Field) -> int:
+        return int((~setting.valid(trial)).sum())
+
+    def back(cells: Mask) -> Field:
+        def left(trial: Field) -> Mask:
+            nodes = setting.nodes_of(cells & ~setting.valid(trial))
+            return coupled.closed(nodes & (trial != start).any(axis=1))
+
+        return go_back(points, start, left, setting.around, folded, (1.0,), setting.schedule.tries_back)
+
+    fewest, unmoved = back(first), back(np.ones_like(first))
+    return unmoved if folded(unmoved) <= folded(fewest) else fewest
 
 
 def minimize_distortion(setting: QuadraticSetting, points: Field, limit: int, tolerance: float) -> Iterator[Iteration]:
