@@ -15,6 +15,7 @@ __all__ = [
     "STDOUT",
     "add_html",
     "add_input",
+    "add_mpi",
     "add_output",
     "add_outputs",
     "add_outside_references",
@@ -43,6 +44,13 @@ def add_outside_references(parser: ArgumentParser) -> None:
     """Add the flag that lets files name others in any folder."""
     parser.add_argument(
         "--outside-references", action="store_true", help="let IN name files outside its folder (.xdmf, .pvtu, .inp)"
+    )
+
+
+def add_mpi(parser: ArgumentParser, output: str) -> None:
+    """Add the flag that makes a command one of all ranks; `output` says what it writes then."""
+    parser.add_argument(
+        "--mpi", action="store_true", help=f"work on the ranks that mpiexec has started, each on its share; {output}"
     )
 
 

@@ -6,10 +6,9 @@ from argparse import ArgumentParser, Namespace
 
 from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
 from ...page import ReportText
-from ..on_ranks import add_mpi, quality_on_ranks
 from ..progress import Progress
 from ..terminal import print_text
-from .arguments import STDOUT, add_html, add_input, add_overwrite, note_dropped
+from .arguments import STDOUT, add_html, add_input, add_mpi, add_overwrite, note_dropped
 from .kinds import read_any_mesh
 from .results.outputs import check_page, check_paths, check_pictures, named_inputs, print_summary
 
@@ -43,6 +42,8 @@ def run(arguments: Namespace) -> int:
     if arguments.worst < 0:
         raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     if arguments.mpi:
+        from ..on_ranks import quality_on_ranks  # with all that ranks need, which others do not
+
         return quality_on_ranks(arguments)
     to_file = None if arguments.json == STDOUT else arguments.json
     files = [arguments.output, to_file, arguments.plot, arguments.picture, arguments.html]
