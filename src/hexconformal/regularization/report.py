@@ -119,7 +119,7 @@ class Report(Serializable):
             ("volume", before.total_volume, after.total_volume),
         ]
         if isinstance(before, MixedSummary) and isinstance(after, MixedSummary):
-            for name, one in before.types.items():
+            for name, one in before.types.items() if len(before.types) > 1 else ():
                 minimum = one.scaled_jacobian.min, after.types[name].scaled_jacobian.min
                 rows.append((f"{SOLID_TYPES[name].plural}, scaled jac. min", *minimum))
         if isfinite(self.energy_before) and isfinite(self.energy_after):

@@ -9,7 +9,7 @@ from surface.quality import require_sound
 
 from ...common import MeshError, aligned
 from ...elements import SOLID_TYPES
-from ...mesh import MixedMesh, counts_by_type
+from ...mesh import MixedMesh, collapsed_mesh, counts_by_type
 from ...quality import MixedQuality, check, quality
 from ..terminal import print_line
 from .arguments import add_input, read_to_work_on
@@ -36,7 +36,7 @@ def run(arguments: Namespace) -> int:
     if isinstance(mesh, MixedMesh):
         mesh = read_to_work_on(arguments)
     if isinstance(mesh, MixedMesh):
-        head, *lines = _describe_types(mesh)
+        head, *lines = _describe_types(mesh, arguments.interfaces)
     else:
         head, *lines = _describe_surface(mesh) if kind is SURFACES else _describe_hexahedra(mesh, arguments.interfaces)
     refused = any(line.startswith("error: ") for line in lines)
@@ -45,20 +45,24 @@ def run(arguments: Namespace) -> int:
     return int(refused)
 
 
-def _describe_types(mesh: MixedMesh) -> list[str]:
-    """Counts of a mesh of several types, a table of them, then the findings of its checks, a line each."""
+def _describe_types(mesh: MixedMesh, interfaces: str) -> list[str]:
+    """Counts of a mesh of several types, a table of them, what was found in it, then the findings of its checks."""
     findings = check(mesh)
     head, table = f"{counts_by_type(mesh.blocks)}, {len(mesh.points)} points", []
+    found: list[str] = []
     if not any(finding.kind in ("not finite", "bad index") for finding in findings):
         measured = quality(mesh)
         summary = measured.summary()
         head += f", {summary.inverted} inverted, {summary.invalid} invalid"
         table = _table_of_types(measured) if isinstance(measured, MixedQuality) else []
+        found = describe_contents(collapsed_mesh(mesh), measured, interfaces)
     notes = [f"note: {note}" for note in mesh.notes]
-    return [head, *table, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
+    return [head, *table, *found, *notes, *(f"{finding.severity}: {finding.message}" for finding in findings)]
 
 
 def _table_of_types(measured: MixedQuality) -> list[str]:
+    if len(measured.blocks) < 2:
+        return []
     rows = []
     for name, one in measured.summary(0).types.items():
         figures = str(one.count), str(one.inverted), str(one.invalid), f"{one.total_volume:.5g}"

@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
 from ...page import ReportText
 from ..progress import Progress
-from ..terminal import print_text
+from ..terminal import print_line, print_text
 from .arguments import STDOUT, add_html, add_input, add_mpi, add_overwrite, note_dropped
 from .kinds import read_any_mesh
 from .results.outputs import check_page, check_paths, check_pictures, named_inputs, print_summary
@@ -75,5 +75,7 @@ def run(arguments: Namespace) -> int:
         print_text(summary.to_json())
     else:
         print_summary(summary, kind.worst_measure)
+        if any(files):
+            print_line(f"wrote {', '.join(filter(None, files))}")
     note_dropped(arguments.output, dropped)
     return 0
