@@ -7,12 +7,14 @@ import re
 import shlex
 import shutil
 import webbrowser
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 import pyvista
 from paths import ROOT
 
+import hexconformal as hc
 from hexconformal.app.cli import main
 
 DOCS = ROOT / "docs"
@@ -75,6 +77,11 @@ def test_commands_run(page, folder, monkeypatch, capsys, request):
         if line.startswith(("flow", "move")) and "--resume" not in line:
             shutil.rmtree("run", ignore_errors=True)
         assert main(shlex.split(line)) == 0, (line, capsys.readouterr().err)
+
+
+def test_all_options_are_in_the_table():
+    rows = re.findall(r"^\| (`.*?) \|", (DOCS / "options.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(re.findall(r"`(\w+)`", "".join(rows))) == sorted(field.name for field in fields(hc.Options))
 
 
 def test_mathematics_points_at_code():
