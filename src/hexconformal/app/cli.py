@@ -95,7 +95,7 @@ def parser(command: str | None = None) -> ArgumentParser:
     """The parser of the command line; where one command is named, the others have no arguments, and are not loaded."""
     result = Parser(
         prog="hexconformal",
-        description="Make hexahedral meshes, and surfaces, regular by minimizing quaternionic conformal distortion.",
+        description="Make meshes of solid cells, and surfaces, regular by minimizing their quaternionic distortion.",
         epilog=f"{_FORMATS}\n{_EXIT_CODES}\n`hexconformal COMMAND --help` shows options and examples.",
         formatter_class=RawDescriptionHelpFormatter,
         allow_abbrev=False,

@@ -1,4 +1,4 @@
-"""Regularize a hexahedral mesh: the main job, from whatever the user has to a better mesh and a report."""
+"""Regularize a mesh: the main job, from whatever the user has to a better mesh and a report."""
 
 from __future__ import annotations
 

@@ -6,10 +6,12 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
+from ...common import MeshError, ReadError
 from ...elements import HEXAHEDRON
-from ...io import as_volume_mesh, read
+from ...io import FORMATS, as_volume_mesh, read
 from ...mesh import HexMesh, MixedMesh
 from ..terminal import print_line
+from .kinds import VOLUMES, MeshKind
 
 __all__ = [
     "STDOUT",
@@ -21,6 +23,7 @@ __all__ = [
     "add_outside_references",
     "add_overwrite",
     "note_dropped",
+    "read_any_mesh",
     "read_hexahedra",
     "read_to_work_on",
     "read_volume",
@@ -109,3 +112,28 @@ def note_dropped(path: str, dropped: list[str]) -> None:
     """Print what a format could not store, if anything."""
     if dropped:
         print_line(f"note: {path} does not keep {', '.join(dropped)}", error=True)
+
+
+def read_any_mesh(arguments: Namespace) -> tuple[MeshKind, Any]:
+    """Read a mesh of solid cells, or of triangles and quadrilaterals if there are none."""
+    path = Path(arguments.input)
+    form = FORMATS.get(path.suffix.lower())
+    if form is not None and form.surfaces_only:
+        return _surface(path)
+    try:
+        return VOLUMES, read_volume(arguments)
+    except ReadError:
+        raise
+    except MeshError:
+        try:
+            return _surface(path)
+        except MeshError:
+            # The file holds no surface either, so the error of the volume is the one to tell.
+            pass
+        raise
+
+
+def _surface(path: Path) -> tuple[MeshKind, Any]:
+    from .surface_kind import SURFACES
+
+    return SURFACES, SURFACES.read_like(path, None)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
-from ...page import ReportText
 from ..progress import Progress
 from ..terminal import print_line, print_text
-from .arguments import STDOUT, add_html, add_input, add_mpi, add_overwrite, note_dropped
-from .kinds import read_any_mesh
+from .arguments import STDOUT, add_html, add_input, add_mpi, add_overwrite, note_dropped, read_any_mesh
 from .results.outputs import check_page, check_paths, check_pictures, named_inputs, print_summary
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
@@ -65,6 +63,8 @@ def run(arguments: Namespace) -> int:
         if arguments.picture is not None:
             kind.worst_cells(arguments.picture, measured, count=arguments.worst)
         if arguments.html is not None:
+            from ...page import ReportText  # not loaded where no page is written
+
             kind.page(mesh, report=ReportText(str(summary), mesh.notes)).write(arguments.html)
         dropped = []
         if arguments.output is not None:

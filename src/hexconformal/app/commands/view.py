@@ -12,9 +12,8 @@ from ...page import Page, ReportText
 from ...runs import frames_listed
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_html, add_input
+from .arguments import add_html, add_input, read_any_mesh
 from .choices import add_interfaces
-from .kinds import read_any_mesh
 from .results.outputs import check_page, named_inputs
 from .results.pages import series_page
 
