@@ -19,12 +19,12 @@ from ..common import (
     require_choice,
     require_number,
 )
-from ..elements import QUADRATIC_TYPES, all_valid, corner_scaled_jacobian, is_valid, rows_by_type
+from ..elements import all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import DistortionTerm, Objective, inverse_targets
 from ..geometry import kept_edges
 from ..io import as_volume_mesh
-from ..mesh import HexMesh, MixedMesh, NormalizedMesh, blocks_of, collapsed_mesh, counts_by_type
-from ..quality import require_sound
+from ..mesh import HexMesh, NormalizedMesh, collapsed_mesh
+from ..quality import require_linear, require_sound
 from ..solver import (
     AdmissibleDirections,
     Problem,
@@ -124,7 +124,8 @@ class MeshMotion:
         require_number("energy_tolerance", energy_tolerance)
         if not 0.0 < energy_tolerance < 1.0:
             raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
-        self.mesh = _of_linear_cells(as_volume_mesh(mesh))
+        self.mesh = as_volume_mesh(mesh)
+        require_linear(self.mesh)
         self.notes = tuple(finding.message for finding in require_sound(self.mesh))
         self._normalized = normalized = NormalizedMesh(collapsed_mesh(self.mesh))
         if not normalized.valid.all():
@@ -299,17 +300,6 @@ class MeshMotion:
 
     def _named(self, cells: NDArray[np.bool_]) -> str:
         return first_ids(self._ids(cells), self.mesh.cell_labels)
-
-
-def _of_linear_cells(mesh: HexMesh | MixedMesh) -> HexMesh | MixedMesh:
-    """The mesh, or a MeshError if there are others among its cells."""
-    curved = [block for block in blocks_of(mesh) if block.cell_type.name in QUADRATIC_TYPES]
-    if curved:
-        raise MeshError(
-            f"cells of higher order: {counts_by_type(curved)}; a mesh that moves must be of linear cells: "
-            "linearize=True (--linearize) works with their corners"
-        )
-    return mesh
 
 
 def _moving_ids(moving: Any, mesh: HexMesh) -> NDArray[np.int64]:

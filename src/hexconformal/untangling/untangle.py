@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..elements import EDGES, corner_scaled_jacobian, is_valid
+from ..elements import EDGES, corner_scaled_jacobian, edge_lengths, is_valid
 from ..energy import CornerMeasures, CornerWeights
 from ..formulation import Formulation, Iteration, UntanglingSchedule
 from ..mesh import connected_regions, node_rings, unique_edges
@@ -69,7 +69,7 @@ def untangle(
             return
         bad = _tangled(formulation, formulation.measures(points))
         regions = connected_regions(formulation.cells, node_rings(formulation.cells, len(points), bad, width))
-        points = _unfold_patches(formulation.seen_from(points), points, first, regions)
+        points = _as_large(formulation, _unfold_patches(formulation.seen_from(points), points, first, regions), points)
         yield Iteration("untangle patches", points)
         stalled = 0 if _tangledness(formulation, points)[:2] < before[:2] else stalled + 1
 
@@ -163,8 +163,24 @@ def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: in
         after, equation = newton_step(problem.start(points), equation)
         if after.step == 0.0:
             return
-        points, last = after.points, (after.energy + after.decrease, after.energy)
+        last = after.energy + after.decrease, after.energy
+        points = _as_large(formulation, after.points, points)
         yield points
+
+
+def _as_large(formulation: Formulation, points: Field, before: Field) -> Field:
+    """The points, where nothing is held scaled about their middle to the edges there were before.
+
+    Where determinants are below eps the energy falls with the size alone: the mesh would shrink to a point.
+    """
+    admissible = formulation.admissible
+    if formulation.barrier is not None or len(admissible.nodes) > 1 or len(admissible.coupled.nodes):
+        return points
+    cells, nodes = formulation.cells, np.unique(formulation.cells)
+    now, middle = edge_lengths(points, cells).mean(), points[nodes].mean(axis=0)
+    scaled = points.copy()
+    scaled[nodes] = middle + edge_lengths(before, cells).mean() / now * (points[nodes] - middle)
+    return scaled
 
 
 def _least_eps(smallest: float) -> float:
