@@ -152,7 +152,8 @@ class Report(Serializable):
             lines.append(f"edges sharper than {SHARP:g} degrees {after:.4g} long, {before:.4g} before")
         if self.size_ratios is not None:
             low, high = self.size_ratios
-            lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")
+            whose = "those of the input, or the sizes that were given"
+            lines.append(f"volumes of cells {low:.3g} to {high:.3g} times their targets: {whose}")
         return lines
 
     def to_dict(self) -> dict[str, Any]:
