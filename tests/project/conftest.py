@@ -20,7 +20,7 @@ def example_files(tmp_path_factory):
     hc.write(place / "layers.vtu", hc.HexMesh(*generate.boundary_layer((4, 4, 6))))
     sphere = pv.Sphere(radius=1.0, theta_resolution=60, phi_resolution=60)
     sphere.save(place / "part.stl")
-    pv.Icosphere(nsub=2).scale([1.0, 1.2, 1.5]).save(place / "statue.ply")
+    pv.Icosphere(nsub=1).scale([1.0, 1.2, 1.5]).save(place / "statue.ply")
     pv.Box(level=1, quads=True).clean().save(place / "cube.ply")
     _write_box_with_motions(place)
     _write_assembly(place)
