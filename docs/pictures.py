@@ -1,4 +1,4 @@
-"""Draw the pictures of the tour and the how-to pages: python docs/pictures.py [NAME ...].
+"""Draw the pictures of README, the tour and the how-to pages: python docs/pictures.py [NAME ...].
 
 They show what the pages' own lines of Python do to the meshes in data/ and to those of hexconformal.generate.
 """
@@ -25,6 +25,12 @@ from surface.plots import surface_plots
 ROOT = Path(__file__).resolve().parents[1]
 DATA, IMAGES = ROOT / "data", ROOT / "docs" / "images"
 _WIDTH, _COLOURS = 1100, 128
+
+
+def figure3(path: Path) -> None:
+    """The cube of skewed cells that README begins with."""
+    mesh = generate.sheared_cube()
+    plots.before_after(path, mesh, hc.regularize(mesh, gradient_tolerance=1e-12).mesh)
 
 
 def tour_hexes(path: Path) -> None:
@@ -172,6 +178,7 @@ def page(path: Path) -> None:
 PICTURES: dict[str, Callable[[Path], None]] = {
     draw.__name__: draw
     for draw in (
+        figure3,
         tour_hexes,
         tour_quality,
         tour_surface,

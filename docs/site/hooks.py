@@ -24,8 +24,8 @@ _BESIDE = re.compile(r"\]\(((?:\.\./)*)\.\./(?=(?:benchmarks|examples)/)")
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """The benchmarks' tables and the scripts that make them, the notebooks, and the list of changes."""
-    for pattern in ("benchmarks/*.md", "benchmarks/*.py", "examples/*.ipynb"):
+    """The benchmarks' tables and the scripts that make them, the examples, and the list of changes."""
+    for pattern in ("benchmarks/*.md", "benchmarks/*.py", "examples/*.ipynb", "examples/*.py"):
         for path in sorted(ROOT.glob(pattern)):
             files.append(File.generated(config, path.relative_to(ROOT).as_posix(), abs_src_path=str(path)))
     files.append(File.generated(config, "CHANGELOG.md", abs_src_path=str(ROOT / "CHANGELOG.md")))

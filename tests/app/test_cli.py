@@ -92,6 +92,7 @@ from hexconformal.app.cli import main, parser
 main(["--help"])
 main(["quality", "missing.vtu"])
 heavy = {"hexconformal.regularization", "hexconformal.motion", "surface.remeshing", "surface.flow", "pyvista", "rich"}
+heavy |= {"numba", "hexconformal.ranks", "hexconformal.geometry", "surface"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
 assert parser("quality").format_usage() == parser().format_usage()
 assert "hexconformal.motion" in sys.modules

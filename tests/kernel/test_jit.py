@@ -12,7 +12,6 @@ import pytest
 from corner_problems import convex
 from meshes.hexahedra import INVALID_INSIDE
 from meshes.surfaces import icosphere, quad_cube, shaken
-from numba.core.dispatcher import Dispatcher
 from paths import ROOT
 
 import hexconformal as hc
@@ -22,6 +21,7 @@ from hexconformal.elements.hexahedron import CORNERS
 from hexconformal.energy import CornerTerm, CornerWeights, DistortionTerm
 from hexconformal.generate import ball, box, jittered
 from hexconformal.geometry.closest_point import CurveLocator
+from hexconformal.kernel.jit import Loop
 from hexconformal.solver.multigrid import Multigrid
 
 
@@ -33,7 +33,7 @@ def interpreted():
         for name, module in list(sys.modules.items()):
             if name.partition(".")[0] in ("hexconformal", "surface"):
                 for key, value in list(vars(module).items()):
-                    if isinstance(value, Dispatcher):
+                    if isinstance(value, Loop):
                         stack.enter_context(mock.patch.object(module, key, value.py_func))
                         replaced += 1
         assert replaced > 40
@@ -185,7 +185,7 @@ from hexconformal.kernel import dot, loop
 @loop
 def run(x):
     return FACTOR * shifted(dot((x, x, x), (1.0, 1.0, 1.0)))
-print(run(2.0), sum(run.stats.cache_hits.values()))
+print(run(2.0), sum(run.compiled.stats.cache_hits.values()))
 """
 
 

@@ -6,15 +6,20 @@ import importlib.util
 import re
 import shlex
 import shutil
+import webbrowser
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
+import pyvista
 from paths import ROOT
 
-from hexconformal.app.cli import parser
+import hexconformal as hc
+from hexconformal.app.cli import main
 
 DOCS = ROOT / "docs"
-PAGES = [DOCS / "tour.md", *sorted((DOCS / "howto").glob("*.md"))]
+PAGES = [DOCS / f"{name}.md" for name in ("tour", "moving", "compatible", "flows", "paraview")]
+PAGES += sorted((DOCS / "howto").glob("*.md"))
 
 
 def blocks(page: Path) -> list[str]:
@@ -24,10 +29,22 @@ def blocks(page: Path) -> list[str]:
     return [b for b, need in zip(found, needs, strict=True) if need is None or importlib.util.find_spec(need[1])]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_pages_run(page, tmp_path, monkeypatch, capsys):
+def page_name(page: Path) -> str:
+    return page.relative_to(DOCS).with_suffix("").as_posix()
+
+
+@pytest.fixture
+def folder(example_files, tmp_path, monkeypatch):
+    """The working folder, with the files that the pages speak of."""
     shutil.copytree(ROOT / "data", tmp_path / "data")
+    shutil.copytree(example_files, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", PAGES, ids=page_name)
+def test_pages_run(page, folder, monkeypatch, capsys):
+    monkeypatch.setattr(pyvista.DataSet, "plot", lambda *_, **__: None)  # opens a window
     names = {}
     for block in blocks(page):
         exec(compile(block, f"{page.name}: {block.splitlines()[0]}", "exec"), names)
@@ -37,10 +54,34 @@ def test_pages_run(page, tmp_path, monkeypatch, capsys):
     assert names
 
 
-@pytest.mark.parametrize("page", [*PAGES, *DOCS.glob("*.md")], ids=lambda page: page.stem)
-def test_commands_parse(page):
-    for line in re.findall(r"^    hexconformal (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE):
-        assert parser().parse_args(shlex.split(line, comments=True)).run, line
+def commands(page: Path) -> list[str]:
+    """The commands of a page, without what is said of them behind a #."""
+    lines = re.findall(r"^    hexconformal (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return [shlex.join(shlex.split(line, comments=True)) for line in lines]
+
+
+WITH_COMMANDS = [page for page in sorted(DOCS.rglob("*.md")) if commands(page)]
+
+
+def test_most_pages_show_commands():
+    assert len(WITH_COMMANDS) > 9
+
+
+@pytest.mark.parametrize("page", WITH_COMMANDS, ids=page_name)
+def test_commands_run(page, folder, monkeypatch, capsys, request):
+    monkeypatch.setattr(webbrowser, "open", lambda _: True)
+    for line in commands(page):
+        if "picture" in line:
+            request.getfixturevalue("rendering")
+        # Each command of a flow stands for itself.
+        if line.startswith(("flow", "move")) and "--resume" not in line:
+            shutil.rmtree("run", ignore_errors=True)
+        assert main(shlex.split(line)) == 0, (line, capsys.readouterr().err)
+
+
+def test_all_options_are_in_the_table():
+    rows = re.findall(r"^\| (`.*?) \|", (DOCS / "options.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(re.findall(r"`(\w+)`", "".join(rows))) == sorted(field.name for field in fields(hc.Options))
 
 
 def test_mathematics_points_at_code():

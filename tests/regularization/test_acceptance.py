@@ -22,6 +22,7 @@ def test_a_mesh_comes_back_rather_than_a_worse_one():
         assert min(change, record.mean_scaled_jacobian - records[0].mean_scaled_jacobian) < -1e-5
     assert report.largest_displacement == 0.0
     assert report.reason.endswith("nothing better than the input was found")
+    assert report.energy_after == report.energy_before
 
 
 def test_a_corner_that_is_held_does_not_keep_the_rest_from_getting_better():
@@ -50,6 +51,7 @@ def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch)
     assert np.array_equal(result.points, points)
     assert "the surface would move by 0.02" in result.report.reason
     assert not result.converged
+    assert result.report.energy_after == result.report.energy_before
     assert result.report.hausdorff == 0.0
 
 

@@ -245,3 +245,14 @@ def test_cells_that_cannot_be_unfolded_because_of_an_interface_say_so():
     assert told.after.inverted > 0
     assert any("faces inside that are kept: interfaces='ignore' lets these go" in note for note in told.notes)
     assert hc.regularize(meshed(points, cells, layers), interfaces="ignore").report.after.invalid == 0
+
+
+def test_the_note_of_a_fixed_boundary_counts_the_nodes_of_interfaces_that_can_move():
+    points, cells, material, plane = two_materials()
+    mesh, inside = meshed(points, cells, material), 16  # of the 36 nodes of the plane
+    told = {}
+    for name, fixed in (("none", None), ("plane", plane)):
+        report = hc.regularize(mesh, boundary="fixed", fixed=fixed, max_iterations=1).report
+        (told[name],) = (note for note in report.notes if note.startswith(("16 nodes", "0 nodes")))
+    assert told["none"] == f"{inside} nodes of faces inside slide in their planes, 20 stay"
+    assert told["plane"] == "0 nodes of faces inside slide in their planes, 36 stay"

@@ -21,7 +21,7 @@ def test_cells_resist_losing_and_gaining_volume_unless_their_sizes_are_free():
         ratios[sizes] = np.abs(np.log(ratio)).max()
         told = result.report.size_ratios
         assert told is None if sizes == "free" else told == pytest.approx((ratio.min(), ratio.max()))
-        assert ("times what they should be" in str(result.report)) == (sizes == "input")
+        assert ("times their targets" in str(result.report)) == (sizes == "input")
         assert result.report.after.invalid == 0
     assert ratios["input"] < 0.8 * ratios["free"]
 

@@ -7,7 +7,7 @@ from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
 from ..common import MeshError, OptionError, WriteError, interruptible
-from ..io import READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
+from ..io import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
 from ..kernel import use_threads
 from ..version import __version__
 from .commands import COMMANDS, Command, load
@@ -24,9 +24,10 @@ _EXIT_CODES = """exit codes:
 
 
 _FORMATS = f"""formats:
-  read     {" ".join(READ_EXTENSIONS[:14])}
-           {" ".join(READ_EXTENSIONS[14:])}
-  written  {" ".join(WRITE_EXTENSIONS)}
+  read      {" ".join(READ_EXTENSIONS[:14])}
+            {" ".join(READ_EXTENSIONS[14:])}
+  written   {" ".join(WRITE_EXTENSIONS)}
+  surfaces  also {" ".join(sorted(key for key, form in FORMATS.items() if form.surfaces_only))}
 """
 
 
@@ -94,7 +95,7 @@ def parser(command: str | None = None) -> ArgumentParser:
     """The parser of the command line; where one command is named, the others have no arguments, and are not loaded."""
     result = Parser(
         prog="hexconformal",
-        description="Make hexahedral meshes, and surfaces, regular by minimizing quaternionic conformal distortion.",
+        description="Make meshes of solid cells, and surfaces, regular by minimizing their quaternionic distortion.",
         epilog=f"{_FORMATS}\n{_EXIT_CODES}\n`hexconformal COMMAND --help` shows options and examples.",
         formatter_class=RawDescriptionHelpFormatter,
         allow_abbrev=False,

@@ -94,7 +94,7 @@ class _Filter(VTKPythonAlgorithmBase):  # type: ignore[misc]
 @smproperty.input(name="Input", port_index=0)
 @smdomain.datatype(dataTypes=["vtkUnstructuredGrid"])
 class RegularizeHexahedra(_Filter):
-    """Makes the cells of a hexahedral mesh regular; see :func:`hexconformal.regularize`."""
+    """Makes the cells of a hexahedral or mixed mesh regular; see :func:`hexconformal.regularize`."""
 
     label = "Regularize Hexahedra"
 

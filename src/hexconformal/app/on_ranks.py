@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
@@ -40,16 +40,9 @@ from .terminal import print_line, print_text
 if TYPE_CHECKING:
     from ..regularization import Options, Regularization
 
-__all__ = ["add_mpi", "quality_on_ranks", "regularize_on_ranks"]
+__all__ = ["quality_on_ranks", "regularize_on_ranks"]
 
 _HEADSTART = 1.0  # seconds: where all ranks fail alike rank 0 says so before another ends them all
-
-
-def add_mpi(parser: ArgumentParser, output: str) -> None:
-    """Add the flag that makes a command one of all ranks; `output` says what it writes then."""
-    parser.add_argument(
-        "--mpi", action="store_true", help=f"work on the ranks that mpiexec has started, each on its share; {output}"
-    )
 
 
 def regularize_on_ranks(arguments: Namespace, options: Options) -> int:

@@ -78,7 +78,9 @@ def read_motion(path: str | os.PathLike[str]) -> BoundaryMotion:
         If the file cannot be read, a column is missing, a value is no number, or a time names other nodes than
         the first, or one twice.
     """
-    if os.path.exists(path) and not os.path.isfile(path):
+    if not os.path.exists(path):
+        raise ReadError(f"{path} does not exist")
+    if not os.path.isfile(path):
         raise ReadError(f"cannot read {path}: it must be a regular file")
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:

@@ -91,7 +91,7 @@ class MixedSummary(Summary):
     types: dict[str, Summary]
 
     def __str__(self) -> str:
-        lines = [self._counts("cells")]
+        lines = [self._counts("cells")] if len(self.types) > 1 else []
         for name, one in self.types.items():
             head = one._counts(SOLID_TYPES[name].plural if one.count != 1 else SOLID_TYPES[name].singular)
             lines += [head, *as_table({measure: getattr(one, measure) for measure in MEASURES})]

@@ -119,7 +119,7 @@ class Report(Serializable):
             ("volume", before.total_volume, after.total_volume),
         ]
         if isinstance(before, MixedSummary) and isinstance(after, MixedSummary):
-            for name, one in before.types.items():
+            for name, one in before.types.items() if len(before.types) > 1 else ():
                 minimum = one.scaled_jacobian.min, after.types[name].scaled_jacobian.min
                 rows.append((f"{SOLID_TYPES[name].plural}, scaled jac. min", *minimum))
         if isfinite(self.energy_before) and isfinite(self.energy_after):
@@ -152,7 +152,8 @@ class Report(Serializable):
             lines.append(f"edges sharper than {SHARP:g} degrees {after:.4g} long, {before:.4g} before")
         if self.size_ratios is not None:
             low, high = self.size_ratios
-            lines.append(f"volumes of cells {low:.3g} to {high:.3g} times what they should be")
+            whose = "those of the input, or the sizes that were given"
+            lines.append(f"volumes of cells {low:.3g} to {high:.3g} times their targets: {whose}")
         return lines
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Regularize a hexahedral mesh: the main job, from whatever the user has to a better mesh and a report."""
+"""Regularize a mesh: the main job, from whatever the user has to a better mesh and a report."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ class Regularization:
         if self._on_ranks is not None:
             self._on_ranks.require_stages(self._setting)
         self._stages = Stages(self._setting, self._boundary)
-        self._points = self._normalized.points
+        self._points, self._energy = self._normalized.points, float("nan")
         self._records = self._run()
 
     @property
@@ -206,7 +206,7 @@ class Regularization:
             record = self._record(iteration)
             self.history.append(record)
             if self._acceptable(record):
-                self._points = iteration.points
+                self._points, self._energy = iteration.points, record.energy
             yield record
 
     def result(self) -> Result:
@@ -221,14 +221,15 @@ class Regularization:
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
         shift = points - self.mesh.points
         moved = np.linalg.norm(shift, axis=1)
+        energy = self.history[0].energy if self.history else float("nan")
         mesh, diagonal = self._normalized.mesh, self._normalized.diagonal * self._normalized.unit
         regions = self._setting.regions
         interfaces, notes = ((), []) if regions is None else interface_rows(regions, mesh, points, diagonal)
         report = Report(
             before=before.summary(),
             after=after.summary(),
-            energy_before=self.history[0].energy if self.history else float("nan"),
-            energy_after=self.history[-1].energy if self.history else float("nan"),
+            energy_before=energy,
+            energy_after=self._energy if shift.any() else energy,
             boundary_moved=int((moved[np.unique(self._normalized.node_ids[self._normalized.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=diagonal,

@@ -32,8 +32,8 @@ def test_quality_tells_of_each_type_and_writes_the_measures_of_all(grid, here, c
         out[0] == f"13 cells, {summary.inverted} inverted, {summary.invalid} invalid, volume {summary.total_volume:.6g}"
     )
     assert [line for line in out if line.startswith("8 tetrahedra, ")]
-    assert out[-4] == "worst cells (id, scaled jacobian, centre, type)"
-    for line, cell in zip(out[-3:], summary.worst, strict=True):
+    assert out[-5] == "worst cells (id, scaled jacobian, centre, type)"
+    for line, cell in zip(out[-4:-1], summary.worst, strict=True):
         assert line.split()[0] == str(cell.id)
         assert line.endswith(f")  {cell.type}")
         assert grid.celltypes[cell.id] == {"tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14}[cell.type]
@@ -82,6 +82,19 @@ def test_check_tells_what_there_is(grid, capsys):
     pv.examples.cells.Tetrahedron().save("tetrahedron.vtu")
     assert run("check tetrahedron.vtu --other-cells keep") == 0
     assert "1 tetrahedron, 4 points" in capsys.readouterr().out
+
+
+def test_check_tells_of_regions_and_the_faces_between_them(grid, capsys):
+    parts = pv.read("mixed.vtu")
+    parts.cell_data["material"] = (parts.celltypes == 10).astype(int)
+    parts.save("parts.vtu")
+    assert run("check parts.vtu") == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[6] == "2 regions (array 'material'), 1 interface"
+    assert out[9].split()[:2] == ["1", "8"]
+    assert out[11].startswith("0 | 1")
+    assert run("check parts.vtu --interfaces ignore") == 0
+    assert "region" not in capsys.readouterr().out
 
 
 def test_wedges_in_the_reverse_order_are_told_and_turned_round(grid, capsys):

@@ -147,6 +147,11 @@ def test_tables_that_make_no_sense_are_refused(tmp_path, text, message):
         read_motion(tmp_path / "motion.csv")
 
 
+def test_a_table_that_is_not_there_is_told(tmp_path):
+    with pytest.raises(ReadError, match=r"missing\.csv does not exist$"):
+        read_motion(tmp_path / "missing.csv")
+
+
 def test_interfaces_are_those_of_a_named_array(tmp_path, capsys):
     points, cells = box((4, 2, 2), (2.0, 1.0, 1.0))
     layer = np.where(points[cells].mean(axis=1)[:, 0] < 1.0, 1, 2)

@@ -134,6 +134,14 @@ def test_a_page_does_not_replace_an_input(tmp_path, monkeypatch, capsys):
     assert "part.html is the input already" in error_line(capsys)
 
 
+def test_a_history_that_is_not_there_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DATA / "sheared_cube.vtu", "part.vtu")
+    assert run("regularize part.vtu better.vtu --frames run.pvd --max-iterations 1 --quiet") == 0
+    assert run("view run.pvd --history run.csv --no-browser") == 1
+    assert error_line(capsys) == "error: run.csv does not exist\n"
+
+
 def test_commands_that_write_no_page_do_not_load_what_makes_one():
     script = "import sys, hexconformal.app, hexconformal; print('hexconformal.page' in sys.modules)"
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

@@ -13,9 +13,10 @@ import hexconformal as hc
 def test_quality_names_the_worst_cells_and_writes_the_measures(here, capsys):
     assert run("quality part.vtu --worst 2 --out measured.vtu --plot q.png") == 0
     out = capsys.readouterr().out
+    assert out.endswith("\nwrote measured.vtu, q.png\n")
     measured = hc.quality("part.vtu")
     worst = int(measured.scaled_jacobian.argmin())
-    assert out.splitlines()[-2].split()[0] == str(worst)
+    assert out.splitlines()[-3].split()[0] == str(worst)
     grid = pv.read("measured.vtu")
     for name in ("scaled_jacobian", "minimum_jacobian", "shape", "conformal_distortion", "edge_ratio", "volume"):
         np.testing.assert_array_equal(grid[name], getattr(measured, name))

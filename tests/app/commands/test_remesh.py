@@ -14,7 +14,7 @@ from program import error_line, interrupted, run
 
 import surface
 from hexconformal.app.cli import parser
-from hexconformal.app.commands.kinds import SURFACES
+from hexconformal.app.commands.surface_kind import SURFACES
 from hexconformal.generate import box
 from surface.quality.assessment import MEASURES
 
@@ -241,8 +241,8 @@ def test_quality_measures_surfaces(here, capsys, name):
     measured = surface.quality(name)
     lines = out.splitlines()
     assert lines[0].startswith(f"{len(measured.area)} cells, ")
-    assert lines[-3] == "worst cells (id, conformality, centre)"
-    assert int(lines[-2].split()[0]) == measured.summary(worst=1).worst[0].id
+    assert lines[-4] == "worst cells (id, conformality, centre)"
+    assert int(lines[-3].split()[0]) == measured.summary(worst=1).worst[0].id
     written = surface.read("measured.vtu")
     for measure in MEASURES:
         np.testing.assert_array_equal(written.cell_data[measure], getattr(measured, measure))

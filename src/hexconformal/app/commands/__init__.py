@@ -13,7 +13,7 @@ __all__ = ["COMMANDS", "Command", "load"]
 
 # With the texts of their help; the first sentences stand in the list of commands, in this order.
 COMMANDS = {
-    "regularize": "Make the cells of a mesh of hexahedra, wedges, pyramids or tetrahedra regular."
+    "regularize": "Make the cells of a mesh of hexahedra, linear or quadratic, wedges, pyramids or tetrahedra regular."
     " Inverted cells are unfolded, valid ones stay valid.",
     "remesh": "Make the cells of a triangle or quad surface regular. The shape is kept, no cell turns over.",
     "flow": "Let a surface flow to lower area or bending energy, remeshing on the way."
@@ -22,7 +22,7 @@ COMMANDS = {
     " Writes frames with the mesh velocity, a history and a checkpoint after every step into a folder;"
     " ends with exit code 1 where the boundary asks for the impossible.",
     "quality": "Measure every cell of a mesh (validity, det J > 0 everywhere, is certified) or of a surface."
-    " Wedges, pyramids and tetrahedra are measured like hexahedra.",
+    " Wedges, pyramids, tetrahedra and quadratic hexahedra are measured like hexahedra.",
     "view": "Look at a mesh, a surface or a series in a browser."
     " Writes one page, which needs no network and no server, and opens it.",
     "orient": "Put mirrored cells, or cells in a foreign node order, into VTK's order. No point moves.",

@@ -6,20 +6,24 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
+from ...common import MeshError, ReadError
 from ...elements import HEXAHEDRON
-from ...io import as_volume_mesh, read
+from ...io import FORMATS, as_volume_mesh, read
 from ...mesh import HexMesh, MixedMesh
 from ..terminal import print_line
+from .kinds import VOLUMES, MeshKind
 
 __all__ = [
     "STDOUT",
     "add_html",
     "add_input",
+    "add_mpi",
     "add_output",
     "add_outputs",
     "add_outside_references",
     "add_overwrite",
     "note_dropped",
+    "read_any_mesh",
     "read_hexahedra",
     "read_to_work_on",
     "read_volume",
@@ -43,6 +47,13 @@ def add_outside_references(parser: ArgumentParser) -> None:
     """Add the flag that lets files name others in any folder."""
     parser.add_argument(
         "--outside-references", action="store_true", help="let IN name files outside its folder (.xdmf, .pvtu, .inp)"
+    )
+
+
+def add_mpi(parser: ArgumentParser, output: str) -> None:
+    """Add the flag that makes a command one of all ranks; `output` says what it writes then."""
+    parser.add_argument(
+        "--mpi", action="store_true", help=f"work on the ranks that mpiexec has started, each on its share; {output}"
     )
 
 
@@ -101,3 +112,28 @@ def note_dropped(path: str, dropped: list[str]) -> None:
     """Print what a format could not store, if anything."""
     if dropped:
         print_line(f"note: {path} does not keep {', '.join(dropped)}", error=True)
+
+
+def read_any_mesh(arguments: Namespace) -> tuple[MeshKind, Any]:
+    """Read a mesh of solid cells, or of triangles and quadrilaterals if there are none."""
+    path = Path(arguments.input)
+    form = FORMATS.get(path.suffix.lower())
+    if form is not None and form.surfaces_only:
+        return _surface(path)
+    try:
+        return VOLUMES, read_volume(arguments)
+    except ReadError:
+        raise
+    except MeshError:
+        try:
+            return _surface(path)
+        except MeshError:
+            # The file holds no surface either, so the error of the volume is the one to tell.
+            pass
+        raise
+
+
+def _surface(path: Path) -> tuple[MeshKind, Any]:
+    from .surface_kind import SURFACES
+
+    return SURFACES, SURFACES.read_like(path, None)

@@ -1,4 +1,4 @@
-"""What a hexahedral mesh carries besides its cells, told by `check`."""
+"""What a mesh carries besides its cells, told by `check`."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ from ..progress import Progress
 from ..terminal import print_line
 from .arguments import add_html, add_outside_references
 from .choices import add_interfaces
-from .kinds import SURFACES
 from .results.outputs import check_page, named_inputs
 from .results.pages import series_page
+from .surface_kind import SURFACES
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 

@@ -1,27 +1,21 @@
-"""Volumes and surfaces: how a mesh of either kind is read, measured, drawn and written."""
+"""Kinds of meshes: how one is read, measured, drawn and written; volumes are here, `surface_kind` has the other."""
 
 from __future__ import annotations
 
-from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import surface
-from surface import plots as surface_plots
-from surface.io import EXTENSIONS
-from surface.page import surface_page
+from typing import TYPE_CHECKING, Any
 
 from ... import plots
-from ...common import MeshError, ReadError
-from ...io import READ_EXTENSIONS, WRITE_EXTENSIONS, as_volume_mesh, read, write
+from ...io import WRITE_EXTENSIONS, as_volume_mesh, read, write
 from ...mesh import MixedMesh
-from ...page import Page, volume_page
 from ...quality import Quality, quality
-from .arguments import read_volume
 
-__all__ = ["SURFACES", "VOLUMES", "MeshKind", "read_any_mesh"]
+if TYPE_CHECKING:
+    from ...page import Page
+
+__all__ = ["VOLUMES", "MeshKind"]
 
 
 @dataclass(frozen=True)
@@ -66,6 +60,12 @@ def _read_volume_like(path: Path, mesh: Any) -> Any:
     return read(path, other_cells="keep", linearize=True)
 
 
+def _page_of_volume(*meshes: Any, **options: Any) -> Page:
+    from ...page import volume_page  # not loaded where no page is written
+
+    return volume_page(*meshes, **options)
+
+
 VOLUMES = MeshKind(
     measure=quality,
     arrays=Quality.arrays,
@@ -75,39 +75,6 @@ VOLUMES = MeshKind(
     before_after=plots.before_after,
     worst_cells=plots.worst_cells,
     worst_measure="scaled_jacobian",
-    page=volume_page,
+    page=_page_of_volume,
     read_like=_read_volume_like,
 )
-SURFACES = MeshKind(
-    measure=surface.quality,
-    arrays=surface.Quality.arrays,
-    write=surface.write,
-    extensions=EXTENSIONS,
-    histogram=surface_plots.histogram,
-    before_after=surface_plots.before_after,
-    worst_cells=surface_plots.worst_cells,
-    worst_measure="conformality",
-    page=surface_page,
-    read_like=lambda path, mesh: surface.read(path),
-)
-
-
-def read_any_mesh(arguments: Namespace) -> tuple[MeshKind, Any]:
-    """Read a mesh of solid cells, or of triangles and quadrilaterals if there are none."""
-    extension = Path(arguments.input).suffix.lower()
-    is_surface_file = extension in SURFACES.extensions
-    if is_surface_file and extension not in READ_EXTENSIONS:
-        return SURFACES, surface.read(arguments.input)
-    try:
-        return VOLUMES, read_volume(arguments)
-    except ReadError:
-        raise
-    except MeshError:
-        if not is_surface_file:
-            raise
-        try:
-            return SURFACES, surface.read(arguments.input)
-        except MeshError:
-            # The file holds no surface either, so the error of the volume is the one to tell.
-            pass
-        raise

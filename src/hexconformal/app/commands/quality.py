@@ -5,12 +5,9 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from ...common import MeshError, OptionError, check_writable, unusable_points, write_text
-from ...page import ReportText
-from ..on_ranks import add_mpi, quality_on_ranks
 from ..progress import Progress
-from ..terminal import print_text
-from .arguments import STDOUT, add_html, add_input, add_overwrite, note_dropped
-from .kinds import read_any_mesh
+from ..terminal import print_line, print_text
+from .arguments import STDOUT, add_html, add_input, add_mpi, add_overwrite, note_dropped, read_any_mesh
 from .results.outputs import check_page, check_paths, check_pictures, named_inputs, print_summary
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
@@ -43,6 +40,8 @@ def run(arguments: Namespace) -> int:
     if arguments.worst < 0:
         raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
     if arguments.mpi:
+        from ..on_ranks import quality_on_ranks  # with all that ranks need, which others do not
+
         return quality_on_ranks(arguments)
     to_file = None if arguments.json == STDOUT else arguments.json
     files = [arguments.output, to_file, arguments.plot, arguments.picture, arguments.html]
@@ -64,6 +63,8 @@ def run(arguments: Namespace) -> int:
         if arguments.picture is not None:
             kind.worst_cells(arguments.picture, measured, count=arguments.worst)
         if arguments.html is not None:
+            from ...page import ReportText  # not loaded where no page is written
+
             kind.page(mesh, report=ReportText(str(summary), mesh.notes)).write(arguments.html)
         dropped = []
         if arguments.output is not None:
@@ -74,5 +75,7 @@ def run(arguments: Namespace) -> int:
         print_text(summary.to_json())
     else:
         print_summary(summary, kind.worst_measure)
+        if any(files):
+            print_line(f"wrote {', '.join(filter(None, files))}")
     note_dropped(arguments.output, dropped)
     return 0

@@ -13,8 +13,7 @@ from ...elements import QUADRATIC_TYPES, corner_scaled_jacobian
 from ...mesh import HexMesh, MixedMesh, blocks_of, collapsed_mesh, find_regions, region_arrays
 from ...quality import quality
 from ...regularization import Options, run_on
-from ..on_ranks import add_mpi, regularize_on_ranks
-from .arguments import add_input, add_output, add_outputs, read_to_work_on
+from .arguments import add_input, add_mpi, add_output, add_outputs, read_to_work_on
 from .choices import add_choice, add_interfaces
 from .kinds import VOLUMES, MeshKind
 from .results.job import run_command
@@ -138,5 +137,7 @@ def run(arguments: Namespace) -> int:
     """Regularize a mesh; an interruption leaves the mesh reached so far."""
     options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
     if arguments.mpi:
+        from ..on_ranks import regularize_on_ranks  # with all that ranks need, which others do not
+
         return regularize_on_ranks(arguments, options)
     return run_command(arguments, VOLUMES, lambda: RegularizeJob(read_to_work_on(arguments), options))

@@ -19,8 +19,8 @@ from surface.remeshing import EMPHASES, Options, Remeshing
 from ...common import OptionError
 from .arguments import add_output, add_outputs, add_outside_references
 from .choices import add_choice, add_interfaces
-from .kinds import SURFACES
 from .results.job import run_command
+from .surface_kind import SURFACES
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 

@@ -7,14 +7,13 @@ import webbrowser
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ...common import MeshError, check_writable, unusable_points
+from ...common import MeshError, ReadError, check_writable, unusable_points
 from ...page import Page, ReportText
 from ...runs import frames_listed
 from ..progress import Progress
 from ..terminal import print_line
-from .arguments import add_html, add_input
+from .arguments import add_html, add_input, read_any_mesh
 from .choices import add_interfaces
-from .kinds import read_any_mesh
 from .results.outputs import check_page, named_inputs
 from .results.pages import series_page
 
@@ -71,6 +70,8 @@ def _page_of_series(arguments: Namespace) -> Page:
     series = Path(arguments.input)
     beside = series.parent / "history.csv"
     history = beside if arguments.history is None and beside.is_file() else arguments.history
+    if history is not None and not Path(history).is_file():
+        raise ReadError(f"{history} does not exist")
     first = Namespace(**{**vars(arguments), "input": str(frames_listed(series)[0][1]), "other_cells": "keep"})
     kind, _ = read_any_mesh(first)
     return series_page(series, kind, history and Path(history), interfaces=arguments.interfaces)

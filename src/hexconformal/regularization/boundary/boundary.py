@@ -114,7 +114,8 @@ def boundary_of(
         labels, mode = normalized.node_labels, options.boundary
         admissible = boundary_directions(points, quads, mode, fixed, labels, edges, exact, coupled)
         if len(kept.quads):
-            can = count_free_directions(exact)[np.unique(kept.quads)] > 0
+            held_back = np.eye(3) - admissible.all_projectors(len(points))
+            can = count_free_directions(held_back)[np.unique(kept.quads)] > 0
             notes.insert(0, f"{can.sum()} nodes of faces inside slide in their planes, {(~can).sum()} stay")
         return Boundary(admissible, notes=tuple(notes))
     tolerance = options.hausdorff * normalized.diagonal

@@ -19,7 +19,6 @@ from ....common import (
     same_file,
 )
 from ....io import files_named_by
-from ....page import PAGE_EXTENSIONS
 from ....plots import PICTURE_EXTENSIONS, require_rendering
 from ....runs import series_place
 from ...terminal import print_line, print_text
@@ -164,5 +163,7 @@ def check_pictures(plot: str | None, *scenes: str | None) -> None:
 def check_page(path: str | None, inputs: Mapping[Path, str] | None = None) -> None:
     """Raise a WriteError or OptionError unless a page can be written there, and is no input; None is not wanted."""
     if path is not None:
+        from ....page import PAGE_EXTENSIONS  # not loaded where no page is written
+
         check_writable(path, PAGE_EXTENSIONS)
         check_paths([None, path], inputs or {})
