@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import hexconformal as hc
+from hexconformal.formulation import Iteration
 from hexconformal.generate import cylinder
 from hexconformal.geometry import SurfaceLocator, hausdorff
 from hexconformal.mesh import boundary_quads
-from hexconformal.regularization.quadratic import QuadraticRegularization
+from hexconformal.regularization.quadratic import QuadraticRegularization, stages
+from hexconformal.regularization.quadratic import run as quadratic_run
 from hexconformal.regularization.quadratic.cut_mesh import CutMesh
 from hexconformal.regularization.quadratic.schedule import QuadraticSchedule
 from hexconformal.regularization.quadratic.setting import QuadraticSetting
@@ -168,6 +170,21 @@ def test_a_run_that_is_left_is_within_its_bound():
     assert not report.converged
     assert report.after.invalid <= report.before.invalid
     assert report.hausdorff <= 0.005
+
+
+def test_what_does_not_unfold_while_the_boundary_slides_may_where_it_stays(monkeypatch):
+    mesh = shaken_cylinder(27)[0]
+    held = []
+
+    def unfold(setting, points):
+        held.append(not setting.boundary.admissible.free(len(points))[setting.boundary.on_it].any())
+        return stages.unfold(setting, points) if held[-1] else iter([Iteration("untangle", points)])
+
+    monkeypatch.setattr(quadratic_run, "unfold", unfold)
+    report = hc.regularize(mesh).report
+    assert report.before.invalid > 0
+    assert held == [False, True]
+    assert report.after.invalid == 0
 
 
 def test_a_bound_too_small_to_be_followed_is_as_none():

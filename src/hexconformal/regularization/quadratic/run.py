@@ -144,6 +144,14 @@ class QuadraticRegularization:
         for iteration in unfold(setting, points):
             points = iteration.points
             yield iteration
+        left = int(setting.folded_cells(points).sum())
+        if left and setting.boundary.sliding is not None:
+            # What a boundary that slides folds anew may unfold where it stays.
+            other = points
+            for iteration in unfold(setting.with_boundary_held(), setting.start):
+                other = iteration.points
+                yield iteration
+            points = other if setting.folded_cells(other).sum() < left else points
         back = pulled_back(setting, points)
         if back is not points:
             points = back

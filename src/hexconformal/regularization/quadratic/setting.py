@@ -58,6 +58,10 @@ class QuadraticSetting:
         """The same where some cells (m,) stay folded."""
         return replace(self, boundary=self.boundary.with_held(self.nodes_of(cells)), folded=self.folded | cells)
 
+    def with_boundary_held(self) -> QuadraticSetting:
+        """The same with a boundary that stays."""
+        return replace(self, boundary=self.boundary.with_held(self.boundary.on_it))
+
     def nodes_of(self, cells: Mask) -> Mask:
         """(n,) nodes of some cells (m,)."""
         nodes = np.zeros(len(self.mesh.points), dtype=bool)
