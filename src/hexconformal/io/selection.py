@@ -99,7 +99,10 @@ def select(
         notes.append(f"cells taken as linear, their edges straightened: {_counts_by_type(linearized)}")
     curved = _counts_by_type([block for block in others if block.name in QUADRATIC_TYPES])
     if curved:
-        raise MeshError(f"cells of higher order: {curved}; linearize=True (--linearize) works with their corners")
+        as_they_are = ", as_volume_mesh takes them as they are" if tuple(types) == HEXAHEDRA else ""
+        raise MeshError(
+            f"cells of higher order: {curved}; linearize=True (--linearize) works with their corners{as_they_are}"
+        )
     wanted = ", ".join(CELL_TYPES[name].plural for name in types if name in CELL_TYPES)
     if not found:
         flat = blocks and all(block.name in ("triangle", "quad") for block in blocks)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from .options import Record
 from .volume_restoration import enclosed_volumes, restore_volumes
 
 __all__ = [
+    "Outcome",
     "auto_target_notes",
     "boundary_distance",
     "mean_boundary_distance",
@@ -36,6 +38,27 @@ _ROUNDING = 1e-12  # of a scaled Jacobian
 _APART = 1e-5  # diagonals; patches that are flat to less than this are where they were
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
 _POOR_SHAPE, _SHAPE_LOSS = 0.1, 0.9  # below this, less than so much of it is worse
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say.
+
+    Where the run has led too far the input is what it comes to, and no criterion is met.
+    """
+
+    points: Field
+    reason: str
+    distance: float = 0.0
+    mean_distance: float = 0.0
+    notes: tuple[str, ...] = ()
+    is_input: bool = False
+
+    @classmethod
+    def too_far(cls, points: Field, what: str, moved: float) -> Outcome:
+        """The input points (n, 3), as something would move farther than it may, by so many diagonals."""
+        reason = f"{what} would move by {moved:.4g}: the input is returned; allow more (hausdorff)"
+        return cls(np.array(points), reason, is_input=True)
 
 
 def no_worse_than(record: Record, first: Record) -> bool:

@@ -19,6 +19,7 @@ from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh, region_ar
 from ..page import Curve, Frame, HasPage, Page, columns_of, curves_of, volume_page
 from ..quality import attainable_scaled_jacobian, quality, require_linear, require_sound
 from .acceptance import (
+    Outcome,
     auto_target_notes,
     boundary_distance,
     mean_boundary_distance,
@@ -96,21 +97,6 @@ class Result(HasPage):
             curves=curves_of(columns, "iteration", "iterations", _CURVES),
             interfaces=self.interfaces,
         )
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say.
-
-    Where the run has led too far the input is what it comes to, and no criterion is met.
-    """
-
-    points: Field
-    reason: str
-    distance: float = 0.0
-    mean_distance: float = 0.0
-    notes: tuple[str, ...] = ()
-    too_far: bool = False
 
 
 class Regularization:
@@ -236,7 +222,7 @@ class Regularization:
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=outcome.reason,
-            converged=self._stages.state.converged and not outcome.too_far,
+            converged=self._stages.state.converged and not outcome.is_input,
             options=self.options.described(),
             notes=(*self._all_notes(), *outcome.notes, *notes),
             hausdorff=outcome.distance,
@@ -269,7 +255,7 @@ class Regularization:
             return record.inverted <= first.inverted
         return not self.options.raises_worst or no_worse_than(record, first)
 
-    def _outcome(self) -> _Outcome:
+    def _outcome(self) -> Outcome:
         """The points the run comes to; the input where no better mesh keeps what is promised."""
         normalized, boundary, bound = self._normalized, self._stages.state.boundary, self.options.hausdorff
         points, reason = self._points, self._stages.state.reason
@@ -290,21 +276,16 @@ class Regularization:
         moved = boundary_distance(points, normalized, boundary, self.options.boundary)
         between = sheets_distance(points, normalized, boundary, bound)
         if between > bound:
-            return self._input_for("an interface", between)
+            return Outcome.too_far(self.mesh.points, "an interface", between)
         if self.options.boundary == "slide" and moved > bound:
             if boundary.reference is None:
-                return self._input_for("the surface", moved)
+                return Outcome.too_far(self.mesh.points, "the surface", moved)
             notes.append(
                 f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
                 f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
             )
         mean = mean_boundary_distance(points, normalized, boundary) if moved > 0.0 else 0.0
-        return _Outcome(normalized.to_user(points), reason, moved, mean, tuple(notes))
-
-    def _input_for(self, what: str, moved: float) -> _Outcome:
-        """The input, as something would move farther than it may."""
-        reason = f"{what} would move by {moved:.4g}: the input is returned; allow more (hausdorff)"
-        return _Outcome(np.array(self.mesh.points), reason, too_far=True)
+        return Outcome(normalized.to_user(points), reason, moved, mean, tuple(notes))
 
     def _brought_back(self, points: Field) -> Field:
         """The points, with the boundary within its bound where the run was left before it was, and that can be."""
