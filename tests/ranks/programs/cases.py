@@ -52,6 +52,7 @@ CASES = {
     "flat faces slide": (block, Options(**TIGHT)),
     "flat faces slide, quaternionic": (block, Options(energy="quaternionic", weight="volume", **TIGHT)),
     "curved faces stay": (twisted, Options(hausdorff=0.0, method="newton", target="1:1:2", **TIGHT)),
+    "fixed, convex": (twisted, Options(boundary="fixed", method="majorize", **TIGHT)),
     "no boundary on a rank": (
         clustered,
         Options(boundary="fixed", fixed="held", target="cube", **TIGHT),

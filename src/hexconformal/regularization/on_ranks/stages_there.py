@@ -17,11 +17,6 @@ _LESS = "runs on ranks cannot {}: {}"
 def require_options(options: Options) -> None:
     """Raise an OptionError unless the options ask for what runs on ranks can do."""
     wanted: tuple[tuple[bool, str, str], ...] = (
-        (
-            options.method == "majorize" and options.energy == "barrier",
-            "majorize the barrier yet",
-            "take method='auto', 'lbfgs' or 'newton'",
-        ),
         (options.changes_sizes, "give cells other sizes yet", "take sizes='input' or 'free'"),
         (options.surface is not None, "slide on another surface yet", "leave surface out, or run without comm"),
         (options.conserve_volume, "give volume back yet", "leave conserve_volume out, or run without comm"),
