@@ -56,6 +56,10 @@ class Space:
         """The sum of what every part has."""
         return value
 
+    def totals(self, values: Array) -> Array:
+        """The sums of what every part has, number by number."""
+        return values
+
     def everywhere(self, holds: bool) -> bool:
         """True where something holds in every part."""
         return holds

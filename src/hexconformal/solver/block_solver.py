@@ -114,10 +114,14 @@ class SharedBlocks:
         traces = np.einsum("nij,nji->n", diagonal, projectors) / 3.0
         self._shifts = (shift * np.where(traces > 0.0, traces, 1.0) + 1e-30)[:, None]
         # Own nodes come first, so that their rows of a lower triangle have own columns alone.
-        last = int(matrix.indptr[count])
-        own = BlockMatrix(matrix.indptr[: count + 1], matrix.indices[:last])
-        own.data[:] = matrix.data[:last]
-        rows = rows[rows < count]
+        # A row may be empty here whose node has all its cells elsewhere.
+        starts, last = matrix.indptr[: count + 1], int(matrix.indptr[count])
+        lacking = (np.diff(starts) == 0) & diagonal[:count].any(axis=(1, 2))
+        rows = np.flatnonzero(lacking)
+        indices = np.insert(matrix.indices[:last], starts[rows], rows)
+        own = BlockMatrix(starts + np.concatenate([[0], np.cumsum(lacking)]), indices)
+        own.data[:] = np.insert(matrix.data[:last], starts[rows], 0.0, axis=0)
+        rows = np.flatnonzero(np.diff(own.indptr))
         own.data[own.indptr[rows + 1] - 1] = diagonal[rows]
         self._sweeps = BlockPreconditioner(own, projectors[:count], shift, beside=beside[:count])
 

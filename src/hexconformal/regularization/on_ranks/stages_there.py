@@ -19,7 +19,7 @@ def require_options(options: Options) -> None:
     wanted: tuple[tuple[bool, str, str], ...] = (
         (options.changes_sizes, "give cells other sizes yet", "take sizes='input' or 'free'"),
         (options.surface is not None, "slide on another surface yet", "leave surface out, or run without comm"),
-        (options.conserve_volume, "give volume back yet", "leave conserve_volume out, or run without comm"),
+        (options.constraint == "compatible", "keep the compatible constraint yet", "take constraint='barrier'"),
         (_is_given(options.interfaces), "take interfaces that are given yet", "take interfaces='ignore'"),
         (_is_given(options.couplings), "move nodes together yet", "take couplings='ignore'"),
         (
