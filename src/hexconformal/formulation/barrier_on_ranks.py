@@ -26,6 +26,11 @@ Mask = NDArray[np.bool_]
 Value = TypeVar("Value")
 
 
+_NO_SURFACES: dict[str, Any] = {"original": None}  # these are known
+_LINES, _CORNERS = ("nodes", "weights", "near", "slack"), ("corners", "places", "slack_corners")
+_Dealt = tuple[Ints | None, dict[str, NDArray[Any]] | None]
+
+
 @dataclass(frozen=True, eq=False)
 class SkinOnRanks:
     """The boundary faces of a rank, and where these are in the whole boundary.
@@ -97,7 +102,7 @@ class BarrierOnRanks(DistanceBarrier):
             bare = replace(bare, original=known.original, curves=replace(bare.curves, locator=known.curves.locator))
         else:
             bare = on_every_machine(comm, bare)
-        forward, backward, curves = whole_parts(whole, layer, firsts)
+        forward, backward, curves = _dealt_rows(whole, layer, firsts)
         halo, first = here.space.halo, firsts[comm.rank]
         ahead, behind = dealt(comm, *forward), dealt(comm, *backward)
         lines, corners = dealt(comm, *curves[0]), dealt(comm, *curves[1])
@@ -125,12 +130,24 @@ class BarrierOnRanks(DistanceBarrier):
 
     def _with_samples_where_closest(self, points: Field) -> BarrierOnRanks:
         """The barrier with backward samples on the ranks that own the faces closest to them."""
+        moved, before = self._with_samples_moved(points, True), self
+        # From the last copies of others' faces a walk goes on there.
+        while moved is not before:
+            moved, before = moved._with_samples_moved(points, False), moved
+        return moved
+
+    def _with_samples_moved(self, points: Field, looks: bool) -> BarrierOnRanks:
+        """The barrier with backward samples where the faces are to which they have walked; itself where all are there.
+
+        Those that are too far away may have come to a dead end, and are looked for everywhere, if at all.
+        """
         space, own, comm = self.here.space, len(self.here.quads), self.here.space.halo.comm
         which, near, away = np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, dtype=bool)
         distances = np.empty(0)
         if self.skin is not None:
             which, found, _ = self._walked(self.skin, points)[1]
-            near, distances, away = found.faces, found.distances, found.distances > self.schedule.wall * self.bound
+            near, distances = found.faces, found.distances
+            away = looks & (distances > self.schedule.wall * self.bound)
         beyond = ~away & (near >= own)
         if not space.anywhere(bool((away | beyond).any())):
             return self
@@ -244,12 +261,7 @@ def _bare(whole: DistanceBarrier) -> DistanceBarrier:
     )
 
 
-_NO_SURFACES: dict[str, Any] = {"original": None}  # these are known
-_LINES, _CORNERS = ("nodes", "weights", "near", "slack"), ("corners", "places", "slack_corners")
-_Dealt = tuple[Ints | None, dict[str, NDArray[Any]] | None]
-
-
-def whole_parts(
+def _dealt_rows(
     whole: DistanceBarrier | None, layer: GatheredCells, firsts: Ints
 ) -> tuple[_Dealt, _Dealt, tuple[_Dealt, _Dealt]]:
     """Samples of a barrier on rank 0, and the ranks that they are for; nodes by their numbers of all ranks."""
