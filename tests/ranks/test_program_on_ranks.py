@@ -67,6 +67,11 @@ def test_what_is_not_there_is_said_once_before_the_work(mpiexec, folder, words, 
     assert not list(folder.glob("better*"))
 
 
+def test_more_folded_cells_than_one_rank_may_get_are_refused_on_all(results):
+    said = results("room", 2)["said"]
+    assert ["which may get 20 cells, not the 125 at the boundary" in one for one in said] == [True, True]
+
+
 def test_a_rank_that_fails_ends_all_with_its_message(mpiexec, folder):
     began = time.monotonic()
     words = f"regularize part.vtu better.pvtu --mpi {LIMITS}".split()
