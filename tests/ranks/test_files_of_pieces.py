@@ -41,6 +41,8 @@ def test_what_is_read_and_written_in_pieces_is_the_mesh(mpiexec, folder, source,
     assert np.array_equal(found["medians"], np.median(found["values"], axis=1))
     expected = np.percentile(found["values"], (1, 5, 25, 50, 75, 95, 99), axis=1, method="inverted_cdf").T
     assert np.array_equal(found["percentiles"], expected)
+    assert np.allclose(found["shared"], [found["values"].sum(), 0, 2])
+    assert (found["written"] == 17.0).all()
     grid = pv.read(folder / "out.pvtu")
     order = np.argsort(grid.cell_data["GlobalCellId"])
     assert np.array_equal(grid.cell_data["number"][order], NUMBERS)

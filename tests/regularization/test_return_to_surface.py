@@ -7,9 +7,8 @@ from hexconformal import generate
 from hexconformal.elements import is_valid
 from hexconformal.formulation import ReturnSchedule
 from hexconformal.geometry import DistanceBarrier, SurfaceLocator
-from hexconformal.mesh import boundary_quads
-from hexconformal.regularization import return_to_surface
-from hexconformal.regularization.return_to_surface import _falling, nodes_beyond, towards
+from hexconformal.mesh import SERIAL, boundary_quads
+from hexconformal.regularization.return_to_surface import _falling, towards
 
 BOUND = 0.02
 
@@ -77,9 +76,8 @@ def test_points_within_the_bound_stay():
 def test_the_points_are_looked_at_once(monkeypatch):
     points, moved, cells, barrier = situation(3)
     looks = []
-    monkeypatch.setattr(
-        return_to_surface, "nodes_beyond", lambda of, x: looks.append(x is moved) or nodes_beyond(of, x)
-    )
+    look = DistanceBarrier.nodes_beyond
+    monkeypatch.setattr(DistanceBarrier, "nodes_beyond", lambda of, x: looks.append(x is moved) or look(of, x))
     towards(barrier, moved, points, cells, ReturnSchedule(parts_back=(0.01, 1.0)))
     assert len(looks) > 3
     assert sum(looks) == 1
@@ -99,7 +97,7 @@ def test_what_goes_back_spoils_no_cell():
 
 def test_shares_fall_from_one_to_zero_over_the_rings():
     points, cells = generate.box((12, 1, 1), (12.0, 1.0, 1.0))
-    shares = _falling(cells, points[:, 0] == 0.0, 8)
+    shares = _falling(cells, points[:, 0] == 0.0, 8, SERIAL)
     at = [shares[np.isclose(points[:, 0], x)] for x in range(13)]
     assert all((share == share[0]).all() for share in at)
     np.testing.assert_allclose([share[0] for share in at], [1, 1, 1, 1, 1, 0.75, 0.5, 0.25, 0, 0, 0, 0, 0])

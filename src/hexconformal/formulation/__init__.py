@@ -4,25 +4,29 @@ Belongs here: how terms, directions and weights are put together, of a mesh or o
 `elements`, `energy`, `mesh`, `geometry`, `ranks` and `solver`.
 """
 
+from .barrier_on_ranks import BarrierOnRanks, SkinOnRanks
 from .compatible_constraint import CompatibleConstraint
 from .formulation import LEVEL, Formulation, ValidCells, convex_newton
 from .iteration import Iteration
-from .patch_on_ranks import on_one_rank
+from .patch_on_ranks import on_one_rank, steps_on_one_rank
 from .schedules import MinimizationSchedule, ReturnSchedule, Schedules
 from .unfolding_schedules import UntanglingSchedule
 from .work import Work
 
 __all__ = [
     "LEVEL",
+    "BarrierOnRanks",
     "CompatibleConstraint",
     "Formulation",
     "Iteration",
     "MinimizationSchedule",
     "ReturnSchedule",
     "Schedules",
+    "SkinOnRanks",
     "UntanglingSchedule",
     "ValidCells",
     "Work",
     "convex_newton",
     "on_one_rank",
+    "steps_on_one_rank",
 ]

@@ -219,7 +219,9 @@ class Formulation:
 
     def without(self, cells: Mask) -> Formulation:
         """The formulation without some cells (m,), the nodes of which are held."""
-        held = self.admissible.with_held(self.cells[cells])
+        nodes = np.zeros(self.count, dtype=bool)
+        nodes[self.cells[cells]] = True
+        held = self.admissible.with_held(np.flatnonzero(self.space.joined(nodes)))
         return replace(self._of_cells(np.flatnonzero(~cells)), admissible=held)
 
     def with_barrier(self, barrier: DistanceBarrier | None) -> Formulation:

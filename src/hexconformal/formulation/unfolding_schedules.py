@@ -168,12 +168,17 @@ class UnfoldingSchedule(Schedule):
         Of the ways to take features, hard and soft, how many are tried after that.
     return_steepness
         Steepness of the barrier on the way back from there: a steep one is met too early.
+    whole, gathered
+        Cells of a mesh that is shared out up to which one rank gets all of them, and cells at the boundary and around
+        folded ones that it gets of a larger mesh: about 2 kB each.
     """
 
     patience: int = tuned(1)
     wider_bounds: tuple[float, ...] = tuned((0.05, 0.1, 0.2), 0.0, 1.0)
     other_features: int = tuned(2, 0, 2)
     return_steepness: float = tuned(12.5)
+    whole: int = tuned(200_000)
+    gathered: int = tuned(1_000_000)
 
 
 @dataclass(frozen=True)

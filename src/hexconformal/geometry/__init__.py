@@ -6,10 +6,12 @@ Belongs here: the geometry of surfaces of triangles and quadrilaterals, once for
 
 from .area_vectors import enclosed_volume, face_area_vectors, nodal_area_vectors, simpson_mean, unit_vectors
 from .areas import area_gradient, corner_angles, face_areas, mean_edge_length, nodal_areas, slivers
-from .barrier_schedule import BarrierSchedule
+from .barrier_schedule import BarrierSchedule, Steep
+from .bilinear_surface import BilinearSurface
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .closest_point_kernels import walk
 from .distance_barrier import DistanceBarrier
+from .distance_samples import Curves, Samples
 from .edges import EdgeTable, edge_table
 from .faces import Faces, corner_triangles, fan_triangles
 from .features import (
@@ -41,9 +43,11 @@ __all__ = [
     "SHARP",
     "SMOOTH",
     "BarrierSchedule",
+    "BilinearSurface",
     "ClosestPoints",
     "CreaseSchedule",
     "CurveLocator",
+    "Curves",
     "DistanceBarrier",
     "EdgeTable",
     "Faces",
@@ -52,7 +56,9 @@ __all__ = [
     "InnerSheets",
     "Matching",
     "MatchingSchedule",
+    "Samples",
     "Skin",
+    "Steep",
     "SurfaceLocator",
     "area_gradient",
     "corner_angles",

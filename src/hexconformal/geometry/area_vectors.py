@@ -48,8 +48,8 @@ def face_area_vectors(points: Field, faces: Faces | Ints) -> Field:
     return np.concatenate([flat / 2, np.cross(y[:, 2] - y[:, 0], y[:, 3] - y[:, 1]) / 2])
 
 
-def enclosed_volume(points: Field, faces: Faces | Ints) -> float:
-    """Volume inside a closed surface, exactly; of an open one, of the cone over it from the mean of its nodes.
+def enclosed_volume(points: Field, faces: Faces | Ints, centre: Field | None = None) -> float:
+    """Volume inside a closed surface, exactly; of an open one, of the cone over it from a centre.
 
     It is that of bilinear quadrilaterals, also where cells inside are tangled.
 
@@ -59,6 +59,8 @@ def enclosed_volume(points: Field, faces: Faces | Ints) -> float:
         (n, 3) coordinates.
     faces
         Counter-clockwise seen from outside.
+    centre
+        (3,) where the cone is; None for the mean of its nodes.
 
     Examples
     --------
@@ -69,7 +71,7 @@ def enclosed_volume(points: Field, faces: Faces | Ints) -> float:
     6.0
     """
     faces = Faces.of(faces)
-    centred = points - points[faces.nodes()].mean(axis=0)
+    centred = points - (points[faces.nodes()].mean(axis=0) if centre is None else centre)
     a, b, c = np.moveaxis(centred[faces.triangles], 1, 0)
     x = centred[faces.quads]
     diagonals = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])

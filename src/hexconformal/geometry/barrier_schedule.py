@@ -51,6 +51,8 @@ class BarrierSchedule(Schedule):
         Longest edges of a quad between a place on it and the sample next to it.
     flat
         Distance from its plane, in bounds, up to which a patch is flat, and kept in the plane without a barrier.
+    copied_rings
+        Rings of faces of others that a rank has copies of: a sample goes no farther in a step.
     """
 
     attraction: float = tuned(30.0)
@@ -71,10 +73,20 @@ class BarrierSchedule(Schedule):
     least_spacing: float = tuned(0.125)
     reach: float = tuned(0.25)
     flat: float = tuned(1e-3, 0.0, 1.0)
+    copied_rings: int = tuned(4)
 
     def attraction_of(self, depths: Field) -> Field:
         """Factors of the attraction where there are so many bounds (k,) of thickness behind the surface."""
         return np.clip(1.0 / np.maximum(self.thin * depths, 1e-300) ** 2, 1.0, self.most)
+
+    def steep_of_curves(
+        self, nodes: Ints, weights: Field, residuals: Field, distances: Field, bound: float,
+        slack: NDArray[np.bool_], directions: Callable[[], Field],
+    ) -> Steep:  # fmt: skip
+        """What the barrier makes of distances (k,) of curves and corners, of which slack ones may go farther."""
+        bounds = np.where(slack, 1.0, self.curve_bound) * bound
+        others = bounds, self.curve_attraction, self.curve_onset, directions
+        return Steep(nodes, weights, residuals, distances / bounds, *others)
 
 
 @dataclass(frozen=True, eq=False)

@@ -61,6 +61,13 @@ class BilinearSurface:
         sheets = None if self.sheets is None else self.sheets[faces]
         return BilinearSurface(points, local[self.faces[faces]], self.parts[faces], sheets)
 
+    def prepared(self) -> BilinearSurface:
+        """Itself, with all that queries need made now."""
+        self.locator.prepared()
+        for name in ("first", "parents", "_boxes", "_neighbours"):
+            getattr(self, name)
+        return self
+
     @property
     def nodes_of_sheets(self) -> Ints:
         """(q, 4) as of a :class:`SurfaceLocator`."""

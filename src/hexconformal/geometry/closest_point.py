@@ -104,6 +104,12 @@ class SurfaceLocator:
         """Some of the faces, of a patch: its points, and the number there of every node."""
         return SurfaceLocator(points, local[self.faces[faces]], None if self.sheets is None else self.sheets[faces])
 
+    def prepared(self) -> SurfaceLocator:
+        """Itself, with all that queries need made now."""
+        for name in ("triangles", "boxes", "neighbours", "_labels", "_extent", "_tree"):
+            getattr(self, name)
+        return self
+
     @cached_property
     def _labels(self) -> Ints:
         return np.zeros(len(self.faces), dtype=np.int64) if self.sheets is None else np.ascontiguousarray(self.sheets)

@@ -11,7 +11,6 @@ of the bound. Equation (14) of docs/mathematics.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -23,9 +22,9 @@ from ..kernel import parallel_ranges
 from .barrier_schedule import BarrierSchedule, Steep
 from .bilinear_surface import BilinearSurface, bilinear_weights, needed_parts
 from .closest_point import CurveLocator, SurfaceLocator
-from .distance_samples import Curves, Distances, Samples, identities, moved_by, normal_projectors, part_of_skin
+from .distance_samples import Curves, Distances, Samples, moved_by, part_of_skin
 from .features import Features
-from .hausdorff import hausdorff, peaks_between, surface_samples
+from .hausdorff import faces_beyond, hausdorff, peaks_between, surface_samples
 from .sample_sums import add_samples
 
 __all__ = ["DistanceBarrier"]
@@ -218,6 +217,15 @@ class DistanceBarrier(Term):
         least = self.schedule.within * self.bound
         return self._hausdorff(points, least) > least
 
+    def nodes_beyond(self, points: Field) -> Mask:
+        """(n,) nodes of the faces for which the bound is exceeded, or nearly so."""
+        x, quads, sheets = self.original.points, self.original.faces, self.original.sheets
+        near, nodes = np.arange(len(quads)), np.zeros(len(points), dtype=bool)
+        one, other = (SurfaceLocator(y, quads, sheets) for y in (points, x))
+        bound, tolerance = self.schedule.within * self.bound, self.schedule.measuring * self.bound
+        nodes[quads[faces_beyond(one, other, bound, (near, near), tolerance)]] = True
+        return nodes
+
     def _hausdorff(self, points: Field, least: float = 0.0) -> float:
         at, measuring = self.original, self.schedule.measuring
         return hausdorff(points, at.points, at.faces, measuring * self.bound, least, measuring, at.sheets)
@@ -285,23 +293,8 @@ class DistanceBarrier(Term):
                 found = samples.measured(which, *self._surfaces(self.skin, x), far)
             steep.append(self._steep(found, self.schedule.attraction * samples.attraction[which]))
             looks.append((which, found, most))
-        curves = self.curves
-        if curves.locator is not None and len(curves.near):
-            places = np.einsum("kj,kji->ki", curves.weights, x[curves.nodes])
-            there = curves.locator.closest_by_walk(places, curves.near)
-            ends = curves.locator.points[curves.locator.edges[there.faces]]
-            residuals = places - there.positions
-            growing = partial(normal_projectors, ends, there.weights)
-            moved_with = curves.nodes, curves.weights
-            steep.append(self._of_curves(*moved_with, residuals, there.distances, curves.slack, growing))
-            curves = replace(curves, near=there.faces)
-        if len(curves.corners):
-            residuals = x[curves.corners] - curves.places
-            nodes = np.column_stack([curves.corners, curves.corners])
-            weights, distances = np.tile([1.0, 0.0], (len(nodes), 1)), np.linalg.norm(residuals, axis=1)
-            growing, slack = partial(identities, len(nodes)), curves.slack_corners
-            steep.append(self._of_curves(nodes, weights, residuals, distances, slack, growing))
-        return steep, looks, curves
+        of_curves, curves = self.curves.measured(x, self.bound, self.schedule)
+        return [*steep, *of_curves], looks, curves
 
     def _walked(self, skin: SurfaceLocator | BilinearSurface, points: Field) -> list[Look]:
         """What a walk finds, forward and backward; kept, as a step is taken to where the line search has looked."""
@@ -326,14 +319,6 @@ class DistanceBarrier(Term):
         growing = partial(found.directions, self.bound)
         t, onset = found.distances / self.bound, self.schedule.onset
         return Steep(found.nodes, found.weights, found.residuals, t, self.bound, attraction, onset, growing)
-
-    def _of_curves(
-        self, nodes: Ints, weights: Field, residuals: Field, distances: Field, slack: Mask,
-        directions: Callable[[], Field],
-    ) -> Steep:  # fmt: skip
-        bound = np.where(slack, 1.0, self.schedule.curve_bound) * self.bound
-        attraction, onset = self.schedule.curve_attraction, self.schedule.curve_onset
-        return Steep(nodes, weights, residuals, distances / bound, bound, attraction, onset, directions)
 
     def _add(self, steep: list[Steep], gradient: Field, assembly: Assembly | None) -> float:
         """Add gradients, and curvatures where there is an assembly; returns the sum."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import Patch
 from ..kernel import parallel_ranges
+from .barrier_schedule import BarrierSchedule, Steep
 from .bilinear_surface import BilinearSurface
 from .closest_point import ClosestPoints, CurveLocator, SurfaceLocator
 from .features import Features
@@ -207,6 +209,23 @@ class Curves:
             # Nodes can lie on another curve; the middle of an edge is where its bend puts it.
             slack[len(first) :] = True
         return cls(locator, nodes, weights, near, slack, *corners)
+
+    def measured(self, points: Field, bound: float, schedule: BarrierSchedule) -> tuple[list[Steep], Curves]:
+        """What the barrier makes of their distances at points (n, 3), and the same with the edges closest now."""
+        steep, near = [], self.near
+        if self.locator is not None and len(near):
+            places = np.einsum("kj,kji->ki", self.weights, points[self.nodes])
+            there = self.locator.closest_by_walk(places, near)
+            ends = self.locator.points[self.locator.edges[there.faces]]
+            growing, near = partial(normal_projectors, ends, there.weights), there.faces
+            found = places - there.positions, there.distances
+            steep.append(schedule.steep_of_curves(self.nodes, self.weights, *found, bound, self.slack, growing))
+        if len(self.corners):
+            residuals, nodes = points[self.corners] - self.places, np.column_stack([self.corners, self.corners])
+            weights, found = np.tile([1.0, 0.0], (len(nodes), 1)), (residuals, np.linalg.norm(residuals, axis=1))
+            growing = partial(identities, len(nodes))
+            steep.append(schedule.steep_of_curves(nodes, weights, *found, bound, self.slack_corners, growing))
+        return steep, replace(self, near=near)
 
     def with_slack(self, nodes: Mask) -> tuple[Curves, int]:
         """The same, where curves and corners at some nodes (n,) may go as far as the surface; how many are new."""

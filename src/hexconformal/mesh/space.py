@@ -35,6 +35,11 @@ class Space:
     #: What approximates the inverse of a scalar matrix on nodes that are shared out; None where nothing has to.
     hierarchy: Hierarchy | None = None
 
+    @property
+    def is_shared(self) -> bool:
+        """True where nodes are shared out."""
+        return False
+
     def inner(self, a: Field, b: Field) -> float:
         """Euclidean inner product of two fields, summed in blocks of rows whatever the number of threads."""
         a, b = self.own(a), self.own(b)
@@ -50,6 +55,10 @@ class Space:
     def total(self, value: float) -> float:
         """The sum of what every part has."""
         return value
+
+    def totals(self, values: Array) -> Array:
+        """The sums of what every part has, number by number."""
+        return values
 
     def everywhere(self, holds: bool) -> bool:
         """True where something holds in every part."""
@@ -107,6 +116,10 @@ class Space:
 
     def add(self, field: Array) -> Array:
         """The field with what others add to own nodes."""
+        return field
+
+    def least_at_nodes(self, field: Array) -> Array:
+        """The least of what parts have at every node."""
         return field
 
 

@@ -15,11 +15,14 @@ from .normalized_piece import NormalizedPiece
 from .rank_space import RankSpace
 from .rank_summary import rank_summary
 from .reading import read_piece
-from .routes import Routes, gathered
+from .routes import Routes, dealt, gathered
+from .shared_memory import on_every_machine
+from .skin_faces import FacesBeside
 from .writing import check_piece_writable, piece_path, write_piece
 
 __all__ = [
     "Distribution",
+    "FacesBeside",
     "GatheredCells",
     "GatheredSkin",
     "Halo",
@@ -30,10 +33,12 @@ __all__ = [
     "Traffic",
     "agreed",
     "check_piece_writable",
+    "dealt",
     "distributed",
     "gathered",
     "is_agreed",
     "mpi",
+    "on_every_machine",
     "petsc",
     "piece_path",
     "rank_summary",

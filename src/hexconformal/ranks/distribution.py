@@ -21,7 +21,7 @@ from .mesh_piece import MeshPiece
 from .mpi import agreed, mpi
 from .rank_space import RankSpace
 from .routes import Routes
-from .skin_faces import skin_faces
+from .skin_faces import FacesBeside, faces_beside, skin_faces
 
 __all__ = ["Distribution", "distributed"]
 
@@ -44,6 +44,8 @@ class Distribution:
         The space of fields on these nodes.
     skin
         (k, 4) faces of own cells that are on the boundary of the whole mesh, and the cell (k,) of each.
+    beside
+        Faces of other ranks around these, whose nodes are here, too.
     referenced
         (n,) nodes that belong to a cell of any rank.
     """
@@ -51,6 +53,7 @@ class Distribution:
     piece: MeshPiece
     space: RankSpace
     skin: tuple[Ints, Ints]
+    beside: FacesBeside
     referenced: NDArray[np.bool_]
     _homes: Routes
     _copies: Ints
@@ -64,8 +67,10 @@ class Distribution:
         return self._homes.backward(self._owners.backward(sorted_back)[self._copies])
 
 
-def distributed(piece: MeshPiece, comm: Any) -> Distribution:
+def distributed(piece: MeshPiece, comm: Any, rings: int = 0) -> Distribution:
     """Share out a mesh that all ranks hand in, each its piece; all must call it.
+
+    Each has copies of the nodes of so many rings of boundary faces around its own, too.
 
     Raises
     ------
@@ -100,11 +105,17 @@ def distributed(piece: MeshPiece, comm: Any) -> Distribution:
     # Cells to the owners of their lowest nodes.
     cells = of_given[piece.cells].reshape(-1, 8)
     to = Routes(comm, np.searchsorted(ranges, cells.min(axis=1, initial=ranges[-1]), side="right") - 1)
+    sums = to.forward(homes.backward(heights[copies])[piece.cells].reshape(-1, 8).sum(axis=1))
     cells, cell_ids = to.forward(cells), to.forward(piece.cell_ids)
-    in_order = np.lexsort((cell_ids, cells.min(axis=1, initial=ranges[-1])))
+    # As mesh.spatial_order has them: what is closest to a place that is as close to several depends on it.
+    in_order = np.lexsort((cell_ids, *cells.T, sums, cells.min(axis=1, initial=ranges[-1])))
     cells, cell_ids = cells[in_order], cell_ids[in_order]
     outside = (cells < ranges[comm.rank]) | (cells >= ranges[comm.rank + 1])
     halo = Halo(comm, ranges, np.unique(cells[outside]))
+    quads, cells_of_quads = skin_faces(halo, halo.local(cells))
+    beside, quads = faces_beside(halo, quads, rings), halo.numbers[quads]
+    around = beside.nodes[(beside.nodes < ranges[comm.rank]) | (beside.nodes >= ranges[comm.rank + 1])]
+    halo = Halo(comm, ranges, np.union1d(halo.ghosts, around))
     space = RankSpace(halo)
 
     def at_nodes(rows: NDArray[Any]) -> NDArray[Any]:
@@ -122,7 +133,8 @@ def distributed(piece: MeshPiece, comm: Any) -> Distribution:
     )
     used = np.zeros(halo.count, dtype=bool)
     used[mine.cells] = True
-    return Distribution(mine, space, skin_faces(halo, mine.cells), space.joined(used), homes, copies, owners, order)
+    skin, referenced = (halo.local(quads), cells_of_quads), space.joined(used)
+    return Distribution(mine, space, skin, beside, referenced, homes, copies, owners, order)
 
 
 def _homes(comm: Any, ids: Ints) -> Ints:

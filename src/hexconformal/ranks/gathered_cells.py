@@ -49,9 +49,24 @@ class GatheredCells:
         return cls(table, halo.comm.rank == 0, space, chosen, nodes, numbers)
 
     @property
+    def space(self) -> RankSpace:
+        """The space of the mesh that they are of."""
+        return self._space
+
+    @property
+    def chosen(self) -> Mask:
+        """(m,) the own cells that went."""
+        return self._chosen
+
+    @property
     def count(self) -> int:
         """Number of nodes that came."""
         return len(self._numbers)
+
+    @property
+    def numbers(self) -> Ints:
+        """(n,) numbers of all ranks of the nodes that came, ascending."""
+        return self._numbers
 
     def places(self, nodes: Ints) -> Ints:
         """Where nodes (k, ...) of this rank's own, or copies, are among those that came, on rank 0."""
@@ -73,3 +88,11 @@ class GatheredCells:
         out = np.array(field)
         out[self._nodes] = comm.scatter(parts)
         return self._space.update(out)
+
+    def spread_to_cells(self, values: NDArray[Any] | None, others: NDArray[Any]) -> NDArray[Any]:
+        """Values (m, ...) on own cells: those that rank 0 has for the cells that came, and others."""
+        comm, out = self._space.halo.comm, np.array(others)
+        counts = comm.gather(int(self._chosen.sum()))
+        parts = None if values is None else np.split(values, np.cumsum(counts)[:-1])
+        out[self._chosen] = comm.scatter(parts)
+        return out

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import HexMesh, NormalizedMesh
+from ..mesh import NormalizedMesh
 from .gathered_cells import GatheredCells
+from .mesh_piece import MeshPiece
 from .normalized_piece import NormalizedPiece
 from .routes import gathered
 
@@ -21,13 +22,11 @@ Ints = NDArray[np.int64]
 class SkinLayer(NormalizedMesh):
     """The cells at the boundary of a mesh, as a normalized mesh: the other faces of these cells are no boundary."""
 
-    def __init__(
-        self, whole: NormalizedPiece, points: Field, normalized: Field, cells: Ints, skin: tuple[Ints, Ints]
-    ) -> None:
-        self.mesh = HexMesh(points, cells)
-        self.node_ids, self.cell_ids = np.arange(len(points)), np.arange(len(cells))
-        self.cells, self.points, self.unit = cells, normalized, whole.unit
-        self.referenced = np.ones(len(points), dtype=bool)
+    def __init__(self, whole: NormalizedPiece, piece: MeshPiece, normalized: Field, skin: tuple[Ints, Ints]) -> None:
+        self.mesh = piece
+        self.node_ids, self.cell_ids = np.arange(len(piece.points)), np.arange(len(piece.cells))
+        self.cells, self.points, self.unit = piece.cells.copy(), normalized, whole.unit
+        self.referenced = np.ones(len(piece.points), dtype=bool)
         self._corner, self._diagonal = whole.corner, whole.diagonal
         self.__dict__["skin"] = skin
 
@@ -53,16 +52,20 @@ class GatheredSkin:
     gathered: GatheredCells
 
     @classmethod
-    def of(cls, normalized: NormalizedPiece) -> GatheredSkin:
-        """Bring together the boundary of a mesh; all ranks must call it."""
+    def of(cls, normalized: NormalizedPiece, others: NDArray[np.bool_] | None = None) -> GatheredSkin:
+        """Bring together the boundary of a mesh, and other cells (m,), if any; all ranks must call it."""
         space, (quads, owners) = normalized.space, normalized.skin
         on = np.zeros(space.halo.count, dtype=bool)
         on[quads] = True
         at_skin = np.asarray(space.joined(on)[normalized.cells].any(axis=1))
+        at_skin |= False if others is None else others
         found = GatheredCells.of(space, normalized.cells, at_skin)
         # Owners by their places among the cells that are brought together.
         first = space.halo.comm.exscan(int(at_skin.sum())) or 0
         skin = found.places(quads), gathered(space.halo.comm, first + (np.cumsum(at_skin) - 1)[owners])
-        points, places = found.of_nodes(normalized.mesh.points), found.of_nodes(normalized.points)
-        layer = SkinLayer(normalized, points, places, found.cells, skin) if found.is_here else None
-        return cls(layer, found)
+        points, node_ids = (found.of_nodes(one) for one in (normalized.mesh.points, normalized.mesh.node_ids))
+        places, cell_ids = found.of_nodes(normalized.points), found.of_cells(normalized.mesh.cell_ids)
+        if not found.is_here:
+            return cls(None, found)
+        piece = MeshPiece(points, found.cells, node_ids=node_ids, cell_ids=cell_ids)
+        return cls(SkinLayer(normalized, piece, places, skin), found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -85,8 +86,11 @@ class Halo:
         self._wait(requests)
         return field
 
-    def add(self, field: Array) -> Array:
-        """The field (count, ...) with what stands at ghosts added to their owners, in place where that can be."""
+    def add(self, field: Array, joined: Callable[[Any, Any], Any] = np.add) -> Array:
+        """The field (count, ...) with what stands at ghosts added to their owners, in place where that can be.
+
+        It may be joined with what these have in another way.
+        """
         field = np.require(field, requirements=["C", "W"])  # type: ignore[assignment]
         parts = [(nodes, np.empty((len(nodes), *field.shape[1:]), field.dtype)) for _, nodes in self._copied_by]
         requests = [
@@ -96,7 +100,7 @@ class Halo:
         requests += [self._send(field[part], rank, _SUMS) for rank, part in self._ghosts_of]
         self._wait(requests)
         for nodes, part in parts:  # lower ranks first: the same bits every time
-            field[nodes] += part
+            field[nodes] = joined(field[nodes], part)
         return field
 
     def _send(self, part: NDArray[Any], rank: int, tag: int) -> Any:

@@ -9,7 +9,9 @@ from ..common import MeshError
 from ..elements import cell_volumes, edge_lengths
 from ..mesh import NormalizedMesh
 from .distribution import Distribution
+from .mesh_piece import MeshPiece
 from .rank_space import RankSpace
+from .skin_faces import FacesBeside
 
 __all__ = ["NormalizedPiece"]
 
@@ -30,10 +32,12 @@ class NormalizedPiece(NormalizedMesh):
         If most cells have negative volume, or all edges have no length.
     """
 
+    mesh: MeshPiece
     space: RankSpace
+    beside: FacesBeside
 
     def __init__(self, distribution: Distribution) -> None:
-        piece, self.space = distribution.piece, distribution.space
+        piece, self.space, self.beside = distribution.piece, distribution.space, distribution.beside
         self.mesh, self.referenced = piece, distribution.referenced
         self.__dict__["skin"] = distribution.skin  # of own cells those on the boundary of the whole mesh
         self.node_ids, self.cell_ids = np.arange(len(piece.points)), np.arange(len(piece.cells))

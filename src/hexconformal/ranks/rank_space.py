@@ -42,6 +42,11 @@ class RankSpace(Space):
         """The space of values on cells, each of which one rank has; there are no nodes."""
         return cls(Halo(comm, np.zeros(comm.size + 1, dtype=np.int64), np.empty(0, dtype=np.int64)))
 
+    @property
+    def is_shared(self) -> bool:
+        """They are, even if one rank has all of them."""
+        return True
+
     def own(self, field: Array) -> Array:
         """The rows of own nodes."""
         return field[: self.halo.owned]  # type: ignore[return-value]
@@ -118,6 +123,10 @@ class RankSpace(Space):
     def add(self, field: Array) -> Array:
         """The field with what stands at ghosts added to their owners; ghosts are not to be used afterwards."""
         return self.halo.add(field)
+
+    def least_at_nodes(self, field: Array) -> Array:
+        """The least of what ranks have at every node."""
+        return self.update(self.halo.add(field, np.minimum))
 
     def joined(self, nodes: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """True at nodes where a rank says so."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from .mpi import mpi
 
-__all__ = ["Routes", "gathered"]
+__all__ = ["Routes", "dealt", "gathered"]
 
 Ints = NDArray[np.int64]
 
@@ -58,6 +59,15 @@ class Routes:
         self._comm.Alltoallv([rows, sent, ends[0], kind], [out, received, ends[1], kind])
         kind.Free()
         return out
+
+
+def dealt(comm: Any, ranks: Ints | None, rows: Mapping[str, NDArray[Any]] | None) -> dict[str, NDArray[Any]]:
+    """Rows (k, ...) of several arrays that rank 0 has, each on the rank (k,) that it is for; others have None."""
+    kinds = comm.bcast(None if rows is None else {key: (one.dtype.str, one.shape[1:]) for key, one in rows.items()})
+    if rows is None or ranks is None:
+        ranks, rows = np.empty(0, np.int64), {key: np.empty((0, *shape), kind) for key, (kind, shape) in kinds.items()}
+    routes = Routes(comm, ranks)
+    return {key: routes.forward(one) for key, one in rows.items()}
 
 
 def gathered(comm: Any, rows: NDArray[Any]) -> NDArray[Any]:

@@ -136,7 +136,8 @@ def with_volume_restored(
             names, surfaces = regions.names, region_surfaces(normalized.cells, regions.labels[normalized.cell_ids])
         else:
             notes.append(f"volume: that of all {len(regions.names)} regions together is kept, as they are over {most}")
-    volumes, changed = (enclosed_volumes(x, surfaces) for x in (normalized.points, points))
+    space = normalized.space
+    volumes, changed = (enclosed_volumes(x, surfaces, space) for x in (normalized.points, points))
     if formulation is None or (np.abs(changed - volumes) <= _SAME_VOLUME * np.abs(volumes)).all():
         why, same = "the run was left before the cells were unfolded", points
     else:
@@ -144,9 +145,9 @@ def with_volume_restored(
         same = _restored(formulation, points, surfaces, volumes)
     # Where cells upside down take away as much as the others enclose, changes are told in cubes of the mean edge.
     scales = np.where(volumes == 0.0, 1.0, np.abs(volumes))
-    left = (enclosed_volumes(same, surfaces) - volumes) / scales
+    left = (enclosed_volumes(same, surfaces, space) - volumes) / scales
     if same is not points:
-        moved = np.linalg.norm(same - points, axis=1).max() / normalized.diagonal
+        moved = space.largest(np.linalg.norm(same - points, axis=1)) / normalized.diagonal
         changes = (changed - volumes) / scales
         before = f"a change of {changes[np.abs(changes).argmax()]:+.1e}"
         if len(names) > 1:
@@ -176,7 +177,8 @@ def swells(points: Field, normalized: NormalizedMesh, formulation: Formulation |
     """True where a boundary that slides by the barrier encloses clearly more or less than it did."""
     if formulation is None or formulation.barrier is None or formulation.barrier.reference is not None:
         return False
-    before, after = (float(enclosed_volumes(x, [normalized.quads])[0]) for x in (normalized.points, points))
+    surfaces, space = [normalized.quads], normalized.space
+    before, after = (float(enclosed_volumes(x, surfaces, space)[0]) for x in (normalized.points, points))
     return abs(after - before) > formulation.schedules.volume.drift * abs(before)
 
 

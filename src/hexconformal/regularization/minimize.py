@@ -14,13 +14,13 @@ from ..energy import CornerWeights, DistortionTerm, Objective, inverse_targets, 
 from ..formulation import Formulation, Iteration, ValidCells
 from ..mesh import NormalizedMesh
 from ..solver import (
-    BlockPreconditioner,
     ConvexEquation,
     Iterate,
     LaplacePreconditioner,
     MatrixFreeEquation,
     Preconditioner,
     Problem,
+    block_preconditioner,
     lbfgs,
     newton,
 )
@@ -198,7 +198,8 @@ class Minimization:
         equation.convex(at)
         # What the formulation assembles next, in a run that is left and asked for its result, is not to be seen here.
         matrix, coupled = deepcopy(equation.assembly.matrix), equation.coupled
-        return BlockPreconditioner(matrix, equation.projectors, equation.added, coupled)
+        space = self._formulation.space
+        return block_preconditioner(matrix, equation.projectors, equation.added, space, coupled)
 
     def _is_stationary(self, at: Iterate, first: float) -> bool:
         """True where the gradient is small enough."""

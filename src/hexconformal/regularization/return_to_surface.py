@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from ..elements import is_valid
 from ..energy import CornerWeights
 from ..formulation import Formulation, ReturnSchedule, convex_newton
-from ..geometry import DistanceBarrier, SurfaceLocator, faces_beyond
-from ..mesh import node_rings
+from ..geometry import DistanceBarrier
+from ..mesh import SERIAL, Space, node_rings
 from .worst_cells import stiffened
 
-__all__ = ["nodes_beyond", "return_to_surface", "towards"]
+__all__ = ["return_to_surface", "towards"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -68,45 +68,42 @@ def return_to_surface(
                 break
 
 
-def towards(barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, schedule: ReturnSchedule) -> Field:
+def towards(
+    barrier: DistanceBarrier, points: Field, back: Field, cells: Ints, schedule: ReturnSchedule, space: Space = SERIAL
+) -> Field:
     """Points on the way back to others that are within the bound: the first that are so, without spoiling a cell.
 
     At first only those around places out of the bound go back, the less the farther they are; then all of them.
     """
-    if not (beyond := nodes_beyond(barrier, points)).any():
+    beyond, valid = barrier.nodes_beyond(points), is_valid(points, cells)
+    if not space.anywhere(bool(beyond.any())):
         return points
-    valid = is_valid(points, cells)
+
+    def spoils(trial: Field) -> bool:
+        return space.anywhere(not is_valid(trial, cells)[valid].all())
+
     for share, rings in product(schedule.parts_back, schedule.rings_back):
         left = beyond
         # The first of the tries are the points themselves.
         for _ in range(1, schedule.tries_back):
-            trial = points + share * _falling(cells, left, rings)[:, None] * (back - points)
-            if not is_valid(trial, cells)[valid].all():
+            trial = points + share * _falling(cells, left, rings, space)[:, None] * (back - points)
+            if spoils(trial):
                 break
-            if not (still := nodes_beyond(barrier, trial)).any():
+            still = barrier.nodes_beyond(trial)
+            if not space.anywhere(bool(still.any())):
                 return trial
             left = left | still
     for share in schedule.shares_back:
         trial = points + share * (back - points)
-        if not barrier.exceeded(trial) and is_valid(trial, cells)[valid].all():
+        if not barrier.exceeded(trial) and not spoils(trial):
             return trial
     return back
 
 
-def nodes_beyond(barrier: DistanceBarrier, points: Field) -> Mask:
-    """(n,) nodes of the faces for which the bound is exceeded, or nearly so."""
-    x, quads, sheets = barrier.original.points, barrier.original.faces, barrier.original.sheets
-    near, nodes, schedule = np.arange(len(quads)), np.zeros(len(points), dtype=bool), barrier.schedule
-    one, other = (SurfaceLocator(y, quads, sheets) for y in (points, x))
-    bound, tolerance = schedule.within * barrier.bound, schedule.measuring * barrier.bound
-    nodes[quads[faces_beyond(one, other, bound, (near, near), tolerance)]] = True
-    return nodes
-
-
-def _falling(cells: Ints, nodes: Mask, rings: int) -> Field:
+def _falling(cells: Ints, nodes: Mask, rings: int, space: Space) -> Field:
     """(n,) one at some nodes and half of the rings around them, falling to zero at the last."""
     shares, reached = np.zeros(len(nodes)), nodes
     for ring in range(rings):
         shares[reached & (shares == 0.0)] = min(1.0, 2.0 * (1.0 - ring / rings))
-        reached = node_rings(cells, len(nodes), np.asarray(reached[cells].any(axis=1)), 0)
+        reached = node_rings(cells, len(nodes), np.asarray(reached[cells].any(axis=1)), 0, space)
     return shares

@@ -198,8 +198,9 @@ class Regularization:
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
         if self._on_ranks is not None:
-            points, seconds = self._normalized.to_user(self._points), time.perf_counter() - self._began
-            told = self._stages.state, self.history, self._all_notes(), seconds
+            points, notes = self._final_points()
+            points, seconds = self._normalized.to_user(points), time.perf_counter() - self._began
+            told = self._stages.state, self.history, (*self._all_notes(), *notes), seconds
             piece, report = self._on_ranks.outcome(points, *told)
             return Result(piece, self._on_ranks.to_given_nodes(piece.points), report, tuple(self.history), self.mesh)
         outcome = self._outcome()
@@ -255,11 +256,9 @@ class Regularization:
             return record.inverted <= first.inverted
         return not self.options.raises_worst or no_worse_than(record, first)
 
-    def _outcome(self) -> Outcome:
-        """The points the run comes to; the input where no better mesh keeps what is promised."""
-        normalized, boundary, bound = self._normalized, self._stages.state.boundary, self.options.hausdorff
-        points, reason = self._points, self._stages.state.reason
-        notes: list[str] = []
+    def _final_points(self) -> tuple[Field, list[str]]:
+        """The points the run comes to, brought back, with its volume given back, and what that took."""
+        normalized, points, notes = self._normalized, self._points, list[str]()
         if points is not normalized.points:
             points = self._brought_back(points)
         formulation, asked = self._stages.state.formulation, self.options.conserve_volume
@@ -271,6 +270,12 @@ class Regularization:
                 points = same
             else:
                 points, notes = (normalized.points if asked else points), []
+        return points, notes
+
+    def _outcome(self) -> Outcome:
+        """The points the run comes to; the input where no better mesh keeps what is promised."""
+        normalized, boundary, bound = self._normalized, self._stages.state.boundary, self.options.hausdorff
+        (points, notes), reason = self._final_points(), self._stages.state.reason
         if points is normalized.points and len(self.history) > 1:
             reason += "; nothing better than the input was found"
         moved = boundary_distance(points, normalized, boundary, self.options.boundary)

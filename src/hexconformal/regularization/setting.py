@@ -130,7 +130,8 @@ class Setting:
     def is_tangled(self) -> bool:
         """True where a cell of the mesh is invalid, or has next to no volume."""
         normalized = self.normalized
-        return normalized.space.anywhere(not normalized.valid.all() or bool(self.flat(normalized.points).any()))
+        bad = self.flat(normalized.points) | ~normalized.valid  # all parts are asked for both
+        return normalized.space.anywhere(bool(bad.any()))
 
     @cached_property
     def _valid_in_mesh(self) -> Ints:

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from ..elements import are_collapsed, corner_scaled_jacobian
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
-from ..mesh import SERIAL
+from ..ranks import NormalizedPiece
 from ..untangling import improve_folded, thicken, untangle_interior
 from .acceptance import sheets_distance
 from .boundary import Boundary, boundary_of
 from .compatible_steps import CompatibleSteps
 from .fitting import fit
 from .minimize import Minimization
+from .on_ranks.unfolding_on_ranks import unfold_on_ranks
 from .return_to_surface import return_to_surface, towards
 from .setting import Setting
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
@@ -116,15 +117,19 @@ class Stages:
             whole = found = yield from fit(setting, boundary)
         # The quaternionic energy does not see what is folded.
         elif options.energy == "barrier" and setting.is_tangled:
-            whole = found = yield from unfold(setting, boundary)
-        if found.bad.any():
+            if isinstance(normalized, NormalizedPiece):
+                whole, found = yield from unfold_on_ranks(setting, normalized, boundary)
+            else:
+                whole = found = yield from unfold(setting, boundary)
+        folded = normalized.space.anywhere(bool(found.bad.any()))
+        if folded and not normalized.space.is_shared:
             found = hold_folded(setting, found)
             yield Iteration("hold what stays inverted", found.points)
         formulation, points = found.formulation, found.points
         self._earlier = [normalized.points, points]
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
-        alone = formulation.barrier is None and not found.bad.any() and not options.changes_sizes
+        alone = formulation.barrier is None and not folded and not options.changes_sizes
         alone = alone and not normalized.space.anywhere(bool(are_collapsed(normalized.cells).any()))
         # Where nothing but the distortion counts there is nothing that thin cells could outweigh.
         for iteration in thicken(formulation, points) if options.energy == "barrier" and not alone else ():
@@ -148,7 +153,7 @@ class Stages:
                     points = iteration.points
                     yield iteration
                 points = yield from self._return_to_surface(formulation, points)
-        if found.bad.any():
+        if folded:
             points = improve_folded(whole.formulation, points, found.bad)
             yield Iteration("improve what stays inverted", points)
         if options.energy == "barrier" and (left := int(normalized.space.total(self._setting.flat(points).sum()))):
@@ -168,7 +173,7 @@ class Stages:
             return formulation, points
         self._ended("interrupted", False)
         raise_cells = raise_worst
-        if space is not SERIAL or len(quality) > schedules.worst_cells.many_cells:
+        if space.total(len(quality)) > schedules.worst_cells.many_cells:
             raise_cells = raise_worst_patches
             formulation.release()
         bounded = formulation.within(schedules.work.patches)
@@ -222,7 +227,8 @@ class Stages:
             for seen in return_to_surface(formulation, points, keeps_worst=False):
                 points = seen[0]
                 yield Iteration("return to the surface", best)
-            one, other = (corner_scaled_jacobian(x, formulation.cells).min() for x in (points, best))
+            space = formulation.space
+            one, other = (space.smallest(corner_scaled_jacobian(x, formulation.cells)) for x in (points, best))
             best = points if one > other and not barrier.exceeded(points) else best
         yield Iteration("return to the surface", best)
         return best
@@ -230,7 +236,8 @@ class Stages:
     def _towards_earlier(self, barrier: DistanceBarrier, points: Field) -> Field:
         """Points on the way back to the last ones within the bound: the first that are so, without spoiling a cell."""
         back = next((before for before in reversed(self._earlier) if within_bound(barrier, before)), points)
-        return towards(barrier, points, back, self._setting.normalized.cells, self._setting.schedules.returning)
+        normalized = self._setting.normalized
+        return towards(barrier, points, back, normalized.cells, self._setting.schedules.returning, normalized.space)
 
     def brought_back(self, points: Field) -> Field:
         """The points with the boundary within its bound, as nearly as can be, where the run was left before it was."""

@@ -16,7 +16,7 @@ from ..quality import inside_out
 from ..untangling import folded_cells, pull_back, untangle, untangle_interior
 from .acceptance import boundary_distance
 from .boundary import Boundary, boundary_of
-from .return_to_surface import nodes_beyond, return_to_surface
+from .return_to_surface import return_to_surface
 from .setting import Setting
 
 __all__ = ["Unfolded", "hold_folded", "unfold", "within_bound"]
@@ -188,7 +188,7 @@ def _pulled_back(setting: Setting, found: Unfolded) -> Field:
     def beyond(points: Field) -> Mask:
         if barrier is None or barrier.reference is not None:
             return np.zeros(len(points), dtype=bool)
-        return nodes_beyond(barrier, points)
+        return barrier.nodes_beyond(points)
 
     coupled = found.boundary.admissible.coupled
     return pull_back(found.points, normalized.points, normalized.cells, beyond, setting.schedules.untangling, coupled)

@@ -19,6 +19,7 @@ from ..elements import is_valid
 from ..energy import CornerWeights
 from ..formulation import Formulation
 from ..geometry import enclosed_volume, nodal_area_vectors, simpson_mean
+from ..mesh import SERIAL, Space
 from ..solver import solve_blocks
 
 __all__ = ["enclosed_volumes", "restore_volumes"]
@@ -29,9 +30,10 @@ Ints = NDArray[np.int64]
 _DEPENDENT = 1e-10  # of the largest singular value: pressures in all regions of a body whose skin stays cancel out
 
 
-def enclosed_volumes(points: Field, surfaces: Sequence[Ints]) -> Field:
-    """(k,) volumes inside k closed surfaces of quads."""
-    return np.array([enclosed_volume(points, quads) for quads in surfaces])
+def enclosed_volumes(points: Field, surfaces: Sequence[Ints], space: Space = SERIAL) -> Field:
+    """(k,) volumes inside k closed surfaces of quads, of which every part may have some."""
+    centre = space.means(space.own(points).T) if space.is_shared else None
+    return space.totals(np.array([enclosed_volume(points, quads, centre) for quads in surfaces]))
 
 
 def restore_volumes(formulation: Formulation, points: Field, surfaces: Sequence[Ints], volumes: Field) -> Field:
@@ -51,9 +53,10 @@ def restore_volumes(formulation: Formulation, points: Field, surfaces: Sequence[
         (k,) volumes to enclose.
     """
     schedule, valid = formulation.schedules.volume, is_valid(points, formulation.cells)
+    space = formulation.space
     last = np.inf
     for _ in range(schedule.steps):
-        gaps = volumes - enclosed_volumes(points, surfaces)
+        gaps = volumes - enclosed_volumes(points, surfaces, space)
         if (np.abs(gaps) <= schedule.exact * np.abs(volumes)).all():
             return points
         # Of several volumes one may not be in reach, and a thin one no better than rounding lets it be.
@@ -61,7 +64,7 @@ def restore_volumes(formulation: Formulation, points: Field, surfaces: Sequence[
         if len(surfaces) > 1 and largest > schedule.stall * last:
             return points
         last = largest
-        worst = max(float(formulation.measures(points).angle.max(initial=0.0)), 1e-3)
+        worst = max(space.largest(formulation.measures(points).angle), 1e-3)
         weights = CornerWeights(angle=1.0, stiffness=schedule.stiffness / worst)
         assembly, volume_weight = formulation.equation.assembly, formulation.schedules.minimization.volume_weight
         objective = formulation.objective(weights, volume_weight)
@@ -69,17 +72,19 @@ def restore_volumes(formulation: Formulation, points: Field, surfaces: Sequence[
         able, directions, coupled = [], [], formulation.admissible.coupled
         for number, quads in enumerate(surfaces):
             composed = objective.convex(points, assembly)[2]  # a solve uses the blocks up
-            normals = nodal_area_vectors(points, quads)
-            direction = solve_blocks(assembly.matrix, normals, formulation.projectors, *limits, coupled=coupled)
-            if np.einsum("ij,ij->", direction, normals) > 0.0:
+            normals = space.add(nodal_area_vectors(points, quads))
+            where = formulation.projectors, *limits, space, coupled
+            direction = space.update(solve_blocks(assembly.matrix, normals, *where))
+            if space.inner(direction, normals) > 0.0:
                 able.append(number)
                 directions.append(direction)
         if not able:
             return points
         moving, ways = [surfaces[number] for number in able], np.stack(directions)
         for halving in range(schedule.halvings):
-            trial = _move_by_volumes(points, ways, moving, gaps[able] * 0.5**halving)
-            if np.isfinite(composed.value(trial)) and is_valid(trial, formulation.cells)[valid].all():
+            trial = _move_by_volumes(points, ways, moving, gaps[able] * 0.5**halving, space)
+            finite = bool(np.isfinite(composed.value(trial)))
+            if space.everywhere(finite and bool(is_valid(trial, formulation.cells)[valid].all())):
                 points = trial
                 break
         else:
@@ -87,14 +92,14 @@ def restore_volumes(formulation: Formulation, points: Field, surfaces: Sequence[
     return points
 
 
-def _move_by_volumes(points: Field, directions: Field, surfaces: Sequence[Ints], gaps: Field) -> Field:
+def _move_by_volumes(points: Field, directions: Field, surfaces: Sequence[Ints], gaps: Field, space: Space) -> Field:
     """The points moved so far along directions (k, n, 3) that the volumes grow by the gaps (k,), by iterating on N~."""
     area_vectors = [partial(nodal_area_vectors, faces=quads) for quads in surfaces]
     lengths = np.zeros(len(gaps))
     for _ in range(30):
         moved = points + np.einsum("k,kij->ij", lengths, directions)
         means = (simpson_mean(vectors, points, moved) for vectors in area_vectors)
-        growth = np.stack([np.einsum("kij,ij->k", directions, mean) for mean in means])
+        growth = space.totals(np.stack([np.einsum("kij,ij->k", directions, mean) for mean in means]))
         own = growth.diagonal()
         if (own == 0.0).any():
             break

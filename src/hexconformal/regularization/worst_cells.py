@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, rows_by_type
 from ..energy import CornerWeights
-from ..formulation import Formulation, Iteration, convex_newton, on_one_rank
+from ..formulation import Formulation, Iteration, convex_newton, on_one_rank, steps_on_one_rank
 from ..geometry import DistanceBarrier
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobians
-from ..ranks import RankSpace
 
 __all__ = ["Softened", "raise_worst", "raise_worst_patches", "soften_curves", "stiffened"]
 
@@ -41,7 +40,7 @@ def stiffened(formulation: Formulation, points: Field) -> CornerWeights:
     """Weights of a barrier that no corner worse than the worst of its type, at the points, can pass."""
     schedule, angles = formulation.schedules.worst_cells, formulation.measures(points).angle
     stiffness = {
-        one.cell_type.name: schedule.stiffness / max(float(angles[one.rows].max()), 1e-3)
+        one.cell_type.name: schedule.stiffness / max(formulation.space.largest(angles[one.rows]), 1e-3)
         for one in rows_by_type(formulation.cells)
     }
     return CornerWeights(schedule.distortion_share, 1.0, stiffness)
@@ -49,6 +48,10 @@ def stiffened(formulation: Formulation, points: Field) -> CornerWeights:
 
 def raise_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     """Raise the worst cells of a whole valid mesh, then its worst patches, until the worst cell stalls."""
+    if formulation.space.is_shared:
+        everywhere = np.ones(len(points), dtype=bool)
+        yield from steps_on_one_rank(formulation, points, everywhere, lambda whole, start, _: raise_worst(whole, start))
+        return
     schedule = formulation.schedules.worst_cells
     weights = CornerWeights(schedule.distortion_share, 1.0)
     angles = convex_newton(formulation, points, weights, decrease=schedule.angle_decrease)
@@ -105,18 +108,19 @@ def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteratio
     schedule, barrier = formulation.schedules.worst_cells, formulation.barrier
     quality = corner_scaled_jacobian(points, formulation.cells)
     poor = quality < schedule.poor
-    if barrier is None or not poor.any():
+    space = formulation.space
+    if barrier is None or not space.anywhere(bool(poor.any())):
         return None
     touched = np.zeros(len(points), dtype=bool)
     touched[formulation.cells[poor]] = True
-    softer, count = barrier.with_slack(touched)
+    softer, count = barrier.with_slack(space.joined(touched))
     if count == 0:
         return None
-    soft, before, best = formulation.with_barrier(softer), float(quality.min()), points
+    soft, before, best = formulation.with_barrier(softer), space.smallest(quality), points
     after = before
     for iteration in raise_worst_patches(soft, points):
         yield Iteration("soften curves", points)
-        best, after = iteration.points, float(corner_scaled_jacobian(iteration.points, formulation.cells).min())
+        best, after = iteration.points, space.smallest(corner_scaled_jacobian(iteration.points, formulation.cells))
         if after >= schedule.poor:
             break
     if after < before + schedule.worth:
@@ -128,8 +132,8 @@ def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteratio
 
 def _raised(formulation: Formulation, points: Field, region: Mask) -> Field:
     """The points with the nodes of a region moved so that its worst corners get better."""
-    if isinstance(formulation.space, RankSpace):
-        return on_one_rank(formulation, formulation.space, points, region, _raised)
+    if formulation.space.is_shared:
+        return on_one_rank(formulation, points, region, _raised)
     schedule = formulation.schedules.worst_cells
     patch, nodes = formulation.restricted(region, points)
     if not patch.free.any():

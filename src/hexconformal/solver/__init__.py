@@ -12,7 +12,8 @@ from .admissible import (
     line_normal_sums,
     planar_normal_sums,
 )
-from .block_solver import BlockPreconditioner, solve_blocks
+from .block_solver import block_preconditioner, solve_blocks
+from .block_sweeps import BlockPreconditioner
 from .conjugate_gradients import conjugate_gradients
 from .coupled_nodes import UNCOUPLED, CoupledNodes
 from .coupling_groups import coupled_groups, coupled_nodes
@@ -37,6 +38,7 @@ __all__ = [
     "Preconditioner",
     "Problem",
     "SearchSchedule",
+    "block_preconditioner",
     "boundary_directions",
     "conjugate_gradients",
     "count_free_directions",

@@ -188,7 +188,7 @@ class ConvexEquation:
         space = current.problem.space
         direction = solve_blocks(matrix, -gradient, self.projectors, *limits, self.added, space, self.coupled)
         if self.rounding > 0.0:
-            rounded = round_direction(direction, current.points, self.cells, self.rounding, self.coupled)
+            rounded = round_direction(direction, current.points, self.cells, self.rounding, self.coupled, space)
             direction = current.problem.project(rounded)
         return current, direction
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, edge_lengths
 from ..kernel import loop
+from ..mesh import SERIAL, Space
 from .coupled_nodes import UNCOUPLED, CoupledNodes
 
 __all__ = ["round_direction"]
@@ -27,6 +28,7 @@ def round_direction(
     cells: NDArray[np.int64],
     rounding: float,
     coupled: CoupledNodes = UNCOUPLED,
+    space: Space = SERIAL,
 ) -> Field:
     """The direction (n, 3), that of every node in multiples of a power of two.
 
@@ -43,7 +45,7 @@ def round_direction(
     thickness = np.clip(np.abs(corner_scaled_jacobian(points, cells)), _THINNEST, _THIN) / _THIN
     smallest = np.full(len(points), np.inf)
     _least_at_nodes(cells, edge_lengths(points, cells), thickness, smallest)
-    smallest = coupled.least(smallest)
+    smallest = coupled.least(space.least_at_nodes(smallest))
     apart = np.isfinite(smallest) & (smallest > 0.0)
     unit = np.exp2(np.floor(np.log2(rounding * smallest[apart])))[:, None]
     result = direction.copy()

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian
 from ..energy import Objective, SoftMinimumTerm, corner_jacobians
-from ..formulation import Formulation, ValidCells
+from ..formulation import Formulation, ValidCells, on_one_rank
 from ..mesh import connected_regions, node_rings
 from ..solver import lbfgs
+from .untangle import folded_cells
 
 __all__ = ["improve_folded"]
 
@@ -28,8 +29,17 @@ def improve_folded(formulation: Formulation, points: Field, bad: Mask) -> Field:
 
     Only nodes inside the mesh move.
     """
+    widths, space = formulation.schedules.folded.widths, formulation.space
+    if space.is_shared:
+        region = node_rings(formulation.cells, len(points), bad, max(widths), space)
+        return on_one_rank(
+            formulation,
+            points,
+            region,
+            lambda whole, start, _: improve_folded(whole, start, folded_cells(whole, start)),
+        )
     points, formulation = points.copy(), formulation.within(formulation.schedules.work.folded)
-    for width in formulation.schedules.folded.widths:
+    for width in widths:
         for region in connected_regions(formulation.cells, node_rings(formulation.cells, len(points), bad, width)):
             patch, nodes = formulation.restricted(region & formulation.inner, points)
             if patch.free.any():

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import CornerWeights
-from ..formulation import Formulation, Iteration, ValidCells
+from ..formulation import Formulation, Iteration, ValidCells, steps_on_one_rank
 from ..mesh import node_rings
 from ..solver import Equation, newton_step
 
@@ -25,10 +25,13 @@ Field = NDArray[np.float64]
 def thicken(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     """Thicken the thin cells of a valid mesh and what is around them, as far as that makes the thinnest thicker."""
     schedule, cells = formulation.schedules.thin, formulation.cells
-    fullness = formulation.fullness(points)
-    if not 0.0 < fullness.min(initial=1.0) < schedule.thin:
+    fullness, space = formulation.fullness(points), formulation.space
+    if not 0.0 < space.smallest(fullness) < schedule.thin:
         return
-    region = node_rings(cells, len(points), fullness < schedule.thin, schedule.rings)
+    region = node_rings(cells, len(points), fullness < schedule.thin, schedule.rings, space)
+    if space.is_shared:
+        yield from steps_on_one_rank(formulation, points, region, lambda whole, start, _: thicken(whole, start))
+        return
     patch, nodes = formulation.seen_from(points).restricted(region, points)
     if not patch.free.any():
         return

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..elements import CORNERS, HEXAHEDRON, WEDGE, CellType, collapsed_cells, is_valid, minimum_jacobian, rows_by_type
 from ..energy import ComposedTerm, DistortionTerm
-from ..formulation import Formulation
+from ..formulation import Formulation, on_one_rank
 from ..mesh import connected_regions, node_rings
 from ..solver import lbfgs
 
@@ -34,7 +34,11 @@ def untangle_interior(formulation: Formulation, points: Field) -> Field:
     Inner nodes move, those of the boundary where that is not enough. No corner becomes folded, no valid cell becomes
     invalid, and the boundary stays as near to the surface as it has to be.
     """
-    schedule = formulation.schedules.interior
+    schedule, space = formulation.schedules.interior, formulation.space
+    if space.is_shared:
+        bad = _invalid_inside(formulation, points)
+        region = node_rings(formulation.cells, len(points), bad, max(schedule.widths), space)
+        return on_one_rank(formulation, points, region, lambda whole, start, _: untangle_interior(whole, start))
     formulation = formulation.within(formulation.schedules.work.interior)
     for movable, width in product((formulation.inner, formulation.free), schedule.widths):
         regions = _invalid_inside(formulation, points)

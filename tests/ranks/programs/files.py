@@ -5,9 +5,10 @@ import sys
 import numpy as np
 from mpi4py import MPI
 
-from hexconformal.ranks import RankSpace, distributed, read_piece, write_piece
+from hexconformal.ranks import RankSpace, distributed, on_every_machine, read_piece, write_piece
 
 comm = MPI.COMM_WORLD
+FLAGS = np.array([True, False, True])
 source, between, target = sys.argv[1:]
 
 
@@ -38,5 +39,15 @@ values = np.random.default_rng(1).normal(size=(2, 101)) * [[1.0], [1e-300]]
 space, mine = RankSpace.of_cells(comm), slice(comm.rank, None, comm.size)
 found["values"], found["medians"] = values, np.array([space.median(row[mine]) for row in values])
 found["percentiles"] = space.percentiles(values[:, mine], (1, 5, 25, 50, 75, 95, 99))
+# Ranks of a machine have the same memory: what one writes there all see.
+shared = on_every_machine(
+    comm, {"empty": np.empty(0), "values": values, "pair": (3, FLAGS)} if comm.rank == 0 else None
+)
+found["shared"] = np.array(comm.allgather([shared["values"].sum(), len(shared["empty"]), shared["pair"][1].sum()]))
+comm.Barrier()
+if comm.rank == comm.size - 1:
+    shared["values"][0, 0] = 17.0
+comm.Barrier()
+found["written"] = np.array(comm.allgather(shared["values"][0, 0]))
 if comm.rank == 0:
     np.savez(target, **found)

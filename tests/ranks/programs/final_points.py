@@ -12,7 +12,7 @@ from hexconformal.ranks import MeshPiece
 
 comm = MPI.COMM_WORLD
 saved = {}
-for name, (make, options) in (CASES | GOOD).items():
+for name, (make, options, *schedules) in (CASES | GOOD).items():
     points, cells, *arrays = make()
     data = arrays[0] if arrays else {}
     # Dealt out in a way that has nothing to do with where they are.
@@ -20,10 +20,7 @@ for name, (make, options) in (CASES | GOOD).items():
     nodes, local = np.unique(cells[mine], return_inverse=True)
     data = {key: values[nodes] for key, values in data.items()}
     piece = MeshPiece(points[nodes], local.reshape(-1, 8), data, node_ids=nodes, cell_ids=mine)
-    import time
-
-    print(name, time.time(), flush=True)
-    run = Regularization(piece, options, comm=comm)
+    run = Regularization(piece, options, *schedules, comm=comm)
     list(run)
     result = run.result()
     whole = np.full_like(points, np.nan)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import OptionError
-from ...formulation import Schedules
+from ...formulation import BarrierOnRanks, Schedules, SkinOnRanks
 from ...geometry import sharp_length
 from ...ranks import GatheredSkin, NormalizedPiece, agreed
 from ...solver import AdmissibleDirections, fixed_components
@@ -66,7 +66,12 @@ class BoundaryOnRanks:
                 forbidden = np.eye(3) - whole.admissible.all_projectors(len(skin.layer.points))
         sums = skin.gathered.spread(forbidden, np.zeros((count, 3, 3)))
         notes = space.halo.comm.bcast(None if whole is None else whole.notes)
-        return cls(Boundary(AdmissibleDirections.from_normal_sums(sums, fixed), notes=notes), skin, whole)
+        barrier = None
+        if space.halo.comm.bcast(whole is not None and whole.barrier is not None):
+            here = SkinOnRanks(space, normalized.quads, normalized.beside, skin.gathered)
+            barrier = BarrierOnRanks.of(None if whole is None else whole.barrier, here, normalized.points)
+        admissible = AdmissibleDirections.from_normal_sums(sums, fixed)
+        return cls(Boundary(admissible, barrier, notes=notes), skin, whole)
 
     def measures(
         self, before: Field, after: Field, normalized: NormalizedPiece, options: Options
@@ -96,11 +101,6 @@ class BoundaryOnRanks:
 
 
 def _require_there(boundary: Boundary) -> None:
-    if boundary.barrier is not None:
-        raise OptionError(
-            "runs on ranks cannot slide on curved parts of the boundary yet: take hausdorff=0 (these stay, flat ones "
-            "slide), boundary='fixed', or run without comm"
-        )
     if len(boundary.admissible.coupled.nodes):
         raise OptionError(
             f"runs on ranks cannot move nodes together yet ({'; '.join(boundary.notes)}): take couplings='ignore'"

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError, OptionError
+from ...common import MeshError
 from ...formulation import Schedules
 from ...quality import cell_errors, quality
 from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary
 from ..options import Options, Record
 from ..report import Report
 from ..setting import Setting
-from ..stages import State
 from .boundary_on_ranks import BoundaryOnRanks
 from .stages_there import require_options, require_single_region
+from .unfolding_on_ranks import require_room
+
+if TYPE_CHECKING:
+    from ..stages import State  # which know this folder
 
 __all__ = ["MeshOnRanks"]
 
@@ -51,7 +54,9 @@ class MeshOnRanks:
             petsc()
             require_options(options)
             _require_sound(MeshPiece.of(piece))
-        self._options, self._distribution = options, distributed(piece, comm)
+        curved = options.boundary == "slide" and options.hausdorff > 0.0
+        rings = schedules.barrier.copied_rings if curved else 0
+        self._options, self._distribution = options, distributed(piece, comm, rings)
         self.mesh = self._distribution.piece
         with agreed(comm):
             _require_sound(self.mesh)
@@ -63,13 +68,7 @@ class MeshOnRanks:
     def require_stages(self, setting: Setting) -> None:
         """Raise an OptionError where the mesh needs a stage that is not there."""
         if self._options.energy == "barrier" and setting.is_tangled:
-            space = self.normalized.space
-            bad = int(space.total((~self.normalized.valid | setting.flat(self.normalized.points)).sum()))
-            with agreed(space.halo.comm):
-                raise OptionError(
-                    f"runs on ranks cannot untangle yet, and {bad} cells are invalid or have next to no volume: run "
-                    "without comm, or take energy='quaternionic', which leaves them as they are"
-                )
+            require_room(setting, self.normalized)
 
     def to_given_nodes(self, points: Field) -> Field:
         """Points (n, 3) in the order in which this rank handed in its nodes."""

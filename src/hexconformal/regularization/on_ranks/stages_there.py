@@ -17,14 +17,9 @@ _LESS = "runs on ranks cannot {}: {}"
 def require_options(options: Options) -> None:
     """Raise an OptionError unless the options ask for what runs on ranks can do."""
     wanted: tuple[tuple[bool, str, str], ...] = (
-        (
-            options.method == "majorize" and options.energy == "barrier",
-            "majorize the barrier yet",
-            "take method='auto', 'lbfgs' or 'newton'",
-        ),
         (options.changes_sizes, "give cells other sizes yet", "take sizes='input' or 'free'"),
         (options.surface is not None, "slide on another surface yet", "leave surface out, or run without comm"),
-        (options.conserve_volume, "give volume back yet", "leave conserve_volume out, or run without comm"),
+        (options.constraint == "compatible", "keep the compatible constraint yet", "take constraint='barrier'"),
         (_is_given(options.interfaces), "take interfaces that are given yet", "take interfaces='ignore'"),
         (_is_given(options.couplings), "move nodes together yet", "take couplings='ignore'"),
         (
