@@ -168,7 +168,7 @@ def test_the_run_that_compiles_and_one_that_loads_give_the_same_bits(tmp_path):
         ).stdout
         for _ in range(2)
     )
-    assert list(tmp_path.rglob("block_solver._forward_between*.nbc"))
+    assert list(tmp_path.rglob("block_sweeps._forward_between*.nbc"))
     assert first == second
 
 

@@ -144,20 +144,16 @@ class QuadraticRegularization:
         for iteration in unfold(setting, points):
             points = iteration.points
             yield iteration
-        left = int(setting.folded_cells(points).sum())
-        if left and setting.boundary.sliding is not None:
+        if (spoiled := self._spoiled(points)) and setting.boundary.sliding is not None:
             # What a boundary that slides folds anew may unfold where it stays.
             other = points
             for iteration in unfold(setting.with_boundary_held(), setting.start):
                 other = iteration.points
                 yield iteration
-            points = other if setting.folded_cells(other).sum() < left else points
-        back = pulled_back(setting, points)
-        if back is not points:
-            points = back
+            points = other if self._spoiled(other) < spoiled else points
+        if setting.folded_cells(points).any():
+            setting, points = self._held_back(points)
             yield Iteration("go back", points)
-        if (folded := setting.folded_cells(points)).any():
-            setting = setting.without(folded)
             if not setting.free.any():
                 self._reason = "what stays folded holds all others"
                 return
@@ -165,6 +161,9 @@ class QuadraticRegularization:
         for iteration in minimize_distortion(setting, points, options.max_iterations, options.gradient_tolerance):
             points, relative, taken = iteration.points, iteration.gradient, taken + 1
             yield iteration
+        if (self._valid & ~setting.valid(points)).any():
+            setting, points = self._held_back(points)
+            yield Iteration("go back", points)
         if taken == options.max_iterations and relative > options.gradient_tolerance:
             self._reason = "limit of iterations"
             return
@@ -175,6 +174,15 @@ class QuadraticRegularization:
         self._reason, self._converged = "interrupted", False
         yield from raise_worst(setting, points)
         self._reason, self._converged = "the worst cell stalls", True
+
+    def _spoiled(self, points: Field) -> int:
+        """Number of cells that are folded at a point, or were valid and are not."""
+        return int((self._setting.folded_cells(points) | (self._valid & ~self._setting.valid(points))).sum())
+
+    def _held_back(self, points: Field) -> tuple[QuadraticSetting, Field]:
+        """The points with no valid cell lost, and the setting without what is folded there."""
+        points = pulled_back(self._setting, points)
+        return self._setting.without(self._setting.folded_cells(points)), points
 
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
