@@ -113,8 +113,8 @@ def test_where_the_bound_is_too_narrow_the_report_tells_how_much_would_do():
     assert hc.regularize((points, cells), hausdorff=1.5 * needed).report.after.invalid == 0
 
 
-@pytest.mark.parametrize("seed", [0, 4])
-def test_a_mesh_that_nothing_holds_is_unfolded_and_keeps_its_size(seed):
+@pytest.mark.parametrize(("seed", "fixed"), [(0, None), (4, None), (4, [7])])
+def test_a_mesh_that_nothing_holds_is_unfolded_and_keeps_its_size(seed, fixed):
     straight, cells = generate.box((5, 5, 5))
     points = straight + 0.12 * np.random.default_rng(seed).normal(size=straight.shape)
     points = np.vstack([points, [50.0, 0.0, 0.0]])  # in no cell
@@ -122,8 +122,8 @@ def test_a_mesh_that_nothing_holds_is_unfolded_and_keeps_its_size(seed):
     def mean_edge(x):
         return np.linalg.norm(x[cells[:, [1, 3, 4]]] - x[cells[:, :1]], axis=2).mean()
 
-    result = hc.regularize((points, cells), boundary="free")
+    result = hc.regularize((points, cells), boundary="free", fixed=fixed)
     assert result.report.before.invalid > 100
     assert result.report.after.invalid == 0
     assert 0.5 < mean_edge(result.points) / mean_edge(points) < 1.5
-    np.testing.assert_array_equal(result.points[-1], points[-1])
+    np.testing.assert_array_equal(result.points[[-1, *(fixed or ())]], points[[-1, *(fixed or ())]])

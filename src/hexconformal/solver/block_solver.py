@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..energy import BlockMatrix
 from ..kernel import loop
 from ..mesh import SERIAL, Space
-from .block_sweeps import BlockPreconditioner
+from .block_sweeps import BlockPreconditioner, block_norm
 from .conjugate_gradients import conjugate_gradients
 from .coupled_nodes import UNCOUPLED, CoupledNodes
 
@@ -160,9 +160,6 @@ def _add_of_others(owned, indptr, indices, data, out):  # type: ignore[no-untype
     """Add half of the norms of the blocks off the diagonal in the rows of others to both of their ends."""
     for i in range(owned, len(indptr) - 1):
         for k in range(indptr[i], indptr[i + 1] - 1):
-            square = 0.0
-            for r in range(3):
-                for c in range(3):
-                    square += data[k, r, c] * data[k, r, c]
-            out[i] += 0.5 * np.sqrt(square)
-            out[indices[k]] += 0.5 * np.sqrt(square)
+            half = 0.5 * block_norm(data, k)
+            out[i] += half
+            out[indices[k]] += half

@@ -13,7 +13,7 @@ from ..kernel import algebra, loop, parallel_ranges
 from .coupled_nodes import UNCOUPLED, CoupledNodes
 from .row_parts import RowParts
 
-__all__ = ["BlockPreconditioner"]
+__all__ = ["BlockPreconditioner", "block_norm"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -150,7 +150,8 @@ def _inverse(data, k, out, i):  # type: ignore[no-untyped-def]
 
 
 @algebra
-def _norm(data, k):  # type: ignore[no-untyped-def]
+def block_norm(data, k):  # type: ignore[no-untyped-def]
+    """Frobenius norm of data[k]."""
     square = 0.0
     for r in range(3):
         for c in range(3):
@@ -163,9 +164,9 @@ def _add_between(first, last, indptr, data, inner, offsets, rows, places, added)
     """Add to each diagonal block half of the norms of the blocks that join its row with other parts."""
     for i in range(first, last):
         for k in range(indptr[i], inner[i]):
-            added[i] += 0.5 * _norm(data, k)
+            added[i] += 0.5 * block_norm(data, k)
         for n in range(offsets[i], offsets[i + 1]):
-            added[i] += 0.5 * _norm(data, places[n])
+            added[i] += 0.5 * block_norm(data, places[n])
         if indptr[i + 1] > indptr[i]:
             for r in range(3):
                 data[indptr[i + 1] - 1, r, r] += added[i]

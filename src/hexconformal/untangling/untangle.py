@@ -124,15 +124,15 @@ def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: in
 
 
 def _as_large(formulation: Formulation, points: Field, before: Field) -> Field:
-    """The points, where nothing is held scaled about their middle to the edges there were before.
+    """The points, where at most one node is held scaled about it, or their middle, to the edges there were before.
 
     Where determinants are below eps the energy falls with the size alone: the mesh would shrink to a point.
     """
-    admissible = formulation.admissible
-    if formulation.barrier is not None or len(admissible.nodes) > 1 or len(admissible.coupled.nodes):
+    held = formulation.admissible.nodes
+    if formulation.barrier is not None or len(held) > 1 or len(formulation.admissible.coupled.nodes):
         return points
     cells, nodes = formulation.cells, np.unique(formulation.cells)
-    now, middle = edge_lengths(points, cells).mean(), points[nodes].mean(axis=0)
+    now, middle = edge_lengths(points, cells).mean(), points[held if len(held) else nodes].mean(axis=0)
     scaled = points.copy()
     scaled[nodes] = middle + edge_lengths(before, cells).mean() / now * (points[nodes] - middle)
     return scaled

@@ -16,6 +16,7 @@ from ...formulation import LEVEL, Iteration
 from ...io import as_volume_mesh
 from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays
 from ...quality import Quality, quality, require_sound
+from ..acceptance import no_worse_than
 from ..options import Options, Record
 from ..region_rows import region_rows
 from ..report import Report
@@ -27,6 +28,7 @@ from .stages import minimize_distortion, pulled_back, raise_worst, unfold
 __all__ = ["QuadraticRegularization"]
 
 Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 # Options that have an effect here.
 _OPTIONS = (
@@ -91,6 +93,7 @@ class QuadraticRegularization:
         self._points = self._before_raising = self._setting.start
         self._valid = self._setting.valid(self._points)
         self._invalid = int((~self._valid).sum())
+        self._worst_at_first = self._setting.worst_by_type(self._setting.scaled_jacobians(self._points))
         self._reason, self._converged = "interrupted", False
         self._records = self._run()
 
@@ -104,35 +107,38 @@ class QuadraticRegularization:
         return self._records
 
     def _run(self) -> Iterator[Record]:
-        setting, scaled = self._setting, self._setting.scaled_jacobians(self._setting.start)
-        # Where a cell is invalid at first the others may lose something as long as there are fewer of them.
-        floor, mean = (float(scaled.min()), float(scaled.mean())) if self._valid.all() else (-np.inf, -np.inf)
+        floor = -np.inf
         for iteration in self._iterations():
-            scaled, valid = setting.scaled_jacobians(iteration.points), setting.valid(iteration.points)
-            invalid, raising = int((~valid).sum()), iteration.phase in ("angles", "stiffen")
-            kept = scaled.min() >= floor - LEVEL and scaled.mean() >= mean - _ROUNDING
+            record, valid = self._record(iteration), self._setting.valid(iteration.points)
+            self.history.append(record)
+            invalid, raising = int((~valid).sum()), iteration.phase in ("angles", "stiffen", "hold types")
+            # Where a cell is invalid at first the others may lose something as long as there are fewer of them.
+            kept = not self._valid.all() or no_worse_than(record, self.history[0])
+            kept &= record.min_scaled_jacobian >= floor - LEVEL
             if not (self._valid & ~valid).any() and invalid <= self._invalid and kept:
                 if invalid < self._invalid or iteration.phase == "lbfgs" or raising:
                     self._points = iteration.points
                 if not raising:
                     self._before_raising = self._points
                 elif iteration.phase == "stiffen":
-                    floor = max(floor, float(scaled.min()))
+                    floor = max(floor, record.min_scaled_jacobian)
                 self._invalid = invalid
-            self.history.append(
-                Record(
-                    iteration=len(self.history),
-                    phase=iteration.phase,
-                    energy=iteration.energy,
-                    gradient=iteration.gradient,
-                    step=iteration.step,
-                    min_scaled_jacobian=float(scaled.min()),
-                    mean_scaled_jacobian=float(scaled.mean()),
-                    inverted=int((scaled <= 0.0).sum()),
-                    seconds=time.perf_counter() - self._began,
-                )
-            )
-            yield self.history[-1]
+            yield record
+
+    def _record(self, iteration: Iteration) -> Record:
+        setting, scaled = self._setting, self._setting.scaled_jacobians(iteration.points)
+        return Record(
+            iteration=len(self.history),
+            phase=iteration.phase,
+            energy=iteration.energy,
+            gradient=iteration.gradient,
+            step=iteration.step,
+            min_scaled_jacobian=float(scaled.min()),
+            mean_scaled_jacobian=float(scaled.mean()),
+            inverted=int((scaled <= 0.0).sum()),
+            seconds=time.perf_counter() - self._began,
+            worst_gain=float((setting.worst_by_type(scaled) - self._worst_at_first).min()),
+        )
 
     def _iterations(self) -> Iterator[Iteration]:
         """All iterations; why they end is known at the end."""
@@ -169,15 +175,27 @@ class QuadraticRegularization:
             return
         small = relative <= options.gradient_tolerance
         self._reason, self._converged = "the gradient is small enough" if small else "the energy falls no more", True
-        if not options.raises_worst:
-            return
-        self._reason, self._converged = "interrupted", False
-        yield from raise_worst(setting, points)
-        self._reason, self._converged = "the worst cell stalls", True
+        if options.raises_worst:
+            self._reason, self._converged = "interrupted", False
+            for iteration in raise_worst(setting, points):
+                points = iteration.points
+                yield iteration
+            self._reason, self._converged = "the worst cell stalls", True
+        if (worse := self._worse_types(points)).any():
+            held = setting.boundary.admissible.coupled.closed(setting.nodes_of(worse))
+            yield Iteration("hold types", np.where(held[:, None], setting.start, points))
 
     def _spoiled(self, points: Field) -> int:
         """Number of cells that are folded at a point, or were valid and are not."""
         return int((self._setting.folded_cells(points) | (self._valid & ~self._setting.valid(points))).sum())
+
+    def _worse_types(self, points: Field) -> Mask:
+        """(m,) cells of the types whose worst cell is worse than it was."""
+        setting, out = self._setting, np.zeros(len(self._valid), dtype=bool)
+        worst = setting.worst_by_type(setting.scaled_jacobians(points))
+        for block, lower in zip(setting.blocks, worst < self._worst_at_first - LEVEL, strict=True):
+            out[block.places] = lower
+        return out
 
     def _held_back(self, points: Field) -> tuple[QuadraticSetting, Field]:
         """The points with no valid cell lost, and the setting without what is folded there."""
@@ -236,11 +254,19 @@ class QuadraticRegularization:
                 if self.options.boundary == "slide" and distance > bound:
                     continue
                 found = _Outcome(points, quality(self.mesh.replaced(points)), distance)
-                best = found if found.is_better_than(best) and not found.is_worse_than(before) else best
+                best = found if found.is_better_than(best) and not self._is_worse(found.quality, before) else best
                 break
             if self._points is self._before_raising:
                 break
         return before, best
+
+    def _is_worse(self, after: Quality, before: Quality) -> bool:
+        """True where a valid cell is lost, or with as many invalid ones the worst of a type, or the mean, is lower."""
+        if (before.valid & ~after.valid).any():
+            return True
+        worst, first = (self._setting.worst_by_type(one.scaled_jacobian) for one in (after, before))
+        same, gain = (after.valid == before.valid).all(), after.scaled_jacobian.mean() - before.scaled_jacobian.mean()
+        return bool(same and ((worst < first - LEVEL).any() or gain < -_ROUNDING))
 
     def _ending(self, after: Quality, moved: bool) -> tuple[str, bool]:
         """Why the run is over, and whether that is by a criterion."""
@@ -275,15 +301,6 @@ class _Outcome:
         if invalid != others:
             return invalid < others
         return worst > their_worst + LEVEL or (worst > their_worst - LEVEL and mean > their_mean)
-
-    def is_worse_than(self, before: Quality) -> bool:
-        """True where a valid cell is lost, or there are as many invalid ones and the worst or the mean is lower."""
-        (invalid, worst, mean), (others, their_worst, their_mean) = (
-            self._measures,
-            _Outcome(self.points, before)._measures,
-        )
-        lost = bool((before.valid & ~self.quality.valid).any())
-        return lost or (invalid == others and (worst < their_worst - LEVEL or mean < their_mean - _ROUNDING))
 
 
 def _is_default(name: str, value: Any) -> bool:

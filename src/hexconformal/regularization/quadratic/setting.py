@@ -209,9 +209,13 @@ class QuadraticSetting:
             out[block.places] = (term.determinants(points) <= 0.0).any(axis=1)
         return out
 
-    def worst_angle(self, points: Field) -> float:
-        """Largest e(u) at all points of the cells that count, u the unit columns; infinite where one is folded."""
-        return max(float(term.largest_angles(points).max(initial=0.0)) for term in self.terms())
+    def worst_angles(self, points: Field) -> dict[str, float]:
+        """Largest e(u) at all points of the cells of each type that count, u the unit columns; infinite if folded."""
+        return {term.cell_type.name: float(term.largest_angles(points).max(initial=0.0)) for term in self.terms()}
+
+    def worst_by_type(self, scaled_jacobians: Field) -> Field:
+        """Smallest scaled Jacobian of each type of cells, of those (m,) of all."""
+        return np.array([scaled_jacobians[block.places].min() for block in self.blocks])
 
     def scaled_jacobians(self, points: Field) -> Field:
         """(m,) smallest scaled Jacobian at the points of each cell."""

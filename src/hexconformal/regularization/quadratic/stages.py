@@ -43,6 +43,7 @@ def unfold(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]:
         # Equation (9); chi without cancellation where the determinant is negative.
         chi = 0.25 * eps * eps / (0.5 * (abs(smallest) + np.hypot(eps, smallest)))
         aim = (1.0 - progress) * chi
+        # What is flat at first has infinite energy, so that all progress there can be seems to have been made.
         eps = max(min(2.0 * float(np.sqrt(aim * (aim - smallest))), eps), schedule.least_eps**2)
 
 
@@ -92,19 +93,22 @@ def minimize_distortion(setting: QuadraticSetting, points: Field, limit: int, to
 def raise_worst(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]:
     """Raise the worst angles with a barrier that stiffens, equation (12): first alone, then round by round."""
     schedule = setting.schedule
-    kept, worst, slow = setting.valid(points), setting.worst_angle(points), 0
+    kept, angles, slow = setting.valid(points), setting.worst_angles(points), 0
+    worst = max(angles.values())
     if not np.isfinite(worst):
         return
     for number in range(schedule.stiff_rounds):
         if worst <= schedule.negligible:
             return
-        stiffness = schedule.stiffness / worst if number > 0 else 0.0
-        weights = CornerWeights(schedule.distortion_share, 1.0, stiffness)
+        # No corner can pass the worst of its type.
+        stiffness = {name: schedule.stiffness / max(angle, schedule.negligible) for name, angle in angles.items()}
+        weights = CornerWeights(schedule.distortion_share, 1.0, stiffness if number > 0 else 0.0)
         current = setting.problem(weights, points, kept).at(points)
         for iterate in islice(_descent(setting, current), schedule.stiff_steps):
             points = iterate.points
             yield Iteration("angles" if number == 0 else "stiffen", points, step=iterate.step)
-        before, worst = worst, setting.worst_angle(points)
+        angles = setting.worst_angles(points)
+        before, worst = worst, max(angles.values())
         # Without stiffness the worst may lose something to begin with.
         slow = slow + 1 if number > 0 and worst > (1.0 - schedule.least_gain) * before else 0
         if slow == 2:
