@@ -10,6 +10,7 @@ from hexconformal.geometry import SurfaceLocator, hausdorff
 from hexconformal.mesh import boundary_quads
 from hexconformal.regularization.quadratic import QuadraticRegularization, stages
 from hexconformal.regularization.quadratic import run as quadratic_run
+from hexconformal.regularization.quadratic.curved_boundary import CurvedBoundary
 from hexconformal.regularization.quadratic.cut_mesh import CutMesh
 from hexconformal.regularization.quadratic.schedule import QuadraticSchedule
 from hexconformal.regularization.quadratic.setting import QuadraticSetting
@@ -129,6 +130,35 @@ def test_an_interface_inside_slides_on_itself():
     assert row.quads >= 8
     assert row.moved > 10
     assert row.distance <= 0.005
+
+
+def test_interfaces_are_as_far_off_as_their_curved_faces():
+    # Two cells on each other; nodes of the face between them move along it: at the nodes nothing is off.
+    x = np.linspace(-1.0, 1.0, 3)
+    linear = np.array([[a, b, c] for c in x for b in (-1.0, 1.0) for a in (-1.0, 1.0)])
+    table = np.array([[0, 1, 3, 2, 4, 5, 7, 6], [4, 5, 7, 6, 8, 9, 11, 10]])
+    flat = hc.elevated((linear, table), 27)
+    mesh = flat.replaced(flat.points + 0.3 * np.outer(1.0 - flat.points[:, 0] ** 2, [0.0, 0.0, 1.0]))
+    there = (np.abs(flat.points[:, 2]) < 1e-9) & (np.abs(flat.points[:, 0]) < 1e-9) & (np.abs(flat.points[:, 1]) < 0.9)
+    moved, shift = mesh.points.copy(), 0.3
+    moved[there] += [shift, 0.0, -0.3 * shift**2]
+    options = hc.Options(interfaces=np.array([0, 1]), hausdorff=0.05)
+    boundary = CurvedBoundary.of(mesh, options, QuadraticSchedule())
+    cut = CutMesh(mesh, 32)
+    nodes, quads = np.unique(cut.faces(boundary.sheets).nodes, return_inverse=True)
+    fine = [cut.matrix(nodes) @ points for points in (moved, mesh.points)]
+    apart = hausdorff(*fine, quads.reshape(-1, 4)) / boundary.diagonal
+    assert apart > 0.01
+    assert boundary.distance(moved) == pytest.approx(apart, rel=0.1)
+
+
+def test_a_share_of_the_way_is_on_the_surface_too(monkeypatch):
+    mesh, side, _, _ = shaken_cylinder(20)
+    monkeypatch.setattr(quadratic_run, "_SHARES", (0.5,))
+    result = hc.regularize(mesh)
+    assert np.linalg.norm(result.points - mesh.points, axis=1)[side].max() > 0.04
+    # Half-way along straight lines they would be 1.2e-3 off.
+    assert distance_from(mesh, result.points[side]).max() < 2e-4
 
 
 def shaken_inside(mesh):
