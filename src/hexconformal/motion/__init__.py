@@ -1,10 +1,11 @@
 """Moving a mesh with its boundary, step after step (28).
 
-Belongs here: MeshMotion, the extension of displacements, and runs by a table. Imports `common`, `kernel`, `elements`,
-`mesh`, `energy`, `io`, `geometry`, `quality`, `runs` and `solver`.
+Belongs here: MeshMotion, the extension of displacements, and runs by a table, pages. Imports `common`, `kernel`,
+`elements`, `mesh`, `energy`, `io`, `geometry`, `page`, `quality`, `runs` and `solver`.
 """
 
 from .mesh_motion import MeshMotion
+from .motion_page import motion_page
 from .motion_run import MotionRun
 from .motion_table import read_motion
 from .report import MotionReport, MotionStep
@@ -16,5 +17,6 @@ __all__ = [
     "MotionRun",
     "MotionSchedule",
     "MotionStep",
+    "motion_page",
     "read_motion",
 ]

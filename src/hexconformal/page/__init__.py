@@ -6,10 +6,10 @@ packed, with three.js, into `packed`. Imports `common`, `elements`, `mesh`, `io`
 
 from .contents import Cells, Frame, Measure, ReportText
 from .curves import Curve, columns_of, curves_of
-from .frames_of_series import SeriesReader, thinned
 from .has_page import HasPage
 from .page import PAGE_EXTENSIONS, Page
 from .schedule import PageSchedule
+from .series import SeriesReader, series_page, thinned
 from .skin_distance import with_distances
 from .volume_page import volume_page
 
@@ -26,6 +26,7 @@ __all__ = [
     "SeriesReader",
     "columns_of",
     "curves_of",
+    "series_page",
     "thinned",
     "volume_page",
     "with_distances",

@@ -8,12 +8,13 @@ One loop::
     for moment in surface.evolve(flow, steps=200, remesh=True):
         print(moment.record.energy)
 
-Imports `hexconformal.common`, `hexconformal.geometry`, `hexconformal.runs`, `mesh`, `io`, `quality`,
-`constraint` and `remeshing`.
+Imports `hexconformal.common`, `hexconformal.geometry`, `hexconformal.page`, `hexconformal.runs`,
+`mesh`, `io`, `page`, `quality`, `constraint` and `remeshing`.
 """
 
 from .checkpoint import FlowRun, load, save
 from .evolve import Evolution, evolve
+from .flow_page import flow_page
 from .flows import Flow, Helfrich, MeanCurvature, PWillmore, Willmore
 from .moment import Moment
 from .options import Record as FlowRecord
@@ -38,6 +39,7 @@ __all__ = [
     "Term",
     "Willmore",
     "evolve",
+    "flow_page",
     "load",
     "save",
 ]

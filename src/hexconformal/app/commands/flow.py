@@ -17,7 +17,7 @@ from ..terminal import print_line
 from .arguments import add_html, add_outside_references
 from .choices import add_interfaces
 from .results.outputs import check_page, named_inputs
-from .results.pages import series_page
+from .results.pages import page_of_series
 from .surface_kind import SURFACES
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
@@ -114,7 +114,9 @@ def run(arguments: Namespace) -> int:
         if arguments.html is not None:
             progress.show(f"writing {arguments.html}")
             told = _report(evolution)
-            series_page(folder.frames, SURFACES, folder.history, told, Path(arguments.input).name).write(arguments.html)
+            page_of_series(folder.frames, SURFACES, folder.history, told, Path(arguments.input).name).write(
+                arguments.html
+            )
     if not arguments.quiet:
         for note in evolution.notes:
             print_line(f"note: {note}")

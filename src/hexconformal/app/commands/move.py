@@ -15,7 +15,7 @@ from .arguments import add_html, add_input, read_to_work_on
 from .choices import add_interfaces
 from .kinds import VOLUMES
 from .results.outputs import check_page, named_inputs
-from .results.pages import series_page
+from .results.pages import page_of_series
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
@@ -101,7 +101,9 @@ def run(arguments: Namespace) -> int:
             progress.show(f"writing {arguments.html}")
             told = ReportText("\n".join([*last, *([motion_run.refusal] if motion_run.refusal else [])]), motion.notes)
             title = Path(arguments.input).name
-            series_page(folder.frames, VOLUMES, folder.history, told, title, arguments.interfaces).write(arguments.html)
+            page_of_series(folder.frames, VOLUMES, folder.history, told, title, arguments.interfaces).write(
+                arguments.html
+            )
     if not arguments.quiet:
         for line in [*(f"note: {note}" for note in motion.notes), *last]:
             print_line(line)

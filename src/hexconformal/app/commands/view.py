@@ -15,7 +15,7 @@ from ..terminal import print_line
 from .arguments import add_html, add_input, read_any_mesh
 from .choices import add_interfaces
 from .results.outputs import check_page, named_inputs
-from .results.pages import series_page
+from .results.pages import page_of_series
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
@@ -74,7 +74,7 @@ def _page_of_series(arguments: Namespace) -> Page:
         raise ReadError(f"{history} does not exist")
     first = Namespace(**{**vars(arguments), "input": str(frames_listed(series)[0][1]), "other_cells": "keep"})
     kind, _ = read_any_mesh(first)
-    return series_page(series, kind, history and Path(history), interfaces=arguments.interfaces)
+    return page_of_series(series, kind, history and Path(history), interfaces=arguments.interfaces)
 
 
 def _page_of_mesh(arguments: Namespace) -> Page:

@@ -10,22 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....page import Curve, Page, PageSchedule, SeriesReader, curves_of, thinned
+from ....page import Page, PageSchedule, SeriesReader, series_page, thinned
 from ....runs import frames_listed
 from ..kinds import MeshKind
 
-__all__ = ["series_page", "write_result_page"]
+__all__ = ["page_of_series", "write_result_page"]
 
 Columns = dict[str, NDArray[np.float64]]
-
-_CURVES = (
-    Curve("energy", ("energy",)),
-    Curve("reduced volume", ("reduced_volume",)),
-    Curve("smallest angle of a cell, degrees", ("mean_angle", "min_angle")),
-    Curve("scaled Jacobian", ("mean_scaled_jacobian", "min_scaled_jacobian")),
-    Curve("iterations of a step", ("iterations",)),
-    Curve("time step", ("tau",), logarithmic=True),
-)
 
 
 def write_result_page(path: str, result: Any, series: str | None, kind: MeshKind) -> None:
@@ -39,7 +30,7 @@ def write_result_page(path: str, result: Any, series: str | None, kind: MeshKind
     result.page(frames).write(path)
 
 
-def series_page(
+def page_of_series(
     series: Path,
     kind: MeshKind,
     history: Path | None = None,
@@ -48,20 +39,15 @@ def series_page(
     interfaces: Any = "auto",
 ) -> Page:
     """The page of a series of a mesh, with the curves of the history of its run, if there is one."""
-    columns = {} if history is None else _columns(history)
-    along = "iteration" if "iteration" in columns and "time" not in columns else "step"
     listed = frames_listed(series)
-    (start, first), (end, last) = listed[0], listed[-1]
-    mesh = kind.read_like(first, None)
-    reader = SeriesReader(partial(_read, kind, mesh), partial(_worst, kind), _time, partial(_position, columns, along))
-    between = thinned(listed[1:-1], len(mesh.points), PageSchedule())
-    return kind.page(
-        mesh,
-        None if len(listed) == 1 else kind.read_like(last, mesh),
-        frames=reader.frames(between, mesh),
-        ends=[(_time(time), _position(columns, along, time)) for time in (start, end)],
+    mesh = kind.read_like(listed[0][1], None)
+    return series_page(
+        kind.page,
+        listed,
+        partial(_read, kind, mesh),
+        partial(_worst, kind),
+        {} if history is None else _columns(history),
         report=report,
-        curves=curves_of(columns, along, f"{along}s", _CURVES),
         interfaces=interfaces,
         title=title or series.name,
     )
@@ -80,17 +66,6 @@ def _worst(kind: MeshKind, mesh: Any) -> dict[str, Any]:
 
 def _iteration(time: float) -> str:
     return f"iteration {time:g}"
-
-
-def _time(time: float) -> str:
-    return f"t = {time:.6g}"
-
-
-def _position(columns: Columns, along: str, time: float) -> float | None:
-    """Where a time is on the axis of the curves: at the step that reached it."""
-    if "time" not in columns or along not in columns:
-        return time
-    return 0.0 if time == 0.0 else float(columns[along][np.abs(columns["time"] - time).argmin()])
 
 
 def _columns(history: Path) -> Columns:
