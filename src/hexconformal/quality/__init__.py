@@ -7,6 +7,7 @@ Belongs here: measures with their statistics, checks, node order, what no valid 
 from .assessment import MEASURES, MixedQuality, MixedSummary, Quality, Summary, WorstCell, quality
 from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians
 from .checks import cell_errors, check, require_sound
+from .connectivity_bound import connectivity_bound, scaled_jacobian_around_a_node
 from .node_order import orient
 from .quadratic_checks import require_linear
 from .region_measures import RegionMeasures, measure_regions
@@ -27,6 +28,7 @@ __all__ = [
     "attainable_scaled_jacobians",
     "cell_errors",
     "check",
+    "connectivity_bound",
     "distributions",
     "inside_out",
     "measure_regions",
@@ -34,5 +36,6 @@ __all__ = [
     "quality",
     "require_linear",
     "require_sound",
+    "scaled_jacobian_around_a_node",
     "statistics",
 ]

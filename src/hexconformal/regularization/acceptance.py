@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import first_names
-from ..elements import are_collapsed
+from ..elements import are_collapsed, corner_scaled_jacobian
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import LEVEL, Formulation
 from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdorff, mean_distance
 from ..mesh import NormalizedMesh, Regions, region_surfaces
+from ..quality import attainable_scaled_jacobian, connectivity_bound
 from .boundary import Boundary
 from .options import Record
 from .volume_restoration import enclosed_volumes, restore_volumes
@@ -22,6 +23,7 @@ __all__ = [
     "Outcome",
     "auto_target_notes",
     "boundary_distance",
+    "limit_notes",
     "mean_boundary_distance",
     "no_worse_than",
     "sheets_distance",
@@ -37,6 +39,8 @@ _MANY_STRETCHED = 0.05  # share of stretched cells from which on a note says tha
 _ROUNDING = 1e-12  # of a scaled Jacobian
 _APART = 1e-5  # diagonals; patches that are flat to less than this are where they were
 _SAME_VOLUME = 1e-10  # relative difference of volumes that is rounding
+_NOTED_BELOW = 0.95  # a bound of the smallest scaled Jacobian above this says little
+_REACHED = 2e-3  # of a bound, at which it is reached but for what the worst cells stall at
 _POOR_SHAPE, _SHAPE_LOSS = 0.1, 0.9  # below this, less than so much of it is worse
 
 
@@ -203,3 +207,36 @@ def auto_target_notes(normalized: NormalizedMesh) -> list[str]:
     if space.anywhere(bool(are_collapsed(normalized.cells).any())):
         return [f"target auto: cubes, and ideals of other types, as {why}"]
     return [f"target auto: cubes, as {why}; target='input' would keep their shapes"]
+
+
+def limit_notes(normalized: NormalizedMesh, start: Field, held: NDArray[np.bool_], points: Field) -> list[str]:
+    """What the smallest scaled Jacobian cannot exceed, as corners are held; or, once it is reached, as few cells meet.
+
+    Parameters
+    ----------
+    normalized
+        The mesh.
+    start
+        (n, 3) points from which nodes that are held did not move.
+    held
+        (n,) those.
+    points
+        (n, 3) what has been reached.
+    """
+    space, notes = normalized.space, list[str]()
+    bound, cell = attainable_scaled_jacobian(start, normalized.cells, held)
+    lowest = space.smallest(np.array([bound]))
+    if lowest < _NOTED_BELOW:
+        which = space.named(None if bound > lowest else normalized.cell_labels[cell])
+        notes.append(f"the smallest scaled Jacobian cannot exceed {lowest:.4g}: a corner of cell {which} is held")
+    boundary = np.zeros(len(points), dtype=bool)
+    boundary[normalized.quads] = True
+    bound, node, count = connectivity_bound(normalized.cells, boundary, space)
+    reached = space.smallest(corner_scaled_jacobian(points, normalized.cells))
+    if reached > (1.0 - _REACHED) * bound and bound < _NOTED_BELOW:
+        which = space.named(None if node is None else normalized.node_labels[node])
+        notes.append(
+            f"the smallest scaled Jacobian is what it can be, wherever the nodes are: it cannot exceed {bound:.4f}, as "
+            f"{count} hexahedra meet at node {which}"
+        )
+    return notes

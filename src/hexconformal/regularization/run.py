@@ -17,11 +17,12 @@ from ..geometry import sharp_length
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh, region_arrays
 from ..page import Curve, Frame, HasPage, Page, columns_of, curves_of, volume_page
-from ..quality import attainable_scaled_jacobian, quality, require_linear, require_sound
+from ..quality import quality, require_linear, require_sound
 from .acceptance import (
     Outcome,
     auto_target_notes,
     boundary_distance,
+    limit_notes,
     mean_boundary_distance,
     no_worse_than,
     sheets_distance,
@@ -47,7 +48,6 @@ _CURVES = (
     Curve("smallest shape", ("min_shape",)),
     Curve("inverted cells", ("inverted",)),
 )
-_NOTED_BELOW = 0.95  # a bound of the smallest scaled Jacobian above this says little
 
 
 @dataclass(frozen=True, repr=False)
@@ -305,12 +305,7 @@ class Regularization:
         held = np.asarray(~self._stages.state.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
         start = self._stages.state.boundary.start
         start = self._normalized.points if start is None else start
-        bound, cell = attainable_scaled_jacobian(start, self._normalized.cells, held)
-        lowest = self._normalized.space.smallest(np.array([bound]))
-        if lowest < _NOTED_BELOW:
-            which = self._normalized.space.named(None if bound > lowest else self._normalized.cell_labels[cell])
-            bound = lowest
-            notes.append(f"the smallest scaled Jacobian cannot exceed {bound:.4g}: a corner of cell {which} is held")
+        notes += limit_notes(self._normalized, start, held, self._points)
         return tuple(notes)
 
     def _record(self, iteration: Iteration) -> Record:
