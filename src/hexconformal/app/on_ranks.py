@@ -32,7 +32,7 @@ from ..ranks import (
     write_piece,
 )
 from ..runs import HistoryFile
-from .commands.arguments import STDOUT
+from .commands.arguments import STDOUT, check_checkpoint
 from .commands.results.outputs import check_paths, named_inputs, print_summary
 from .progress import Progress
 from .terminal import print_line, print_text
@@ -56,6 +56,8 @@ def regularize_on_ranks(arguments: Namespace, options: Options) -> int:
         _refuse(arguments.linearize, "--linearize")
         _check(arguments, [arguments.output, arguments.history, _file(arguments.report), arguments.checkpoint], comm)
         check_piece_writable(arguments.output, comm)
+        with agreed(comm, named=False):
+            check_checkpoint(arguments)
         with Progress(arguments.quiet or comm.rank > 0) as progress, uninterrupted():
             progress.show(f"reading {arguments.input}")
             piece, path, start = read_piece(arguments.input, comm), arguments.checkpoint, None

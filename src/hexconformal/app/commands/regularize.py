@@ -155,11 +155,11 @@ class RegularizeJob:
 def run(arguments: Namespace) -> int:
     """Regularize a mesh; an interruption leaves the mesh reached so far."""
     options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
-    check_checkpoint(arguments)
     if arguments.mpi:
         from ..on_ranks import regularize_on_ranks  # with all that ranks need, which others do not
 
         return regularize_on_ranks(arguments, options)
+    check_checkpoint(arguments)
 
     def prepare() -> RegularizeJob:
         mesh, path = read_to_work_on(arguments), arguments.checkpoint

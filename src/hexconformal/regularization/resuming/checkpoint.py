@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import secrets
 import time
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Protocol
@@ -25,9 +26,11 @@ from .start import Start, cell_ids_of, node_ids_of
 
 __all__ = ["Checkpoint"]
 
+Field = NDArray[np.float64]
+
 _VERSION = 1
 _OTHERS = "another mesh, or a run with other options"
-_TOLD = ("token", "turn", "parts", "lowered", "on_the_way")
+_TOLD = {"token": str, "turn": int, "parts": int, "lowered": bool, "on_the_way": bool}
 _LIMITS = ("gradient_tolerance", "max_iterations")  # a run that goes on may be given other ones
 
 
@@ -90,6 +93,7 @@ class Checkpoint:
             check_writable(self.path)
             if comm is not None:
                 check_writable(self._part(0, comm.rank))
+        self._node_ids = node_ids_of(taken)
         self.fingerprint = _fingerprint(taken, options, comm)
 
     def offer(self, run: _Run) -> None:
@@ -111,8 +115,8 @@ class Checkpoint:
 
     def save(self, start: Start) -> None:
         """Write what a run has reached; raises a WriteError if that cannot be, an older one is still there then."""
-        count = len(start.points)
-        rows = {"ids": np.arange(count) if start.node_ids is None else start.node_ids, "points": start.points}
+        ids = self._node_ids if start.node_ids is None else start.node_ids
+        rows = {"ids": ids, "points": start.points}
         if self._comm is None:
             self._save_index(rows, "", 0, 0, start)
             self._turn, self._parts = 0, 0
@@ -137,22 +141,25 @@ class Checkpoint:
         OptionError
             If it belongs to another mesh, or a run with other options.
         """
-        index: dict[str, Any] | None = None
-        with self._together():
+        sets: list[tuple[NDArray[np.int64], Field]] = []
+        told: dict[str, Any] = {}
+        with self._together(named=False):
             if self._comm is None or self._comm.rank == 0:
                 index = load_state(self.path, _VERSION, self.fingerprint, _OTHERS)
-                if missing := {"ids", "points", *_TOLD} - set(index):
-                    raise ReadError(f"the checkpoint {self.path} is damaged: it lacks {', '.join(sorted(missing))}")
-        told: dict[str, Any] = self._from_first({} if index is None else {key: index[key].item() for key in _TOLD})
+                with _damage_told(self.path):
+                    told = {key: kind(index[key].item()) for key, kind in _TOLD.items()}
+                    sets.append(_rows_of(index))
+        told = self._from_first(told)
         first, step = (0, 1) if self._comm is None else (self._comm.rank, self._comm.size)
         self._turn, self._parts = told["turn"], told["parts"]
-        sets = [] if index is None else [index]
         with self._together():
             for rank in range(first, self._parts, step):
-                fingerprint = f"{self.fingerprint} {told['token']}"
-                sets.append(load_state(self._part(self._turn, rank), _VERSION, fingerprint, "another set of parts"))
-            ids = np.concatenate([np.empty(0, np.int64), *(one["ids"] for one in sets)])
-            points = np.concatenate([np.empty((0, 3)), *(one["points"] for one in sets)])
+                part, fingerprint = self._part(self._turn, rank), f"{self.fingerprint} {told['token']}"
+                found = load_state(part, _VERSION, fingerprint, f"another set than {self.path.name} names")
+                with _damage_told(part):
+                    sets.append(_rows_of(found))
+        ids = np.concatenate([np.empty(0, np.int64), *(one[0] for one in sets)])
+        points = np.concatenate([np.empty((0, 3)), *(one[1] for one in sets)])
         return Start(points, told["lowered"], told["on_the_way"], ids)
 
     def _save_index(self, rows: dict[str, NDArray[Any]], token: str, turn: int, parts: int, start: Start) -> None:
@@ -166,11 +173,28 @@ class Checkpoint:
     def _part(self, turn: int, rank: int) -> Path:
         return self.path.with_name(f"{self.path.stem}_{turn}_{rank:04d}{self.path.suffix}")
 
-    def _together(self) -> AbstractContextManager[None]:
-        return nullcontext() if self._comm is None else agreed(self._comm)
+    def _together(self, named: bool = True) -> AbstractContextManager[None]:
+        return nullcontext() if self._comm is None else agreed(self._comm, named)
 
     def _from_first(self, value: Any) -> Any:
         return value if self._comm is None else self._comm.bcast(value)
+
+
+@contextmanager
+def _damage_told(path: Path) -> Iterator[None]:
+    """What a file lacks, or has in another form, comes as a ReadError."""
+    try:
+        yield
+    except (KeyError, ValueError, TypeError, AttributeError) as problem:
+        raise ReadError(f"the checkpoint {path} is damaged ({type(problem).__name__}: {problem})") from problem
+
+
+def _rows_of(state: dict[str, Any]) -> tuple[NDArray[np.int64], Field]:
+    """Ids (k,) and points (k, 3)."""
+    ids, points = np.asarray(state["ids"]), np.asarray(state["points"])
+    if ids.dtype != np.int64 or points.dtype != np.float64 or points.shape != (*ids.shape, 3) or ids.ndim != 1:
+        raise ValueError(f"ids of shape {ids.shape} and points of shape {points.shape}")
+    return ids, points
 
 
 def _require_resumable(mesh: HexMesh | MixedMesh, options: Options) -> None:
