@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError, OptionError
+from ...common import MeshError, OptionError, first_ids
 from ...formulation import Schedules
 from ...quality import cell_errors, quality
 from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary, rows_by_id
@@ -86,12 +86,18 @@ class MeshOnRanks:
         Raises
         ------
         OptionError
-            If there are not as many as ids.
+            If there are not as many as ids, or copies of a node are at several places.
         """
         comm, ids = self.normalized.space.halo.comm, self._given_ids if node_ids is None else node_ids
         with agreed(comm):
             if len(points) != len(ids):
                 raise OptionError(f"start must be the {len(ids)} points of the piece, not {len(points)}")
+        one_of_each = rows_by_id(comm, ids, ids, points)[0]
+        with agreed(comm):
+            apart = (one_of_each != points) & ~np.isnan(points)
+            if apart.any():
+                nodes = np.unique(ids[apart.any(axis=1)])
+                raise OptionError(f"start: copies of a node must be at one place on all ranks: {first_ids(nodes)}")
         return rows_by_id(comm, self.mesh.node_ids, ids, points)
 
     def with_features(self, features: str) -> Boundary:
