@@ -10,8 +10,10 @@ from meshes.coupled import periodic_box
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements import is_valid
+from hexconformal.mesh import NormalizedMesh
 from hexconformal.regularization import Start
 from hexconformal.regularization.acceptance import Distances
+from hexconformal.regularization.setting import Setting
 
 CYLINDER = generate.jittered(*generate.cylinder(4, 3, 6), 0.3, seed=4)
 BALL = generate.jittered(*generate.ball(3, 2), 0.3, seed=1)
@@ -83,32 +85,40 @@ def test_volume_targets_and_report_are_those_of_the_mesh():
     )
 
 
-def test_what_is_folded_is_unfolded_from_there_and_nothing_valid_is_lost():
+UNFOLDING = {"harmonic start", "untangle", "untangle patches", "untangle interior"}
+
+
+def test_what_is_folded_is_unfolded_from_there():
     points, cells = FOLDED
     whole = hc.regularize(FOLDED)
     assert whole.report.before.invalid > 0 == whole.report.after.invalid
-    # Some of the nodes are where the result has them, more where that inverts a cell.
-    valid, start = is_valid(points, cells), np.array(points)
-    nodes = cells[np.flatnonzero(~valid)[:8]]
-    start[nodes] = whole.points[nodes]
-    while (valid & ~is_valid(start, cells)).any():
-        nodes = cells[valid & ~is_valid(start, cells)]
-        start[nodes] = whole.points[nodes]
-    started = is_valid(start, cells)
-    assert valid.sum() < started.sum() < len(cells)
-    ended = hc.regularize(FOLDED, start=start)
+    # One node is where it was, so that cells are folded that were so in the mesh.
+    for node in np.flatnonzero((whole.points != points).any(axis=1)):
+        start = np.array(whole.points)
+        start[node] = points[node]
+        folded = ~is_valid(start, cells)
+        if folded.any() and not is_valid(points, cells)[folded].any():
+            break
+    run = hc.Regularization(FOLDED, start=start)
+    phases = [record.phase for record in run]
+    assert phases[:3] == ["input", "start", "untangle patches"]  # as few are folded, which all of the mesh's are not
+    assert "harmonic start" in {record.phase for record in whole.history}
+    ended = run.result()
     assert is_valid(ended.points, cells).all()
     assert ended.report.after.scaled_jacobian.min == pytest.approx(whole.report.after.scaled_jacobian.min, abs=0.02)
-    # Left early it has lost none either.
-    early = hc.regularize(FOLDED, start=start, max_iterations=1)
-    assert is_valid(early.points, cells)[started].all()
+
+
+def test_no_cell_is_lost_that_was_valid_at_the_start_though_not_in_the_mesh():
+    normalized = NormalizedMesh(hc.HexMesh(*FOLDED))
+    better = normalized.from_user(hc.regularize(FOLDED).points)
+    assert Setting(normalized, hc.Options()).keeps_valid(normalized.points)
+    assert not Setting(normalized, hc.Options(), start=better).keeps_valid(normalized.points)
 
 
 def test_where_nothing_is_folded_at_the_start_nothing_is_unfolded():
     result = hc.regularize(FOLDED)
-    unfolding = {"harmonic start", "untangle", "untangle patches"}
-    assert unfolding & {record.phase for record in result.history}
-    assert not unfolding & {record.phase for record in hc.Regularization(FOLDED, start=result.points)}
+    assert result.history[1].phase in UNFOLDING
+    assert [record.phase for record in hc.Regularization(FOLDED, start=result.points)][2] not in UNFOLDING
 
 
 def test_a_start_may_be_a_mesh_or_a_file_of_one(tmp_path):
