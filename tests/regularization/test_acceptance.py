@@ -57,7 +57,7 @@ def test_the_input_comes_back_if_the_surface_went_too_far_after_all(monkeypatch)
 
 def test_the_input_comes_back_if_an_interface_went_too_far_after_all(monkeypatch):
     mesh = wavy_layers(6)
-    for module in ("stages", "run"):
+    for module in ("stages", "acceptance"):
         monkeypatch.setattr(f"hexconformal.regularization.{module}.sheets_distance", lambda *_: 0.02)
     result = hc.regularize(mesh, hausdorff=0.019)
     assert np.array_equal(result.points, mesh.points)

@@ -32,13 +32,13 @@ from ..ranks import (
     write_piece,
 )
 from ..runs import HistoryFile
-from .commands.arguments import STDOUT
+from .commands.arguments import STDOUT, check_checkpoint
 from .commands.results.outputs import check_paths, named_inputs, print_summary
 from .progress import Progress
 from .terminal import print_line, print_text
 
 if TYPE_CHECKING:
-    from ..regularization import Options, Regularization
+    from ..regularization import Checkpoint, Options, Regularization
 
 __all__ = ["quality_on_ranks", "regularize_on_ranks"]
 
@@ -47,22 +47,31 @@ _HEADSTART = 1.0  # seconds: where all ranks fail alike rank 0 says so before an
 
 def regularize_on_ranks(arguments: Namespace, options: Options) -> int:
     """Regularize a mesh on all ranks; an interruption of any of them leaves the mesh reached so far."""
-    from ..regularization import Regularization  # not loaded for what does not regularize
+    from ..regularization import Checkpoint, Regularization  # not loaded for what does not regularize
 
     def work(comm: Any) -> int:
         for flag in ("frames", "plot", "picture", "worst_picture", "html"):
             _refuse(getattr(arguments, flag) is not None, f"--{flag.replace('_', '-')}")
         _refuse(arguments.other_cells != "refuse", "--other-cells keep")
         _refuse(arguments.linearize, "--linearize")
-        _check(arguments, [arguments.output, arguments.history, _file(arguments.report)], comm)
+        _check(arguments, [arguments.output, arguments.history, _file(arguments.report), arguments.checkpoint], comm)
         check_piece_writable(arguments.output, comm)
+        with agreed(comm, named=False):
+            check_checkpoint(arguments)
         with Progress(arguments.quiet or comm.rank > 0) as progress, uninterrupted():
             progress.show(f"reading {arguments.input}")
-            run = Regularization(read_piece(arguments.input, comm), options, comm=comm)
-            interrupted = _iterate(run, arguments.history if comm.rank == 0 else None, progress, comm)
+            piece, path, start = read_piece(arguments.input, comm), arguments.checkpoint, None
+            checkpoint = None if path is None else Checkpoint(path, piece, options, comm)
+            if checkpoint is not None and arguments.resume and comm.bcast(checkpoint.path.exists()):
+                start = checkpoint.load()
+            run = Regularization(piece, options, comm=comm, start=start)
+            history = arguments.history if comm.rank == 0 else None
+            interrupted = _iterate(run, history, checkpoint, progress, comm)
             progress.show(f"writing {arguments.output}")
             result = run.result()
             write_piece(arguments.output, result.mesh, comm)
+            if checkpoint is not None and (last := run.reached(result)) is not None:
+                checkpoint.save(last)
             if comm.rank == 0:
                 _tell(arguments, result.report, interrupted)
         return 130 if interrupted else 0
@@ -144,13 +153,17 @@ def _check(arguments: Namespace, outputs: list[str | None], comm: Any) -> None:
             raise OptionError(f"pieces of {outputs[0]} are pieces of the input: add --overwrite to replace them")
 
 
-def _iterate(run: Regularization, history: str | None, progress: Progress, comm: Any) -> bool:
+def _iterate(
+    run: Regularization, history: str | None, checkpoint: Checkpoint | None, progress: Progress, comm: Any
+) -> bool:
     """Run to the end; True where a rank was interrupted, which all leave at the same iteration."""
     with ExitStack() as stack:
         file = None if history is None else stack.enter_context(HistoryFile(history))
         for record in run:
             if file is not None:
                 file.add(record)
+            if checkpoint is not None:
+                checkpoint.offer(run)
             progress.show(str(record))
             if comm.allreduce(int(interruption_waits()), mpi().MAX):
                 return True

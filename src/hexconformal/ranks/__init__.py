@@ -15,7 +15,7 @@ from .normalized_piece import NormalizedPiece
 from .rank_space import RankSpace
 from .rank_summary import rank_summary
 from .reading import read_piece
-from .routes import Routes, dealt, gathered
+from .routes import Routes, dealt, each_once, gathered, rows_by_id
 from .shared_memory import on_every_machine
 from .skin_faces import FacesBeside
 from .writing import check_piece_writable, piece_path, write_piece
@@ -35,6 +35,7 @@ __all__ = [
     "check_piece_writable",
     "dealt",
     "distributed",
+    "each_once",
     "gathered",
     "is_agreed",
     "mpi",
@@ -43,5 +44,6 @@ __all__ = [
     "piece_path",
     "rank_summary",
     "read_piece",
+    "rows_by_id",
     "write_piece",
 ]

@@ -20,7 +20,7 @@ from .halo import Halo
 from .mesh_piece import MeshPiece
 from .mpi import agreed, mpi
 from .rank_space import RankSpace
-from .routes import Routes
+from .routes import Routes, homes_of
 from .skin_faces import FacesBeside, faces_beside, skin_faces
 
 __all__ = ["Distribution", "distributed"]
@@ -83,7 +83,7 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0) -> Distribution:
     cell_data = _with_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
     _require_single_cells(comm, piece)
     # Each id has a home, where the copies of its node meet.
-    homes = Routes(comm, _homes(comm, piece.node_ids))
+    homes = Routes(comm, homes_of(comm, piece.node_ids))
     ids, places = homes.forward(piece.node_ids), homes.forward(piece.points)
     ids, first, copies = np.unique(ids, return_index=True, return_inverse=True)
     copies = copies.ravel()
@@ -137,12 +137,6 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0) -> Distribution:
     return Distribution(mine, space, skin, beside, referenced, homes, copies, owners, order)
 
 
-def _homes(comm: Any, ids: Ints) -> Ints:
-    """The rank at which what is known of each id comes together."""
-    count = comm.allreduce(int(ids.max(initial=-1)), mpi().MAX) + 1
-    return ids // max(-(-count // comm.size), 1)
-
-
 def _along_curve(comm: Any, points: Field) -> tuple[Ints, Field]:
     """Positions (n,) of points along the curve through the box around the points of all ranks, and their heights."""
     low, high = np.empty(3), np.empty(3)
@@ -178,7 +172,7 @@ def _with_all_arrays(comm: Any, data: Mapping[str, NDArray[Any]], count: int, na
 
 
 def _require_single_cells(comm: Any, piece: MeshPiece) -> None:
-    ids = Routes(comm, _homes(comm, piece.cell_ids)).forward(piece.cell_ids)
+    ids = Routes(comm, homes_of(comm, piece.cell_ids)).forward(piece.cell_ids)
     with agreed(comm):
         names, counts = np.unique(ids, return_counts=True)
         if len(names) < len(ids):

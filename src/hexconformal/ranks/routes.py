@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .mpi import mpi
 
-__all__ = ["Routes", "dealt", "gathered"]
+__all__ = ["Routes", "dealt", "each_once", "gathered", "homes_of", "rows_by_id"]
 
 Ints = NDArray[np.int64]
 
@@ -68,6 +68,34 @@ def dealt(comm: Any, ranks: Ints | None, rows: Mapping[str, NDArray[Any]] | None
         ranks, rows = np.empty(0, np.int64), {key: np.empty((0, *shape), kind) for key, (kind, shape) in kinds.items()}
     routes = Routes(comm, ranks)
     return {key: routes.forward(one) for key, one in rows.items()}
+
+
+def homes_of(comm: Any, ids: Ints) -> Ints:
+    """The rank (k,) at which what is known of each id comes together."""
+    count = comm.allreduce(int(ids.max(initial=-1)), mpi().MAX) + 1
+    return np.asarray(ids // max(-(-count // comm.size), 1))
+
+
+def each_once(comm: Any, ids: Ints, rows: NDArray[Any]) -> tuple[Ints, NDArray[Any]]:
+    """Ids, and rows (k, ...) of them, of all ranks, each once, on the rank that is its home; copies are the same."""
+    routes = Routes(comm, homes_of(comm, ids))
+    known, first = np.unique(routes.forward(ids), return_index=True)
+    return known, routes.forward(rows)[first]
+
+
+def rows_by_id(comm: Any, wanted: Ints, ids: Ints, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Rows (w, ...) of wanted ids (w,), wherever they are among those (k, ...) of all ranks, and which there are."""
+    homes = homes_of(comm, np.concatenate([wanted, ids]))
+    there = Routes(comm, homes[len(wanted) :])
+    known, first = np.unique(there.forward(ids), return_index=True)
+    held, here = there.forward(rows)[first], Routes(comm, homes[: len(wanted)])
+    asked = here.forward(wanted)
+    place = np.searchsorted(known, asked)
+    found = place < len(known)
+    found[found] = known[place[found]] == asked[found]
+    answers = np.zeros((len(asked), *rows.shape[1:]), rows.dtype)
+    answers[found] = held[place[found]]
+    return here.backward(answers), here.backward(found)
 
 
 def gathered(comm: Any, rows: NDArray[Any]) -> NDArray[Any]:

@@ -16,13 +16,16 @@ from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdo
 from ..mesh import NormalizedMesh, Regions, region_surfaces
 from ..quality import attainable_scaled_jacobian, connectivity_bound
 from .boundary import Boundary
-from .options import Record
+from .options import Options, Record
 from .volume_restoration import enclosed_volumes, restore_volumes
 
 __all__ = [
+    "Distances",
     "Outcome",
     "auto_target_notes",
     "boundary_distance",
+    "distances",
+    "keeps_worst",
     "limit_notes",
     "mean_boundary_distance",
     "no_worse_than",
@@ -48,7 +51,7 @@ _POOR_SHAPE, _SHAPE_LOSS = 0.1, 0.9  # below this, less than so much of it is wo
 class Outcome:
     """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say.
 
-    Where the run has led too far the input is what it comes to, and no criterion is met.
+    Where the run has led too far it comes to what it began with, and no criterion is met.
     """
 
     points: Field
@@ -56,13 +59,34 @@ class Outcome:
     distance: float = 0.0
     mean_distance: float = 0.0
     notes: tuple[str, ...] = ()
-    is_input: bool = False
+    goes_back: bool = False
 
-    @classmethod
-    def too_far(cls, points: Field, what: str, moved: float) -> Outcome:
-        """The input points (n, 3), as something would move farther than it may, by so many diagonals."""
-        reason = f"{what} would move by {moved:.4g}: the input is returned; allow more (hausdorff)"
-        return cls(np.array(points), reason, is_input=True)
+
+@dataclass(frozen=True)
+class Distances:
+    """How far the surface, and interfaces, have moved, in diagonals; from another surface to slide on, if any."""
+
+    surface: float
+    interfaces: float = 0.0
+    is_given: bool = False
+
+    def beyond(self, options: Options) -> tuple[str, float] | None:
+        """What is farther than it may be, and how far; None for nothing. How near a given surface is, is told alone."""
+        if self.interfaces > options.hausdorff:
+            return "an interface", self.interfaces
+        if options.boundary == "slide" and self.surface > options.hausdorff and not self.is_given:
+            return "the surface", self.surface
+        return None
+
+
+def keeps_worst(record: Record, first: Record) -> bool:
+    """True where fewer cells are inverted than at first, or flat, or as many and the worst of no type is worse."""
+    tangled, before = (record.inverted, record.flat), (first.inverted, first.flat)
+    return tangled < before or (
+        tangled == before
+        and record.min_scaled_jacobian >= first.min_scaled_jacobian - LEVEL
+        and record.worst_gain >= first.worst_gain - LEVEL
+    )
 
 
 def no_worse_than(record: Record, first: Record) -> bool:
@@ -71,15 +95,20 @@ def no_worse_than(record: Record, first: Record) -> bool:
     That is the smallest and mean scaled Jacobian, the smallest of each type of cells, and the smallest shape where it
     is poor.
     """
-    tangled, before = (record.inverted, record.flat), (first.inverted, first.flat)
-    if tangled != before:
-        return tangled < before
+    if (record.inverted, record.flat) != (first.inverted, first.flat):
+        return keeps_worst(record, first)
     return (
-        record.min_scaled_jacobian >= first.min_scaled_jacobian - LEVEL
-        and record.worst_gain >= -LEVEL
+        keeps_worst(record, first)
         and record.mean_scaled_jacobian >= first.mean_scaled_jacobian - _ROUNDING
         and record.min_shape >= _SHAPE_LOSS * min(first.min_shape, _POOR_SHAPE)
     )
+
+
+def distances(points: Field, normalized: NormalizedMesh, boundary: Boundary, options: Options) -> Distances:
+    """How far the boundary, and sheets inside, of normalized points (n, 3) are from where they were."""
+    surface = boundary_distance(points, normalized, boundary, options.boundary)
+    between = sheets_distance(points, normalized, boundary, options.hausdorff)
+    return Distances(surface, between, boundary.reference is not None)
 
 
 def boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, mode: str) -> float:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,16 +15,15 @@ from ..formulation import Iteration, Schedules
 from ..geometry import sharp_length
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh, region_arrays
-from ..page import Curve, Frame, HasPage, Page, columns_of, curves_of, volume_page
 from ..quality import quality, require_linear, require_sound
 from .acceptance import (
     Outcome,
     auto_target_notes,
-    boundary_distance,
+    distances,
+    keeps_worst,
     limit_notes,
     mean_boundary_distance,
     no_worse_than,
-    sheets_distance,
     size_ratios,
     swells,
     with_volume_restored,
@@ -34,69 +32,14 @@ from .boundary import boundary_of
 from .on_ranks import MeshOnRanks
 from .options import Options, Record
 from .region_rows import interface_rows, region_rows
-from .report import Report
+from .report import Report, Result
+from .resuming import Start, begun_at
 from .setting import Setting
 from .stages import Stages
 
-__all__ = ["Regularization", "Result"]
+__all__ = ["Regularization"]
 
 Field = NDArray[np.float64]
-
-_CURVES = (
-    Curve("energy", ("energy",), logarithmic=True),
-    Curve("scaled Jacobian", ("mean_scaled_jacobian", "min_scaled_jacobian")),
-    Curve("smallest shape", ("min_shape",)),
-    Curve("inverted cells", ("inverted",)),
-)
-
-
-@dataclass(frozen=True, repr=False)
-class Result(HasPage):
-    """The mesh that a run comes to, its report and history; in a notebook it is shown to look at.
-
-    Attributes
-    ----------
-    mesh
-        The better mesh, in the type that came in, with everything it carried.
-    points
-        (n, 3) its points.
-    report
-        Before and after, what moved, and why it stopped.
-    history
-        One record per iteration.
-    before
-        The mesh that went in, as a :class:`hexconformal.HexMesh` or MixedMesh.
-    interfaces
-        What tells its regions apart, as in :class:`hexconformal.Options`.
-    """
-
-    mesh: Any
-    points: Field
-    report: Report
-    history: tuple[Record, ...]
-    before: HexMesh | MixedMesh
-    interfaces: Any = "auto"
-
-    def __repr__(self) -> str:
-        return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
-
-    @property
-    def converged(self) -> bool:
-        """True where the run ended by a stopping criterion, not a limit."""
-        return self.report.converged
-
-    def page(self, frames: Sequence[Frame] = ()) -> Page:
-        """The page of the result, with frames of iterations between input and result if they are there."""
-        columns, last = columns_of(self.history), self.history[-1].iteration if self.history else 0
-        return volume_page(
-            self.before,
-            self.before.replaced(self.points, point_data={"moved_by": self.points - self.before.points}),
-            frames=frames,
-            ends=(("before", 0.0), ("after", float(last))),
-            report=self.report,
-            curves=curves_of(columns, "iteration", "iterations", _CURVES),
-            interfaces=self.interfaces,
-        )
 
 
 class Regularization:
@@ -112,6 +55,9 @@ class Regularization:
         Other tuned numbers than those the benchmarks were made with.
     comm
         An MPI communicator: every rank hands in its :class:`hexconformal.ranks.MeshPiece`, and iterates.
+    start
+        Where to begin: what an earlier run of the same mesh has :meth:`reached`, its (n, 3) points, or a mesh with
+        the same nodes. Surface, features, sizes and targets, and what the report calls before, are those of `mesh`.
 
     Attributes
     ----------
@@ -123,9 +69,10 @@ class Regularization:
     Raises
     ------
     MeshError
-        If the mesh cannot be worked on.
+        If the mesh cannot be worked on, or the start: it inverts valid cells, moves nodes that are held, or leaves the
+        bound.
     OptionError
-        If options make no sense, alone or together.
+        If options make no sense, alone or together, or the start is no point for each node.
 
     Examples
     --------
@@ -139,7 +86,12 @@ class Regularization:
     """
 
     def __init__(
-        self, mesh: Any, options: Options | None = None, schedules: Schedules | None = None, comm: Any = None
+        self,
+        mesh: Any,
+        options: Options | None = None,
+        schedules: Schedules | None = None,
+        comm: Any = None,
+        start: Any = None,
     ) -> None:
         self._began = time.perf_counter()
         self.options = Options() if options is None else options
@@ -164,10 +116,15 @@ class Regularization:
                 "use energy='barrier'"
             )
         self._setting = Setting(self._normalized, self.options, schedules)
+        if start is not None:
+            begun = begun_at(start, self._setting, self._boundary, self._on_ranks)
+            self._setting, self._boundary, self._may_end_at_start = begun
+            self._notes = (*self._notes, "begun where an earlier run had come to")
         if self._on_ranks is not None:
             self._on_ranks.require_stages(self._setting)
         self._stages = Stages(self._setting, self._boundary)
-        self._points, self._energy = self._normalized.points, float("nan")
+        self._points, self._energy, self._lowered = self._normalized.points, float("nan"), False
+        self._least: Record | None = None
         self._records = self._run()
 
     @property
@@ -191,16 +148,54 @@ class Regularization:
         for iteration in self._stages:
             record = self._record(iteration)
             self.history.append(record)
-            if self._acceptable(record):
+            if self._acceptable(record) and (self._least is None or keeps_worst(record, self._least)):
                 self._points, self._energy = iteration.points, record.energy
+                self._lowered = self._stages.state.lowered or self._setting.lowered
+                if iteration.phase == "start" and self._may_end_at_start:
+                    self._least = record
             yield record
+
+    def reached(self, result: Result | None = None) -> Start | None:
+        """What another run of the same mesh goes on from: the best points so far, or those of a result of this run.
+
+        On ranks, all of which must call it, each has its own nodes. None where there is nothing better than the input.
+
+        Examples
+        --------
+        >>> from itertools import islice
+        >>> from hexconformal.generate import sheared_cube
+        >>> mesh = sheared_cube(6)
+        >>> run = Regularization(mesh)
+        >>> for record in islice(run, 5):
+        ...     pass
+        >>> again = Regularization(mesh, start=run.reached())
+        >>> [record.phase for record in islice(again, 2)]
+        ['input', 'start']
+        """
+        if result is None and self._points is self._normalized.points:
+            return None
+        whole, points = self._on_ranks, self._normalized.to_user(self._points)
+        if result is not None:
+            points = result.points if whole is None else result.mesh.points
+        if whole is None:
+            return Start(points, self._lowered, result is None)
+        own = self._normalized.space.own
+        return Start(own(points), self._lowered, result is None, own(whole.mesh.node_ids))
 
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
         if self._on_ranks is not None:
             points, notes = self._final_points()
             points, seconds = self._normalized.to_user(points), time.perf_counter() - self._began
-            told = self._stages.state, self.history, (*self._all_notes(), *notes), seconds
+            first, begun = self._safe
+            told = (
+                self._normalized.to_user(first),
+                begun,
+                self._stages.state,
+                self.history,
+                (*self._all_notes(), *notes),
+                seconds,
+            )
             piece, report = self._on_ranks.outcome(points, *told)
             return Result(piece, self._on_ranks.to_given_nodes(piece.points), report, tuple(self.history), self.mesh)
         outcome = self._outcome()
@@ -209,6 +204,9 @@ class Regularization:
         shift = points - self.mesh.points
         moved = np.linalg.norm(shift, axis=1)
         energy = self.history[0].energy if self.history else float("nan")
+        energy_after = self._energy if shift.any() else energy
+        if outcome.goes_back and self._least is not None:
+            energy_after = self._least.energy
         mesh, diagonal = self._normalized.mesh, self._normalized.diagonal * self._normalized.unit
         regions = self._setting.regions
         interfaces, notes = ((), []) if regions is None else interface_rows(regions, mesh, points, diagonal)
@@ -216,14 +214,14 @@ class Regularization:
             before=before.summary(),
             after=after.summary(),
             energy_before=energy,
-            energy_after=self._energy if shift.any() else energy,
+            energy_after=energy_after,
             boundary_moved=int((moved[np.unique(self._normalized.node_ids[self._normalized.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=diagonal,
             iterations=max(len(self.history) - 1, 0),
             seconds=time.perf_counter() - self._began,
             reason=outcome.reason,
-            converged=self._stages.state.converged and not outcome.is_input,
+            converged=self._stages.state.converged and not outcome.goes_back,
             options=self.options.described(),
             notes=(*self._all_notes(), *outcome.notes, *notes),
             hausdorff=outcome.distance,
@@ -273,24 +271,31 @@ class Regularization:
         return points, notes
 
     def _outcome(self) -> Outcome:
-        """The points the run comes to; the input where no better mesh keeps what is promised."""
-        normalized, boundary, bound = self._normalized, self._stages.state.boundary, self.options.hausdorff
+        """The points the run comes to; those it began with where no better mesh keeps what is promised."""
+        normalized, boundary, options = self._normalized, self._stages.state.boundary, self.options
         (points, notes), reason = self._final_points(), self._stages.state.reason
-        if points is normalized.points and len(self.history) > 1:
-            reason += "; nothing better than the input was found"
-        moved = boundary_distance(points, normalized, boundary, self.options.boundary)
-        between = sheets_distance(points, normalized, boundary, bound)
-        if between > bound:
-            return Outcome.too_far(self.mesh.points, "an interface", between)
-        if self.options.boundary == "slide" and moved > bound:
-            if boundary.reference is None:
-                return Outcome.too_far(self.mesh.points, "the surface", moved)
+        first, begun = self._safe
+        if points is first and len(self.history) > 1:
+            reason += f"; nothing better than the {begun} was found"
+        far = distances(points, normalized, boundary, options)
+        beyond = far.beyond(options)
+        if beyond is not None:
+            what, much = beyond
+            reason = f"{what} would move by {much:.4g}: the {begun} is returned; allow more (hausdorff)"
+            points, notes = first, []
+            far = distances(points, normalized, boundary, options)
+        elif options.boundary == "slide" and far.surface > options.hausdorff:
             notes.append(
-                f"the surface is not followed within the bound of {bound:g} diagonals, the largest distance is "
-                f"{moved:.4g}: allow more than that, or take smaller cells where it bends"
+                f"the surface is not followed within the bound of {options.hausdorff:g} diagonals, the largest "
+                f"distance is {far.surface:.4g}: allow more than that, or take smaller cells where it bends"
             )
-        mean = mean_boundary_distance(points, normalized, boundary) if moved > 0.0 else 0.0
-        return Outcome(normalized.to_user(points), reason, moved, mean, tuple(notes))
+        mean = mean_boundary_distance(points, normalized, boundary) if far.surface > 0.0 else 0.0
+        return Outcome(normalized.to_user(points), reason, far.surface, mean, tuple(notes), beyond is not None)
+
+    @property
+    def _safe(self) -> tuple[Field, str]:
+        """The points that there are in any case, and what they are: the start, if a run may end there."""
+        return (self._normalized.points, "input") if self._least is None else (self._setting.first, "start")
 
     def _brought_back(self, points: Field) -> Field:
         """The points, with the boundary within its bound where the run was left before it was, and that can be."""

@@ -6,27 +6,40 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-from ..common import options_from
+from ..common import OptionError, options_from
 from ..elements import QUADRATIC_TYPES
 from ..io import as_volume_mesh
 from ..mesh import blocks_of
 from .options import Options, Record
 from .quadratic import QuadraticRegularization
-from .run import Regularization, Result
+from .report import Result
+from .run import Regularization
 
 __all__ = ["regularize", "run_on"]
 
 
-def run_on(mesh: Any, options: Options) -> Regularization | QuadraticRegularization:
-    """The run for a mesh: of linear cells, or of hexahedra some of which are quadratic."""
+def run_on(mesh: Any, options: Options, start: Any = None) -> Regularization | QuadraticRegularization:
+    """The run for a mesh: of linear cells, or of hexahedra some of which are quadratic; it may go on from a start.
+
+    Raises
+    ------
+    OptionError
+        If there is a start for a mesh with quadratic hexahedra, where that is not there yet.
+    """
     taken = as_volume_mesh(mesh)
     curved = any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(taken))
-    kind = QuadraticRegularization if curved else Regularization
     # A file is read once; other meshes come back in the type that they have.
-    return kind(taken if isinstance(mesh, str | os.PathLike) else mesh, options)
+    given = taken if isinstance(mesh, str | os.PathLike) else mesh
+    if not curved:
+        return Regularization(given, options, start=start)
+    if start is not None:
+        raise OptionError("for hexahedra of 20 or 27 nodes there is no start yet: hand in the half-done mesh instead")
+    return QuadraticRegularization(given, options)
 
 
-def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, **options: Any) -> Result:
+def regularize(
+    mesh: Any, *, callback: Callable[[Record], None] | None = None, start: Any = None, **options: Any
+) -> Result:
     """Make the cells of a mesh regular by minimizing their quaternionic conformal distortion.
 
     The distortion of the planes (e1, e2), (e1, e3), (e2, e3) of every cell is summed and minimized over the node
@@ -42,6 +55,10 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
         with the options on the boundary, on what is kept, and `emphasis`.
     callback
         Called with the record of every iteration.
+    start
+        The (n, 3) points that an earlier run of the same mesh has come to, or a mesh with the same nodes, or its path:
+        the run goes on from there, with the surface, features, sizes and targets of `mesh`. The result is no worse than
+        either: the worst cells of no type are worse than at the start. Not for quadratic hexahedra, nor with `surface`.
     **options
         Fields of :class:`hexconformal.Options`, which tells more of each.
 
@@ -65,7 +82,8 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
     Raises
     ------
     MeshError
-        If the mesh cannot be worked on, or `surface` is not that of the mesh.
+        If the mesh cannot be worked on, or `surface` is not that of the mesh; if the start inverts valid cells, moves
+        nodes that are held, or leaves the bound of the surface.
     ReadError
         If a file cannot be read.
     OptionError
@@ -88,7 +106,7 @@ def regularize(mesh: Any, *, callback: Callable[[Record], None] | None = None, *
      'features', 'fixed', 'gradient_tolerance', 'hausdorff', 'interfaces', 'max_iterations', 'method', 'quadrature',
      'sizes', 'surface', 'target', 'weight']
     """
-    run = run_on(mesh, options_from(Options, options))
+    run = run_on(mesh, options_from(Options, options), start)
     for record in run:
         if callback is not None:
             callback(record)

@@ -35,11 +35,22 @@ class Setting:
         The options.
     schedules
         The tuned numbers of all stages.
+    start
+        (n, 3) normalized points that an earlier run has reached; None where there was none.
+    lowered
+        True where that run had lowered the distortion already, and was raising the worst cells.
     """
 
     normalized: NormalizedMesh
     options: Options
     schedules: Schedules = field(default_factory=Schedules)
+    start: Field | None = None
+    lowered: bool = False
+
+    @property
+    def first(self) -> Field:
+        """(n, 3) normalized points at which the run begins."""
+        return self.normalized.points if self.start is None else self.start
 
     @cached_property
     def target_volumes(self) -> Field:
@@ -128,17 +139,22 @@ class Setting:
 
     @cached_property
     def is_tangled(self) -> bool:
-        """True where a cell of the mesh is invalid, or has next to no volume."""
-        normalized = self.normalized
-        bad = self.flat(normalized.points) | ~normalized.valid  # all parts are asked for both
-        return normalized.space.anywhere(bool(bad.any()))
+        """True where a cell is invalid where the run begins, or has next to no volume."""
+        bad = self.flat(self.first) | ~self.valid  # all parts are asked for both
+        return self.normalized.space.anywhere(bool(bad.any()))
+
+    @cached_property
+    def valid(self) -> Mask:
+        """(m,) cells that are valid where the run begins."""
+        return self.normalized.valid if self.start is None else is_valid(self.start, self.normalized.cells)
 
     @cached_property
     def _valid_in_mesh(self) -> Ints:
-        return np.flatnonzero(is_valid(self.normalized.mesh.points, self.normalized.mesh.cells))
+        normalized = self.normalized
+        return np.flatnonzero(is_valid(normalized.to_user(self.first), normalized.mesh.cells))
 
     def keeps_valid(self, points: Field) -> bool:
-        """True where every cell that is valid in the mesh as it came is so at these points."""
+        """True where every cell that is valid where the run begins, as the user has it, is so at these points."""
         normalized = self.normalized
         valid = all_valid(normalized.to_user(points), normalized.mesh.cells, self._valid_in_mesh)
         return normalized.space.everywhere(valid)

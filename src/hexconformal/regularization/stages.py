@@ -47,6 +47,8 @@ class State:
         Reason of its end, in words.
     converged
         True where that was a stopping criterion, not a limit.
+    lowered
+        True once the distortion is low, and the worst cells are raised.
     """
 
     boundary: Boundary
@@ -54,6 +56,7 @@ class State:
     notes: tuple[str, ...] = ()
     reason: str = "interrupted"
     converged: bool = False
+    lowered: bool = False
 
 
 class Stages:
@@ -67,11 +70,14 @@ class Stages:
 
     def __init__(self, setting: Setting, boundary: Boundary) -> None:
         self.state = State(boundary)
-        self._setting, self._earlier = setting, [setting.normalized.points]
+        self._setting, self._earlier = setting, [setting.normalized.points, setting.first]
 
     def __iter__(self) -> Iterator[Iteration]:
         kept = self._setting.normalized.points
         yield Iteration("input", kept)
+        if self._setting.start is not None:
+            kept = self._setting.start
+            yield Iteration("start", kept)
         left = most = self._setting.options.max_iterations
         start, coupled = kept, self.state.boundary.admissible.coupled
         for iteration in islice(self._passes(), most):
@@ -111,7 +117,7 @@ class Stages:
         schedules = setting.schedules
         normalized = setting.normalized
         formulation = setting.formulation(boundary)
-        found = Unfolded(boundary, formulation, normalized.points, np.zeros(len(normalized.cells), dtype=bool))
+        found = Unfolded(boundary, formulation, setting.first, np.zeros(len(normalized.cells), dtype=bool))
         whole = found
         if boundary.start is not None:
             whole = found = yield from fit(setting, boundary)
@@ -126,19 +132,22 @@ class Stages:
             found = hold_folded(setting, found)
             yield Iteration("hold what stays inverted", found.points)
         formulation, points = found.formulation, found.points
-        self._earlier = [normalized.points, points]
+        self._earlier = [normalized.points, setting.first, points]
         notes = (*self.state.notes, *found.notes)
         self.state = replace(self.state, boundary=found.boundary, formulation=formulation, notes=notes)
         alone = formulation.barrier is None and not folded and not options.changes_sizes
         alone = alone and not normalized.space.anywhere(bool(are_collapsed(normalized.cells).any()))
-        # Where nothing but the distortion counts there is nothing that thin cells could outweigh.
-        for iteration in thicken(formulation, points) if options.energy == "barrier" and not alone else ():
-            points = iteration.points
-            yield iteration
-        for iteration in self._minimize(formulation, points, found.bad, alone):
-            points = iteration.points
-            yield iteration
-        self._earlier.append(points)
+        # What an earlier run has won for the worst cells would be lost for a while if the distortion came first again.
+        if not (setting.lowered and options.raises_worst):
+            # Where nothing but the distortion counts there is nothing that thin cells could outweigh.
+            for iteration in thicken(formulation, points) if options.energy == "barrier" and not alone else ():
+                points = iteration.points
+                yield iteration
+            for iteration in self._minimize(formulation, points, found.bad, alone):
+                points = iteration.points
+                yield iteration
+            self._earlier.append(points)
+        self.state = replace(self.state, lowered=True)
         works = normalized.space.anywhere(bool(formulation.free.any()) and len(formulation.cells) > 0)
         if options.raises_worst and works:
             formulation, points = yield from self._raise_worst(formulation, points, found.points)

@@ -63,7 +63,7 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
     normalized, formulation = setting.normalized, setting.formulation(boundary)
     slides = setting.options.boundary == "slide" and setting.options.hausdorff > 0.0 and boundary.reference is None
     others = ("keep", "soft") if slides and setting.options.features == "auto" else ()
-    points, work = normalized.points, setting.schedules.work
+    points, work = setting.first, setting.schedules.work
     patience = setting.schedules.unfolding.patience if others and boundary.barrier is not None else None
     for iteration in untangle(formulation.within(work.unfolding), points, patience):
         points = iteration.points
@@ -81,7 +81,7 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
         # What stands in the way may be a feature that is none, or a crease that was not taken for one.
         other = boundary_of(normalized, replace(setting.options, features=features), setting.schedules)
         formulation = setting.formulation(other)
-        for iteration in untangle(formulation.within(work.again), normalized.points, patience):
+        for iteration in untangle(formulation.within(work.again), setting.first, patience):
             points = iteration.points
             yield iteration
         notes = (*found.notes, f"features={features!r} instead, which left fewer cells folded")
@@ -93,7 +93,7 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
     yield Iteration("untangle interior", found.points)
     if slides and found.bad.any():
         found = yield from _or_with_boundary_held(setting, found)
-    lost = normalized.valid & ~is_valid(found.points, normalized.cells)
+    lost = setting.valid & ~is_valid(found.points, normalized.cells)
     if lost.any() and not found.bad.any():
         found = found.at(_pulled_back(setting, found))
     return found
@@ -106,14 +106,14 @@ def _left_folded(setting: Setting, found: Unfolded) -> int:
     """
     normalized, options, boundary = setting.normalized, setting.options, found.boundary
     if boundary.barrier is None and boundary_distance(found.points, normalized, boundary, "slide") > options.hausdorff:
-        return int((~normalized.valid).sum())
+        return int((~setting.valid).sum())
     return int(found.bad.sum())
 
 
 def _with_wider_bound(setting: Setting, found: Unfolded, barrier: DistanceBarrier, bound: float) -> Steps:
     """Unfold with more room for the boundary, then bring it back while every cell stays unfolded."""
     wide = setting.formulation(replace(found.boundary, barrier=replace(barrier, bound=bound)))
-    afar, first, patience = found.points, setting.normalized.points, setting.schedules.unfolding.patience
+    afar, first, patience = found.points, setting.first, setting.schedules.unfolding.patience
     for iteration in untangle(wide.within(setting.schedules.work.again), afar, patience, first):
         afar = iteration.points
         yield Iteration("untangle with more room", found.points)
@@ -140,7 +140,7 @@ def _or_with_boundary_held(setting: Setting, found: Unfolded) -> Steps:
     if left == found.bad.sum():
         return found
     held = setting.formulation(boundary_of(normalized, replace(setting.options, boundary="fixed"), setting.schedules))
-    points = normalized.points
+    points = setting.first
     for iteration in untangle(held.within(setting.schedules.work.again), points):
         points = iteration.points
         yield Iteration("untangle with boundary held", found.points)
@@ -191,7 +191,7 @@ def _pulled_back(setting: Setting, found: Unfolded) -> Field:
         return barrier.nodes_beyond(points)
 
     coupled = found.boundary.admissible.coupled
-    return pull_back(found.points, normalized.points, normalized.cells, beyond, setting.schedules.untangling, coupled)
+    return pull_back(found.points, setting.first, normalized.cells, beyond, setting.schedules.untangling, coupled)
 
 
 def within_bound(barrier: DistanceBarrier | None, points: Field) -> bool:

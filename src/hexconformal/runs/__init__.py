@@ -5,6 +5,7 @@ Belongs here: what a run writes while it goes on, whatever it computes. Imports 
 
 from .checkpoint import load_state, run_fingerprint, save_state
 from .history import HistoryFile
+from .row_digests import row_digest
 from .run_folder import RunFolder, RunState
 from .series import Series, frames_listed, series_place
 
@@ -15,6 +16,7 @@ __all__ = [
     "Series",
     "frames_listed",
     "load_state",
+    "row_digest",
     "run_fingerprint",
     "save_state",
     "series_place",

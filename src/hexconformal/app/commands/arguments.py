@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from ...common import MeshError, ReadError
+from ...common import MeshError, OptionError, ReadError
 from ...elements import HEXAHEDRON
 from ...io import FORMATS, as_volume_mesh, read
 from ...mesh import HexMesh, MixedMesh
@@ -15,6 +15,7 @@ from .kinds import VOLUMES, MeshKind
 
 __all__ = [
     "STDOUT",
+    "add_checkpoint",
     "add_html",
     "add_input",
     "add_mpi",
@@ -22,6 +23,7 @@ __all__ = [
     "add_outputs",
     "add_outside_references",
     "add_overwrite",
+    "check_checkpoint",
     "note_dropped",
     "read_any_mesh",
     "read_hexahedra",
@@ -80,6 +82,25 @@ def add_outputs(parser: ArgumentParser, picture: str) -> None:
     group.add_argument("--worst-picture", metavar="worst.png", help="the worst cells before and after, in their place")
     add_html(group, "before and after")
     group.add_argument("--quiet", action="store_true", help="errors only")
+
+
+def add_checkpoint(parser: ArgumentParser) -> None:
+    """Add the file to go on from, and the flag to do so."""
+    group = parser.add_argument_group("going on later")
+    group.add_argument(
+        "--checkpoint", metavar="run.npz", help="what the run has reached, from time to time, at its end, and where it"
+        " is interrupted",
+    )  # fmt: skip
+    group.add_argument("--resume", action="store_true", help="go on from the checkpoint, if it is there")
+
+
+def check_checkpoint(arguments: Namespace) -> None:
+    """Raise an OptionError where a run would be lost, or there is nothing to go on from."""
+    if arguments.resume and arguments.checkpoint is None:
+        raise OptionError("--resume must go with --checkpoint, the file to go on from")
+    there = arguments.checkpoint is not None and Path(arguments.checkpoint).exists()
+    if there and not (arguments.resume or arguments.overwrite):
+        raise OptionError(f"{arguments.checkpoint} holds a run: --resume goes on with it, --overwrite starts anew")
 
 
 def add_html(group: Any, what: str) -> None:

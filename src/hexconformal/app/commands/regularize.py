@@ -12,8 +12,16 @@ import numpy as np
 from ...elements import QUADRATIC_TYPES, corner_scaled_jacobian
 from ...mesh import HexMesh, MixedMesh, blocks_of, collapsed_mesh, find_regions, region_arrays
 from ...quality import quality
-from ...regularization import Options, run_on
-from .arguments import add_input, add_mpi, add_output, add_outputs, read_to_work_on
+from ...regularization import Checkpoint, Options, run_on
+from .arguments import (
+    add_checkpoint,
+    add_input,
+    add_mpi,
+    add_output,
+    add_outputs,
+    check_checkpoint,
+    read_to_work_on,
+)
 from .choices import add_choice, add_interfaces
 from .kinds import VOLUMES, MeshKind
 from .results.job import run_command
@@ -27,6 +35,7 @@ EXAMPLES = """  hexconformal regularize part.vtu better.vtu
   hexconformal regularize layers.vtu better.vtu --target input --fixed wall
   hexconformal regularize part.vtu better.vtu --html report.html
   mpiexec -n 4 hexconformal regularize part.vtu better.pvtu --mpi --boundary fixed
+  hexconformal regularize part.vtu better.vtu --checkpoint run.npz --resume
   hexconformal regularize part.vtu better.vtu --report report.json --plot quality.png --worst-picture worst.png
 """
 
@@ -96,6 +105,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="stop after so many (default %(default)d)",
     )
     add_outputs(parser, "the mesh before and after, cut open")
+    add_checkpoint(parser)
 
 
 @dataclass(frozen=True)
@@ -104,6 +114,8 @@ class RegularizeJob:
 
     mesh: HexMesh | MixedMesh
     options: Options
+    checkpoint: Checkpoint | None = None
+    resume: bool = False
 
     @property
     def kind(self) -> MeshKind:
@@ -111,7 +123,14 @@ class RegularizeJob:
         return replace(VOLUMES, before_after=partial(VOLUMES.before_after, interfaces=self.options.interfaces))
 
     def start(self) -> Any:
-        return run_on(self.mesh, self.options)
+        kept = self.checkpoint if self.resume else None
+        return run_on(self.mesh, self.options, None if kept is None or not kept.path.exists() else kept.load())
+
+    def keep(self, run: Any, result: Any = None) -> None:
+        if self.checkpoint is not None and result is None:
+            self.checkpoint.offer(run)
+        elif self.checkpoint is not None:
+            self.checkpoint.save(run.reached(result))
 
     def placeholder(self) -> HexMesh | MixedMesh:
         mesh = collapsed_mesh(self.mesh)
@@ -140,4 +159,10 @@ def run(arguments: Namespace) -> int:
         from ..on_ranks import regularize_on_ranks  # with all that ranks need, which others do not
 
         return regularize_on_ranks(arguments, options)
-    return run_command(arguments, VOLUMES, lambda: RegularizeJob(read_to_work_on(arguments), options))
+    check_checkpoint(arguments)
+
+    def prepare() -> RegularizeJob:
+        mesh, path = read_to_work_on(arguments), arguments.checkpoint
+        return RegularizeJob(mesh, options, None if path is None else Checkpoint(path, mesh, options), arguments.resume)
+
+    return run_command(arguments, VOLUMES, prepare)

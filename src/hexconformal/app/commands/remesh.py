@@ -111,6 +111,9 @@ class RemeshJob:
         points = run.points
         return as_pyvista(self.mesh.replaced(points, cell_data={"min_angle": smallest_angles(points, self.mesh.cells)}))
 
+    def keep(self, run: Remeshing, result: Any = None) -> None:
+        """Nothing: a run begins with any surface, as with this one."""
+
 
 def _angle(given: Any) -> float | None:
     if given == "none":

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError
+from ...common import MeshError, OptionError, first_ids
 from ...formulation import Schedules
 from ...quality import cell_errors, quality
-from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary
+from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary, rows_by_id
+from ..acceptance import Distances
+from ..boundary import Boundary
 from ..options import Options, Record
 from ..report import Report
 from ..setting import Setting
@@ -56,7 +59,8 @@ class MeshOnRanks:
             _require_sound(MeshPiece.of(piece))
         curved = options.boundary == "slide" and options.hausdorff > 0.0
         rings = schedules.barrier.copied_rings if curved else 0
-        self._options, self._distribution = options, distributed(piece, comm, rings)
+        self._options, self._schedules, self._given_ids = options, schedules, piece.node_ids
+        self._distribution = distributed(piece, comm, rings)
         self.mesh = self._distribution.piece
         with agreed(comm):
             _require_sound(self.mesh)
@@ -70,19 +74,64 @@ class MeshOnRanks:
         if self._options.energy == "barrier" and setting.is_tangled:
             require_room(setting, self.normalized)
 
+    def placed(self, points: Field, node_ids: NDArray[np.int64] | None) -> tuple[Field, NDArray[np.bool_]]:
+        """Points (n, 3) of the nodes here, from rows (k, 3) that all ranks have together, each with the id of its node.
+
+        Without ids they are those of the nodes that this rank handed in, in their order.
+
+        Returns
+        -------
+        The points, and the nodes (n,) that there is one for.
+
+        Raises
+        ------
+        OptionError
+            If there are not as many as ids, or copies of a node are at several places.
+        """
+        comm, ids = self.normalized.space.halo.comm, self._given_ids if node_ids is None else node_ids
+        with agreed(comm):
+            if len(points) != len(ids):
+                raise OptionError(f"start must be the {len(ids)} points of the piece, not {len(points)}")
+        one_of_each = rows_by_id(comm, ids, ids, points)[0]
+        with agreed(comm):
+            apart = (one_of_each != points) & ~np.isnan(points)
+            if apart.any():
+                nodes = np.unique(ids[apart.any(axis=1)])
+                raise OptionError(f"start: copies of a node must be at one place on all ranks: {first_ids(nodes)}")
+        return rows_by_id(comm, self.mesh.node_ids, ids, points)
+
+    def with_features(self, features: str) -> Boundary:
+        """The boundary with other features, which holds from now on."""
+        options = replace(self._options, features=features)
+        self._boundary = BoundaryOnRanks.of(self.normalized, options, self._schedules)
+        return self._boundary.boundary
+
+    def distances(self, points: Field) -> Distances:
+        """How far the boundary of normalized points (n, 3) is from where it was."""
+        return Distances(self._boundary.measures(self.normalized.points, points, self.normalized, self._options)[0])
+
     def to_given_nodes(self, points: Field) -> Field:
         """Points (n, 3) in the order in which this rank handed in its nodes."""
         return self._distribution.to_given_nodes(points)
 
     def outcome(
-        self, points: Field, state: State, history: Sequence[Record], notes: Sequence[str], seconds: float
+        self,
+        points: Field,
+        first: Field,
+        begun: str,
+        state: State,
+        history: Sequence[Record],
+        notes: Sequence[str],
+        seconds: float,
     ) -> tuple[MeshPiece, Report]:
         """The better mesh, own cells and their nodes, and the report, the same on all ranks.
 
         Parameters
         ----------
-        points
-            (n, 3) points, in the user's unit.
+        points, first
+            (n, 3) points, in the user's unit, and those that there are in any case.
+        begun
+            What the latter are, in a word.
         state, history, notes, seconds
             Of the run.
         """
@@ -90,17 +139,17 @@ class MeshOnRanks:
         reason, options = state.reason, self._options
         distances = self._boundary.measures(normalized.points, normalized.from_user(points), normalized, options)
         if options.boundary == "slide" and 0.0 < options.hausdorff < distances[0]:
-            reason = f"the surface would move by {distances[0]:.4g}: the input is returned"
-            points = np.array(mesh.points)
-            distances = self._boundary.measures(normalized.points, normalized.points, normalized, options)
+            reason = f"the surface would move by {distances[0]:.4g}: the {begun} is returned"
+            points = first
+            distances = self._boundary.measures(normalized.points, normalized.from_user(points), normalized, options)
         before, after = quality(mesh), quality(mesh.replaced(points=points))
         shift = points - mesh.points
         moved = np.linalg.norm(shift, axis=1)
         skin = np.zeros(len(points), dtype=bool)
         skin[normalized.quads] = True
         skin = space.joined(skin)
-        if len(history) > 1 and not space.anywhere(bool((moved > 0.0).any())):
-            reason += "; nothing better than the input was found"
+        if len(history) > 1 and not space.anywhere(bool((points != first).any())):
+            reason += f"; nothing better than the {begun} was found"
         report = Report(
             before=rank_summary(before, space),
             after=rank_summary(after, space),

@@ -58,13 +58,13 @@ def unfold_on_ranks(setting: Setting, normalized: NormalizedPiece, boundary: Bou
     elsewhere[normalized.cells[~cells.chosen]] = True
     beyond = cells.of_nodes(space.joined(elsewhere))
     fixed = cells.of_nodes(fixed_components(normalized.mesh, setting.options.fixed))
-    steps: _OnOneRank = _nothing()
+    first, steps = cells.of_nodes(setting.first), _nothing()
     with agreed(comm, named=False):
         if layer is not None:
             options = replace(setting.options, fixed=fixed | beyond[:, None], interfaces="ignore")
-            one = Setting(layer, options, setting.schedules)
+            one = Setting(layer, options, setting.schedules, None if setting.start is None else first)
             steps = _unfolded(one, boundary_of(layer, options, setting.schedules))
-    points, last, outcome = normalized.points, None if layer is None else layer.points, None
+    points, last, outcome = setting.first, None if layer is None else layer.points, None
     while True:
         iteration = None
         with agreed(comm, named=False):
@@ -111,7 +111,7 @@ def _unfolded(setting: Setting, boundary: Boundary) -> _OnOneRank:
 
 def _around_folded(setting: Setting, normalized: NormalizedPiece) -> Mask:
     """(m,) cells that one rank needs to unfold what is folded: as many rings as are tried, and one that stays."""
-    bad = ~normalized.valid | setting.flat(normalized.points)
+    bad = ~setting.valid | setting.flat(setting.first)
     width = setting.schedules.untangling.rounds + 1
     nodes = node_rings(normalized.cells, len(normalized.points), bad, width, normalized.space)
     return np.asarray(nodes[normalized.cells].any(axis=1))

@@ -19,8 +19,7 @@ from ...quality import Quality, quality, require_sound
 from ..acceptance import no_worse_than
 from ..options import Options, Record
 from ..region_rows import region_rows
-from ..report import Report
-from ..run import Result
+from ..report import Report, Result
 from .schedule import QuadraticSchedule
 from .setting import QuadraticSetting
 from .stages import minimize_distortion, pulled_back, raise_worst, unfold

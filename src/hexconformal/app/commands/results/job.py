@@ -64,6 +64,9 @@ class Job(Protocol):
     def snapshot(self, run: Any) -> Any:
         """The mesh that the run has reached, for a series."""
 
+    def keep(self, run: Any, result: Any = None) -> None:
+        """Keep what the run has reached, or its result, for another one to go on from, if that is wanted."""
+
 
 def run_command(arguments: Namespace, kind: MeshKind, prepare: Callable[[], Job]) -> int:
     """Run a job with the outputs that the command line names; returns the exit code.
@@ -88,6 +91,7 @@ def run_command(arguments: Namespace, kind: MeshKind, prepare: Callable[[], Job]
         picture=arguments.picture,
         worst_picture=arguments.worst_picture,
         html=arguments.html,
+        checkpoint=getattr(arguments, "checkpoint", None),
         every=arguments.every,
     )
     given = {name: getattr(arguments, name, None) for name in ("surface", "target")}
@@ -138,6 +142,7 @@ def run_job(job: Job, outputs: Outputs, progress: Progress) -> FinishedJob:
             result = run.result()
             dropped = _write_or_fall_back(outputs.mesh, job, result.mesh)
             try:
+                job.keep(run, result)
                 _write_report_and_pictures(job, result, outputs, progress)
             except WriteError as problem:
                 stopped_by = stopped_by or problem
@@ -184,6 +189,7 @@ def _iterate(job: Job, run: Any, outputs: Outputs, progress: Progress) -> BaseEx
                         if frames is not None and record.iteration % outputs.every == 0:
                             last_frame = record.iteration
                             frames.add(last_frame, job.snapshot(run))
+                        job.keep(run)
                     progress.show(str(record))
                 if frames is not None and run.history and last_frame != run.history[-1].iteration:
                     with uninterrupted():

@@ -50,6 +50,8 @@ class Outputs:
         The worst cells before and after.
     html
         The page.
+    checkpoint
+        What the run has reached, to go on from.
     every
         Number of iterations from one frame to the next; the last one has a frame too.
     """
@@ -63,12 +65,13 @@ class Outputs:
     picture: str | None = None
     worst_picture: str | None = None
     html: str | None = None
+    checkpoint: str | None = None
     every: int = 1
 
     def paths(self) -> list[str]:
         """The files that will be written."""
-        drawn = (self.plot, self.picture, self.worst_picture, self.html)
-        return [path for path in (self.mesh, self.history, self.frames, self.report, *drawn) if path is not None]
+        others = (self.plot, self.picture, self.worst_picture, self.html, self.checkpoint)
+        return [path for path in (self.mesh, self.history, self.frames, self.report, *others) if path is not None]
 
     def check(self, inputs: Mapping[Path, str] | None = None, overwrite: bool = False) -> None:
         """Raise a WriteError or OptionError unless all of them can be written, and none is one of the inputs."""
