@@ -22,17 +22,18 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .motion import MeshMotion, MotionReport, MotionStep
-    from .regularization import Options, Record, Regularization, Report, Result, regularize
+    from .regularization import Curved, Options, Record, Regularization, Report, Result, curved, regularize
     from .runs import Series
 else:
     __getattr__ = loaded_later(
         __name__,
         motion="MeshMotion MotionReport MotionStep",
-        regularization="Options Record Regularization Report Result regularize",
+        regularization="Curved Options Record Regularization Report Result curved regularize",
         runs="Series",
     )
 
 __all__ = [
+    "Curved",
     "HexMesh",
     "MeshError",
     "MeshMotion",
@@ -54,6 +55,7 @@ __all__ = [
     "as_hex_mesh",
     "as_volume_mesh",
     "check",
+    "curved",
     "elevated",
     "generate",
     "orient",

@@ -5,6 +5,7 @@ Belongs here: what is done with a mesh, and when. Imports `common`, `elements`, 
 """
 
 from .options import CHOICES, Options, Record
+from .quadratic import Curved, curved
 from .report import Report, Result
 from .resuming import Checkpoint, Start
 from .run import Regularization
@@ -13,12 +14,14 @@ from .run_on_mesh import regularize, run_on
 __all__ = [
     "CHOICES",
     "Checkpoint",
+    "Curved",
     "Options",
     "Record",
     "Regularization",
     "Report",
     "Result",
     "Start",
+    "curved",
     "regularize",
     "run_on",
 ]

@@ -1,9 +1,12 @@
 """`elevate`, and the other commands on what it makes."""
 
 import numpy as np
+import pytest
+import pyvista as pv
 from program import run
 
 import hexconformal as hc
+from hexconformal.generate import cylinder
 
 
 def test_command(here, capsys):
@@ -28,3 +31,19 @@ def test_command(here, capsys):
     assert "hexahedra of" not in capsys.readouterr().out
     assert run("elevate part.vtu part2.vtu --to 8") == 2
     assert "must be 20 or 27" in capsys.readouterr().err
+
+
+def test_between_corners_the_boundary_follows_a_surface(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    points, cells = cylinder(2, 1, 1)
+    hc.write("straight.vtu", hc.HexMesh(points, cells))
+    radius, height = np.linalg.norm(points[:, :2], axis=1).max(), points[:, 2].max()
+    size = {"radius": radius, "height": height, "resolution": 100}
+    pv.Cylinder(center=(0, 0, height / 2), direction=(0, 0, 1), **size).triangulate().save("part.stl")
+    assert run("elevate straight.vtu curved.vtu --to 27 --surface part.stl") == 0
+    assert "matched are 2 of 2 curves" in capsys.readouterr().out
+    assert hc.quality("curved.vtu").volume.sum() == pytest.approx(np.pi * radius**2 * height, rel=2e-3)
+    for flag in ("--linearize", "--linearise"):
+        assert run(f"quality curved.vtu {flag}") == 0
+        assert f"volume {hc.quality('straight.vtu').volume.sum():.6g}" in capsys.readouterr().out
+    assert run("elevate straight.vtu part.stl --surface part.stl") != 0

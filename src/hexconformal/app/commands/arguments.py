@@ -42,7 +42,9 @@ def add_input(parser: ArgumentParser, others: str = "tetrahedra, wedges, ... bes
         "--other-cells", default="refuse", metavar="refuse|keep", help=f"{others}: refuse the mesh"
         " (default), or keep them, their nodes staying where they are",
     )  # fmt: skip
-    parser.add_argument("--linearize", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes")
+    parser.add_argument(
+        "--linearize", "--linearise", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes"
+    )
 
 
 def add_outside_references(parser: ArgumentParser) -> None:

@@ -12,7 +12,9 @@ from .results.outputs import check_paths, named_inputs
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
 
-EXAMPLES = "  hexconformal elevate part.vtu curved.vtu --to 27\n  hexconformal elevate part.inp curved.inp --to 20\n"
+EXAMPLES = """  hexconformal elevate part.vtu curved.vtu --to 27
+  hexconformal elevate part.inp curved.inp --to 20 --surface part.stl
+"""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -20,16 +22,28 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_input(parser)
     add_output(parser)
     parser.add_argument("--to", type=int, default=20, metavar="20|27", help="nodes of a cell (default %(default)s)")
+    parser.add_argument(
+        "--surface", metavar="part.stl", help="put nodes between corners of the boundary on this surface and its curves"
+    )
 
 
 def run(arguments: Namespace) -> int:
     """Write the mesh with nodes between its corners."""
-    check_paths([arguments.output], named_inputs(arguments.input), arguments.overwrite)
+    check_paths([arguments.output], named_inputs(arguments.input, surface=arguments.surface), arguments.overwrite)
     check_writable(arguments.output, WRITE_EXTENSIONS)
     linear = read_hexahedra(arguments)
-    mesh = elevated(linear, arguments.to)
+    notes: tuple[str, ...] = ()
+    if arguments.surface is None:
+        mesh = elevated(linear, arguments.to)
+    else:
+        from ...regularization import curved  # not loaded where edges stay straight
+
+        mesh, (before, after), told = curved(linear, arguments.surface, arguments.to)
+        notes = (f"the boundary is up to {after:.3g} away from the surface; with straight edges {before:.3g}", *told)
     dropped = write(arguments.output, mesh)
     print_line(f"{len(mesh.blocks[0].cells)} hexahedra of {arguments.to} nodes, {len(mesh.points)} points")
+    for note in notes:
+        print_line(note)
     print_line(f"wrote {arguments.output}")
     note_dropped(arguments.output, dropped)
     return 0

@@ -2,7 +2,8 @@
 
 from .boundary import Boundary, boundary_of
 from .exact_parts import flat_normals
+from .given_surface import GivenSurface, fit_to
 from .kept_geometry import KeptGeometry, kept_geometry
 from .said import Said
 
-__all__ = ["Boundary", "KeptGeometry", "Said", "boundary_of", "flat_normals", "kept_geometry"]
+__all__ = ["Boundary", "GivenSurface", "KeptGeometry", "Said", "boundary_of", "fit_to", "flat_normals", "kept_geometry"]

@@ -1,0 +1,129 @@
+"""Quadratic hexahedra of linear ones whose boundary follows a surface: a cylinder with rims, a ball, a thin layer."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import hexconformal as hc
+from hexconformal.generate import ball, box, cylinder
+from hexconformal.mesh import boundary_quads
+
+each_number = pytest.mark.parametrize("nodes", [20, 27])
+
+
+def cylinder_of(points, resolution=256):
+    radius, height = np.linalg.norm(points[:, :2], axis=1).max(), np.ptp(points[:, 2])
+    size = {"radius": radius, "height": height, "resolution": resolution}
+    return radius, height, pv.Cylinder(center=(0, 0, height / 2), direction=(0, 0, 1), **size).triangulate()
+
+
+@each_number
+def test_a_cylinder_has_its_volume_and_its_rims(nodes):
+    points, cells = cylinder(2, 1, 1)
+    radius, height, surface = cylinder_of(points)
+    mesh, (before, after), notes = hc.curved((points, cells), surface, nodes)
+    np.testing.assert_array_equal(mesh.points[: len(points)], points)
+    measured, exact = hc.quality(mesh), np.pi * radius**2 * height
+    assert measured.valid.all()
+    assert hc.quality((points, cells)).volume.sum() < 0.91 * exact
+    assert measured.volume.sum() == pytest.approx(exact, rel=1e-3)
+    # An eighth of a circle is off its chord by 1 - cos(pi / 8) of the radius.
+    assert before == pytest.approx(radius * (1 - np.cos(np.pi / 8)), rel=0.01)
+    assert after < 0.01 * before
+    assert "matched are 2 of 2 curves" in notes[0]
+    outside = np.abs(np.linalg.norm(points[:, :2], axis=1) - radius) < 1e-9
+    quads = boundary_quads(cells)[0]
+    side = quads[outside[quads].all(axis=1)]
+    ends = np.stack([side, np.roll(side, 1, axis=1)], axis=2).reshape(-1, 2)
+    middles = {tuple(np.round(points[edge].mean(axis=0), 9)): edge for edge in ends}
+    straight = hc.elevated((points, cells), nodes).points
+    for node in range(len(points), len(straight)):
+        edge = middles.get(tuple(np.round(straight[node], 9)))
+        if edge is not None:  # of the side or a rim: on the cylinder, as high as before
+            assert np.linalg.norm(mesh.points[node, :2]) == pytest.approx(radius, rel=1e-4)
+            assert mesh.points[node, 2] == pytest.approx(straight[node, 2], abs=1e-6)
+
+
+@each_number
+def test_a_ball_without_features(nodes):
+    points, cells = ball(2, 2)
+    radius = np.linalg.norm(points, axis=1).max()
+    surface = pv.Sphere(radius=radius, theta_resolution=160, phi_resolution=160)
+    mesh, (before, after), _ = hc.curved((points, cells), surface, nodes)
+    assert hc.quality(mesh).valid.all()
+    assert after < (0.1 if nodes == 20 else 0.03) * before  # without nodes in the middle of faces these are flatter
+    exact = 4 / 3 * np.pi * radius**3
+    assert hc.quality(mesh).volume.sum() == pytest.approx(exact, rel=2e-2 if nodes == 20 else 5e-3)
+    assert hc.quality((points, cells)).volume.sum() < 0.8 * exact
+
+
+def test_a_plane_box_stays_as_it_is():
+    points, cells = box((2, 2, 2))
+    surface = pv.Box(bounds=(0, 1, 0, 1, 0, 1)).triangulate()
+    mesh, distances, _ = hc.curved((points, cells), surface, 27)
+    np.testing.assert_allclose(mesh.points, hc.elevated((points, cells), 27).points, atol=1e-12)
+    assert max(distances) < 1e-12
+
+
+def rings(radii, around):
+    """Nodes of circles around the third axis, at both ends of a tube."""
+    angles = np.linspace(0.0, 2 * np.pi, around, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    return np.concatenate([radius * circle + [0.0, 0.0, z] for z in (0.0, 1.0) for radius in radii])
+
+
+def between(one, other):
+    return np.stack([one, other, np.roll(other, -1), np.roll(one, -1)], axis=1)
+
+
+def tube(thin, around=8):
+    """A tube whose inner layer is thin: curved, its hole would reach beyond the straight edges behind it."""
+    circles = np.arange(6 * around).reshape(2, 3, around)
+    cells = [np.hstack([between(*end[layer : layer + 2]) for end in circles]) for layer in range(2)]
+    return rings((1.0, 1.0 + thin, 2.0), around), np.concatenate(cells)
+
+
+def surface_of_tube(around=256):
+    (hole, outside), (upper_hole, upper) = np.arange(4 * around).reshape(2, 2, around)
+    quads = [between(outside, hole), between(upper_hole, upper), between(hole, upper_hole), between(upper, outside)]
+    return pv.PolyData.from_regular_faces(rings((1.0, 2.0), around), np.concatenate(quads)).triangulate()
+
+
+@each_number
+def test_what_would_be_folded_goes_a_part_of_its_way(nodes):
+    points, cells = tube(0.03)
+    assert hc.quality((points, cells)).valid.all()
+    mesh, (before, after), notes = hc.curved((points, cells), surface_of_tube(), nodes)
+    assert hc.quality(mesh).valid.all()
+    assert notes[-1] == "cells that cannot be curved all the way: 8 (first ids 0, 1, 2, 3, 4)"
+    radii = np.linalg.norm(mesh.points[len(points) :, :2], axis=1)
+    assert (np.abs(radii - 2.0) < 1e-3).sum() >= 16  # the outer rims and side do
+    assert after < 0.6 * before
+    thick, (_, after), notes = hc.curved(tube(0.3), surface_of_tube(), nodes)
+    assert hc.quality(thick).valid.all()
+    assert len(notes) == 1
+    assert after < 0.02 * before
+
+
+def test_where_the_surface_is_too_far_nodes_stay():
+    points, cells = box((10, 3, 1), (1.0, 3.0, 0.1))
+    straight = hc.elevated((points, cells), 20)
+    lid = pv.Box(bounds=(0, 1, 0, 3, 0, 0.18)).triangulate()  # farther than half of the short edges
+    mesh, _, notes = hc.curved((points, cells), lid, 20, features="soft")
+    assert "corners are up to 0.08 away" in notes[1]
+    x, y, z = straight.points.T
+    upper = (z > 0.09) & (y > 0.5) & (y < 2.5)
+    short = upper & (np.round(20 * x) % 2 == 1) & (x > 0.1) & (x < 0.9)
+    assert "as the surface is too far there: " in notes[2]
+    assert int(notes[2].rpartition(" ")[2]) >= short.sum() == 16
+    np.testing.assert_array_equal(mesh.points[short], straight.points[short])
+    long = upper & (np.round(2 * y) % 2 == 1) & (x > 0.15) & (x < 0.85)
+    np.testing.assert_allclose(mesh.points[long, 2], 0.18, atol=1e-12)
+    assert hc.quality(mesh).valid.all()
+
+
+def test_without_a_surface_it_is_the_other_function_that_is_meant():
+    with pytest.raises(hc.OptionError, match="elevated"):
+        hc.curved(box((1, 1, 1)), None)
+    with pytest.raises(hc.MeshError, match="not that of the mesh"):
+        hc.curved(box((1, 1, 1)), pv.Sphere(radius=10.0))
