@@ -95,8 +95,8 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, features: str = "auto") -> 
     options, count = Options(surface=surface, features=features), len(linear.points)
     cut = CutMesh(straight, 2)
     normalized = NormalizedMesh(cut.linear())
-    given, held = GivenSurface.of(normalized, surface), normalized.node_ids < count
-    fit = fit_to(normalized, given, options, Schedules(), None, np.repeat(held[:, None], 3, axis=1))
+    given, none = GivenSurface.of(normalized, surface), np.zeros(normalized.points.shape, dtype=bool)
+    fit = fit_to(normalized, given, options, Schedules(), None, none)
     size = len(straight.points)
     places = [given.locator.closest(normalized.points).positions]
     if fit.matching is not None:
