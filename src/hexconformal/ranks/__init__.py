@@ -17,7 +17,7 @@ from .rank_summary import rank_summary
 from .reading import read_piece
 from .routes import Routes, dealt, gathered
 from .shared_memory import on_every_machine
-from .skin_faces import FacesBeside
+from .skin_faces import FacesBeside, KeptFaces
 from .writing import check_piece_writable, piece_path, write_piece
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "GatheredCells",
     "GatheredSkin",
     "Halo",
+    "KeptFaces",
     "MeshPiece",
     "NormalizedPiece",
     "RankSpace",

@@ -1,13 +1,14 @@
-"""The boundary of a mesh that is shared out, with the cells at it, brought together on one rank."""
+"""The kept faces of a mesh that is shared out, with the cells at them, brought together on one rank."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import NormalizedMesh
+from ..mesh import NormalizedMesh, Regions
 from .gathered_cells import GatheredCells
 from .mesh_piece import MeshPiece
 from .normalized_piece import NormalizedPiece
@@ -20,15 +21,26 @@ Ints = NDArray[np.int64]
 
 
 class SkinLayer(NormalizedMesh):
-    """The cells at the boundary of a mesh, as a normalized mesh: the other faces of these cells are no boundary."""
+    """The cells at kept faces of a mesh, as a normalized mesh: the other faces of these cells are no boundary."""
 
-    def __init__(self, whole: NormalizedPiece, piece: MeshPiece, normalized: Field, skin: tuple[Ints, Ints]) -> None:
-        self.mesh = piece
+    def __init__(
+        self,
+        whole: NormalizedPiece,
+        piece: MeshPiece,
+        normalized: Field,
+        skin: tuple[Ints, Ints],
+        regions: Regions | None,
+    ) -> None:
+        self.mesh, self.known_regions = piece, regions
         self.node_ids, self.cell_ids = np.arange(len(piece.points)), np.arange(len(piece.cells))
         self.cells, self.points, self.unit = piece.cells.copy(), normalized, whole.unit
         self.referenced = np.ones(len(piece.points), dtype=bool)
         self._corner, self._diagonal = whole.corner, whole.diagonal
         self.__dict__["skin"] = skin
+
+    def regions(self, interfaces: Any) -> Regions | None:
+        """Those of the whole mesh, with the labels of these cells; None where they are to be ignored."""
+        return None if isinstance(interfaces, str) and interfaces == "ignore" else self.known_regions
 
     @property
     def diagonal(self) -> float:
@@ -38,7 +50,7 @@ class SkinLayer(NormalizedMesh):
 
 @dataclass(frozen=True, eq=False)
 class GatheredSkin:
-    """The boundary of a mesh with the cells at it, on rank 0: of the size of the surface, not of the mesh.
+    """The kept faces of a mesh with the cells at them, on rank 0: of the size of surfaces, not of the mesh.
 
     Attributes
     ----------
@@ -53,19 +65,20 @@ class GatheredSkin:
 
     @classmethod
     def of(cls, normalized: NormalizedPiece, others: NDArray[np.bool_] | None = None) -> GatheredSkin:
-        """Bring together the boundary of a mesh, and other cells (m,), if any; all ranks must call it."""
+        """Bring together the cells at kept faces, and others (m,), if any; all ranks must call it."""
         space, (quads, owners) = normalized.space, normalized.skin
-        on = np.zeros(space.halo.count, dtype=bool)
-        on[quads] = True
-        at_skin = np.asarray(space.joined(on)[normalized.cells].any(axis=1))
-        at_skin |= False if others is None else others
-        found = GatheredCells.of(space, normalized.cells, at_skin)
+        at_faces = normalized.cells_at_faces()
+        at_faces |= False if others is None else others
+        found = GatheredCells.of(space, normalized.cells, at_faces)
         # Owners by their places among the cells that are brought together.
-        first = space.halo.comm.exscan(int(at_skin.sum())) or 0
-        skin = found.places(quads), gathered(space.halo.comm, first + (np.cumsum(at_skin) - 1)[owners])
+        first = space.halo.comm.exscan(int(at_faces.sum())) or 0
+        skin = found.places(quads), gathered(space.halo.comm, first + (np.cumsum(at_faces) - 1)[owners])
+        regions = normalized.known_regions
+        if regions is not None:
+            regions = replace(regions, labels=found.of_cells(regions.labels))
         points, node_ids = (found.of_nodes(one) for one in (normalized.mesh.points, normalized.mesh.node_ids))
         places, cell_ids = found.of_nodes(normalized.points), found.of_cells(normalized.mesh.cell_ids)
         if not found.is_here:
             return cls(None, found)
         piece = MeshPiece(points, found.cells, node_ids=node_ids, cell_ids=cell_ids)
-        return cls(SkinLayer(normalized, piece, places, skin), found)
+        return cls(SkinLayer(normalized, piece, places, skin, regions), found)

@@ -1,24 +1,51 @@
-"""The boundary faces of a mesh that is shared out, and those of other ranks beside a rank's own."""
+"""The faces of a mesh that is shared out which are kept: its boundary, those between regions; others' beside them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import boundary_quads
+from ..mesh import Interfaces, boundary_quads, find_interfaces
 from .halo import Halo
 from .routes import Routes
 
-__all__ = ["FacesBeside", "faces_beside", "skin_faces"]
+__all__ = ["FacesBeside", "KeptFaces", "faces_beside", "kept_faces"]
 
 Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
+class KeptFaces:
+    """Faces of own cells, each of which one rank has.
+
+    Attributes
+    ----------
+    skin, owners
+        (s, 4) those that no cell of any rank has beside them, and the own cell (s,) of each.
+    between
+        Those between regions; of two ranks with a cell at such a face the lower one has it.
+    """
+
+    skin: Ints
+    owners: Ints
+    between: Interfaces
+
+    @property
+    def quads(self) -> Ints:
+        """(k, 4) all of them."""
+        return np.concatenate([self.skin, self.between.quads])
+
+    def at(self, places: Callable[[Ints], Ints]) -> KeptFaces:
+        """The same with nodes by other numbers."""
+        return replace(self, skin=places(self.skin), between=replace(self.between, quads=places(self.between.quads)))
+
+
+@dataclass(frozen=True, eq=False)
 class FacesBeside:
-    """Boundary faces of other ranks in some rings around a rank's own.
+    """Kept faces of other ranks in some rings around a rank's own.
 
     Attributes
     ----------
@@ -33,15 +60,24 @@ class FacesBeside:
     places: Ints
 
 
-def skin_faces(halo: Halo, cells: Ints) -> tuple[Ints, Ints]:
-    """Faces (k, 4) of own cells (m, 8) that no cell of any rank has beside them, and the cell (k,) of each."""
+def kept_faces(halo: Halo, cells: Ints, labels: Ints) -> KeptFaces:
+    """The faces of own cells (m, 8) on the boundary of the whole mesh, and between regions (m,)."""
     quads, owners = boundary_quads(cells)
-    nodes = np.sort(halo.numbers[quads], axis=1)
-    # Whoever has a face here alone asks the owner of its lowest node whether others have it, too.
+    nodes, own = np.sort(halo.numbers[quads], axis=1), labels[owners]
+    # Whoever has a face here alone asks the owner of its lowest node whether others have it, and in which region.
     routes = Routes(halo.comm, halo.owners(nodes[:, 0]))
-    _, which, counts = np.unique(routes.forward(nodes), axis=0, return_inverse=True, return_counts=True)
-    alone = routes.backward(counts[which.ravel()]) == 1
-    return quads[alone], owners[alone]
+    come, regions = routes.forward(nodes), routes.forward(own)
+    _, first, which, counts = np.unique(come, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    which = which.ravel()
+    last = np.empty_like(first)
+    last[which] = np.arange(len(which))
+    has_it = (counts[which] == 2) & (np.arange(len(which)) == first[which])
+    alone = routes.backward(counts[which]) == 1
+    across = routes.backward(np.where(has_it, regions[last[which]], -1))
+    shared, inside = (across >= 0) & (across != own), find_interfaces(cells, labels)
+    one, other = np.concatenate([inside.sides, np.column_stack([own, across])[shared]]).T
+    between = Interfaces.of(np.concatenate([inside.quads, quads[shared]]), one, other)
+    return KeptFaces(quads[alone], owners[alone], between)
 
 
 def faces_beside(halo: Halo, quads: Ints, rings: int) -> FacesBeside:

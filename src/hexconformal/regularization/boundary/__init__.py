@@ -1,8 +1,8 @@
 """The boundary of a run: what a mesh says of its geometry, what is held exactly, and the barrier around the rest."""
 
-from .boundary import Boundary, boundary_of
+from .boundary import Boundary, Measure, Value, boundary_of
 from .exact_parts import flat_normals
 from .kept_geometry import KeptGeometry, kept_geometry
 from .said import Said
 
-__all__ = ["Boundary", "KeptGeometry", "Said", "boundary_of", "flat_normals", "kept_geometry"]
+__all__ = ["Boundary", "KeptGeometry", "Measure", "Said", "Value", "boundary_of", "flat_normals", "kept_geometry"]

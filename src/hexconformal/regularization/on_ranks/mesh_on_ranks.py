@@ -10,13 +10,18 @@ from numpy.typing import NDArray
 
 from ...common import MeshError
 from ...formulation import Schedules
+from ...geometry import sharp_length
+from ...mesh import NormalizedMesh, find_regions
 from ...quality import cell_errors, quality
 from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary
+from ..acceptance import Outcome
+from ..boundary import Boundary
 from ..options import Options, Record
+from ..region_rows import InterfaceRow, interface_rows, region_rows
 from ..report import Report
 from ..setting import Setting
 from .boundary_on_ranks import BoundaryOnRanks
-from .stages_there import require_options, require_single_region
+from .stages_there import require_options
 from .unfolding_on_ranks import require_room
 
 if TYPE_CHECKING:
@@ -54,16 +59,16 @@ class MeshOnRanks:
             petsc()
             require_options(options)
             _require_sound(MeshPiece.of(piece))
+            if not isinstance(options.interfaces, str):
+                find_regions(piece, options.interfaces)
         curved = options.boundary == "slide" and options.hausdorff > 0.0
         rings = schedules.barrier.copied_rings if curved else 0
-        self._options, self._distribution = options, distributed(piece, comm, rings)
+        self._options, self._distribution = options, distributed(piece, comm, rings, options.interfaces)
         self.mesh = self._distribution.piece
         with agreed(comm):
             _require_sound(self.mesh)
-        require_single_region(self.mesh, options, comm)
         self.normalized, self.notes = NormalizedPiece(self._distribution), tuple[str, ...]()
-        self._boundary = BoundaryOnRanks.of(self.normalized, options, schedules)
-        self.boundary = self._boundary.boundary
+        self.boundary = BoundaryOnRanks.of(self.normalized, options, schedules)
 
     def require_stages(self, setting: Setting) -> None:
         """Raise an OptionError where the mesh needs a stage that is not there."""
@@ -74,33 +79,28 @@ class MeshOnRanks:
         """Points (n, 3) in the order in which this rank handed in its nodes."""
         return self._distribution.to_given_nodes(points)
 
-    def outcome(
-        self, points: Field, state: State, history: Sequence[Record], notes: Sequence[str], seconds: float
+    def result(
+        self, outcome: Outcome, state: State, history: Sequence[Record], notes: Sequence[str], seconds: float
     ) -> tuple[MeshPiece, Report]:
         """The better mesh, own cells and their nodes, and the report, the same on all ranks.
 
         Parameters
         ----------
-        points
-            (n, 3) points, in the user's unit.
+        outcome
+            What it comes to.
         state, history, notes, seconds
             Of the run.
         """
-        space, normalized, mesh = self.normalized.space, self.normalized, self.mesh
-        reason, options = state.reason, self._options
-        distances = self._boundary.measures(normalized.points, normalized.from_user(points), normalized, options)
-        if options.boundary == "slide" and 0.0 < options.hausdorff < distances[0]:
-            reason = f"the surface would move by {distances[0]:.4g}: the input is returned"
-            points = np.array(mesh.points)
-            distances = self._boundary.measures(normalized.points, normalized.points, normalized, options)
+        space, normalized, mesh, points = self.normalized.space, self.normalized, self.mesh, outcome.points
         before, after = quality(mesh), quality(mesh.replaced(points=points))
         shift = points - mesh.points
         moved = np.linalg.norm(shift, axis=1)
         skin = np.zeros(len(points), dtype=bool)
         skin[normalized.quads] = True
         skin = space.joined(skin)
-        if len(history) > 1 and not space.anywhere(bool((moved > 0.0).any())):
-            reason += "; nothing better than the input was found"
+        diagonal = normalized.diagonal * normalized.unit
+        sharp, interfaces, told = self._on_faces(points, diagonal)
+        regions = normalized.regions(self._options.interfaces)
         report = Report(
             before=rank_summary(before, space),
             after=rank_summary(after, space),
@@ -108,16 +108,18 @@ class MeshOnRanks:
             energy_after=history[-1].energy if history else float("nan"),
             boundary_moved=int(space.total((space.own(moved) > 0.0)[space.own(skin)].sum())),
             largest_displacement=max(space.largest(moved), 0.0),
-            diagonal=normalized.diagonal * normalized.unit,
+            diagonal=diagonal,
             iterations=max(len(history) - 1, 0),
             seconds=seconds,
-            reason=reason,
-            converged=state.converged,
-            options=options.described(),
-            notes=(*notes, f"ranks: {space.halo.comm.size}"),
-            hausdorff=distances[0],
-            mean_distance=distances[1],
-            sharp_edges=distances[2],
+            reason=outcome.reason,
+            converged=state.converged and not outcome.is_input,
+            options=self._options.described(),
+            notes=(*notes, *outcome.notes, *told, f"ranks: {space.halo.comm.size}"),
+            hausdorff=outcome.distance,
+            mean_distance=outcome.mean_distance,
+            sharp_edges=sharp,
+            regions=() if regions is None else region_rows(regions, before, after, space),
+            interfaces=interfaces,
         )
         better = mesh.replaced(
             points=points,
@@ -128,6 +130,22 @@ class MeshOnRanks:
             },
         )
         return better, report
+
+    def _on_faces(
+        self, points: Field, diagonal: float
+    ) -> tuple[tuple[float, float] | None, tuple[InterfaceRow, ...], list[str]]:
+        """Length of sharp edges before and after, rows of interfaces, and notes; of points in the user's unit."""
+        interfaces, boundary = self._options.interfaces, self.boundary
+
+        def measure(
+            moved: Field, layer: NormalizedMesh, _: Boundary
+        ) -> tuple[tuple[float, float], tuple[InterfaceRow, ...], list[str]]:
+            regions, before = layer.regions(interfaces), layer.mesh.points
+            sharp = sharp_length(before, layer.quads), sharp_length(moved, layer.quads)
+            rows, notes = ((), []) if regions is None else interface_rows(regions, layer.mesh, moved, diagonal)
+            return sharp, rows, notes
+
+        return (None, (), []) if boundary.skin is None else boundary.measured(points, self.normalized, measure)
 
 
 def _require_sound(piece: MeshPiece) -> None:
