@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from ..common import MeshError, OptionError, first_ids
 from ..mesh import Regions, curve_positions, find_regions
 from .halo import Halo
+from .kept_faces import FacesBeside, KeptFaces, faces_beside, kept_faces
 from .mesh_piece import MeshPiece
 from .mpi import agreed, mpi
 from .rank_space import RankSpace
 from .routes import Routes
-from .skin_faces import FacesBeside, KeptFaces, faces_beside, kept_faces
 
 __all__ = ["Distribution", "distributed"]
 

@@ -11,9 +11,9 @@ from ..common import MeshError
 from ..elements import cell_volumes, edge_lengths
 from ..mesh import NormalizedMesh, Regions, surfaces_around
 from .distribution import Distribution
+from .kept_faces import FacesBeside, KeptFaces
 from .mesh_piece import MeshPiece
 from .rank_space import RankSpace
-from .skin_faces import FacesBeside, KeptFaces
 
 __all__ = ["NormalizedPiece"]
 

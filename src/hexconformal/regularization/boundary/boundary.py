@@ -82,10 +82,14 @@ class Boundary:
 
     def with_sheets_held(self, normalized: NormalizedMesh, options: Options, schedules: Schedules) -> Boundary:
         """The boundary with the nodes of the sheets inside held."""
-        held = np.zeros(len(normalized.points), dtype=bool)
+        return boundary_of(normalized, options, schedules, held=self.on_sheets(len(normalized.points)))
+
+    def on_sheets(self, count: int) -> Mask:
+        """(count,) nodes of the sheets inside."""
+        on = np.zeros(count, dtype=bool)
         if self.inner is not None:
-            held[self.inner.quads] = True
-        return boundary_of(normalized, options, schedules, held=held)
+            on[self.inner.quads] = True
+        return on
 
 
 def boundary_of(

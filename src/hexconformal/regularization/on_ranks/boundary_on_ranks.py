@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...common import OptionError
 from ...formulation import BarrierOnRanks, FacesOnRanks, Schedules
 from ...mesh import NormalizedMesh
-from ...ranks import GatheredSkin, NormalizedPiece, agreed
+from ...ranks import GatheredFaces, NormalizedPiece, agreed
 from ...solver import AdmissibleDirections, fixed_components
 from ..boundary import Boundary, Measure, Value, boundary_of
 from ..options import Options
@@ -27,13 +27,13 @@ class BoundaryOnRanks(Boundary):
 
     Attributes
     ----------
-    skin
+    gathered
         The cells at kept faces, brought together; None where all of the boundary stays, and nothing is kept inside.
     whole
         The boundary of these cells, on rank 0.
     """
 
-    skin: GatheredSkin | None = field(default=None, kw_only=True)
+    gathered: GatheredFaces | None = field(default=None, kw_only=True)
     whole: Boundary | None = field(default=None, kw_only=True)
 
     @classmethod
@@ -55,51 +55,54 @@ class BoundaryOnRanks(Boundary):
             sums[np.unique(normalized.quads)] = np.eye(3)
             sums = space.update(space.add(sums))
             return cls(AdmissibleDirections.from_normal_sums(sums, fixed))
-        skin = GatheredSkin.of(normalized)
-        alike = replace(options, fixed=skin.gathered.of_nodes(fixed))
-        stays = None if held is None else skin.gathered.of_nodes(held)
+        gathered = GatheredFaces.of(normalized)
+        alike = replace(options, fixed=gathered.cells.of_nodes(fixed))
+        stays = None if held is None else gathered.cells.of_nodes(held)
         whole, forbidden = None, None
         with agreed(space.halo.comm, named=False):
-            if skin.layer is not None:
-                whole = boundary_of(skin.layer, alike, schedules, held=stays)
+            if gathered.layer is not None:
+                whole = boundary_of(gathered.layer, alike, schedules, held=stays)
                 _require_there(whole)
-                forbidden = np.eye(3) - whole.admissible.all_projectors(len(skin.layer.points))
-        sums = skin.gathered.spread(forbidden, np.zeros((count, 3, 3)))
-        return cls.spread(whole, AdmissibleDirections.from_normal_sums(sums, fixed), skin, normalized)
+                forbidden = np.eye(3) - whole.admissible.all_projectors(len(gathered.layer.points))
+        sums = gathered.cells.spread(forbidden, np.zeros((count, 3, 3)))
+        return cls.spread(whole, AdmissibleDirections.from_normal_sums(sums, fixed), gathered, normalized)
 
     @classmethod
     def spread(
-        cls, whole: Boundary | None, admissible: AdmissibleDirections, skin: GatheredSkin, normalized: NormalizedPiece
+        cls,
+        whole: Boundary | None,
+        admissible: AdmissibleDirections,
+        gathered: GatheredFaces,
+        normalized: NormalizedPiece,
     ) -> BoundaryOnRanks:
         """What each rank has of a boundary that rank 0 has of cells that came there; its directions are known."""
         comm, barrier = normalized.space.halo.comm, None
         curved, notes = comm.bcast(None if whole is None else (whole.barrier is not None, whole.notes))
         if curved:
-            here = FacesOnRanks(normalized.space, normalized.faces.quads, normalized.beside, skin.gathered)
+            here = FacesOnRanks(normalized.space, normalized.faces.quads, normalized.beside, gathered.cells)
             barrier = BarrierOnRanks.of(None if whole is None else whole.barrier, here, normalized.points)
-        return cls(admissible, barrier, notes, skin=skin, whole=whole)
+        return cls(admissible, barrier, notes, gathered=gathered, whole=whole)
 
     def measured(self, points: Field, normalized: NormalizedMesh, measure: Measure[Value]) -> Value:
         """What rank 0 measures of the points (n, 3) of all ranks, and of the boundary, as far as it has these."""
-        if self.skin is None:
+        if self.gathered is None:
             return measure(points, normalized, self)  # nothing has moved anywhere
-        moved, told = self.skin.gathered.of_nodes(points), None
-        comm = self.skin.gathered.space.halo.comm
+        moved, told = self.gathered.cells.of_nodes(points), None
+        comm = self.gathered.cells.space.halo.comm
         with agreed(comm, named=False):
-            if self.skin.layer is not None and self.whole is not None:
-                told = measure(moved, self.skin.layer, self.whole)
+            if self.gathered.layer is not None and self.whole is not None:
+                told = measure(moved, self.gathered.layer, self.whole)
         found: Value = comm.bcast(told)
         return found
 
     def with_sheets_held(self, normalized: NormalizedMesh, options: Options, schedules: Schedules) -> Boundary:
-        """The boundary with the nodes of the sheets inside held, on whatever rank they are."""
-        held, rows = np.zeros(len(normalized.points), dtype=bool), None
-        if self.skin is None or not isinstance(normalized, NormalizedPiece):
+        """The boundary with the nodes of the sheets inside held; all ranks must call it."""
+        if self.gathered is None or not isinstance(normalized, NormalizedPiece):
             return self
-        if self.skin.layer is not None and self.whole is not None:
-            rows = np.zeros(len(self.skin.layer.points), dtype=bool)
-            rows[() if self.whole.inner is None else self.whole.inner.quads] = True
-        return self.of(normalized, options, schedules, self.skin.gathered.spread(rows, held))
+        cells = self.gathered.cells
+        on = None if self.whole is None else self.whole.on_sheets(cells.count)
+        held = cells.spread(on, np.zeros(len(normalized.points), dtype=bool))
+        return self.of(normalized, options, schedules, held)
 
 
 def _require_there(boundary: Boundary) -> None:

@@ -145,7 +145,7 @@ class MeshOnRanks:
             rows, notes = ((), []) if regions is None else interface_rows(regions, layer.mesh, moved, diagonal)
             return sharp, rows, notes
 
-        return (None, (), []) if boundary.skin is None else boundary.measured(points, self.normalized, measure)
+        return (None, (), []) if boundary.gathered is None else boundary.measured(points, self.normalized, measure)
 
 
 def _require_sound(piece: MeshPiece) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...common import OptionError
 from ...formulation import Iteration
 from ...mesh import node_rings
-from ...ranks import GatheredSkin, NormalizedPiece, agreed
+from ...ranks import GatheredFaces, NormalizedPiece, agreed
 from ...solver import AdmissibleDirections, fixed_components
 from ..boundary import Boundary, boundary_of
 from ..setting import Setting
@@ -51,8 +51,8 @@ def unfold_on_ranks(setting: Setting, normalized: NormalizedPiece, boundary: Bou
     chosen = np.ones(len(normalized.cells), dtype=bool)
     if space.total(len(chosen)) > setting.schedules.unfolding.whole:
         chosen = _around_folded(setting, normalized)
-    skin = GatheredSkin.of(normalized, chosen)
-    cells, layer = skin.gathered, skin.layer
+    gathered = GatheredFaces.of(normalized, chosen)
+    cells, layer = gathered.cells, gathered.layer
     elsewhere = np.zeros(len(normalized.points), dtype=bool)
     elsewhere[normalized.cells[~cells.chosen]] = True
     beyond = cells.of_nodes(space.joined(elsewhere))
@@ -80,7 +80,7 @@ def unfold_on_ranks(setting: Setting, normalized: NormalizedPiece, boundary: Bou
     found, other = (None, False) if outcome is None else outcome
     if comm.bcast(other):
         whole = None if found is None else found.boundary
-        boundary = _spread(whole, skin, beyond, boundary, normalized)
+        boundary = _spread(whole, gathered, beyond, boundary, normalized)
     points = cells.spread(None if found is None else found.points, points)
     bad = cells.spread_to_cells(None if found is None else found.bad, np.zeros(len(chosen), dtype=bool))
     notes = comm.bcast(None if found is None else found.notes)
@@ -117,14 +117,14 @@ def _around_folded(setting: Setting, normalized: NormalizedPiece) -> Mask:
 
 
 def _spread(
-    whole: Boundary | None, skin: GatheredSkin, beyond: Mask, before: Boundary, normalized: NormalizedPiece
+    whole: Boundary | None, gathered: GatheredFaces, beyond: Mask, before: Boundary, normalized: NormalizedPiece
 ) -> Boundary:
     """What each rank has of a boundary of cells that came to rank 0, where some nodes were held by the way."""
-    cells, count = skin.gathered, len(normalized.points)
+    cells, count = gathered.cells, len(normalized.points)
     projectors = before.admissible.all_projectors(count)
     rows = cells.of_nodes(projectors)
     if whole is not None:
         rows = np.where(beyond[:, None, None], rows, whole.admissible.all_projectors(len(rows)))
     projectors = cells.spread(rows if cells.is_here else None, projectors)
     nodes = np.flatnonzero((projectors != np.eye(3)).any(axis=(1, 2)))
-    return BoundaryOnRanks.spread(whole, AdmissibleDirections(nodes, projectors[nodes]), skin, normalized)
+    return BoundaryOnRanks.spread(whole, AdmissibleDirections(nodes, projectors[nodes]), gathered, normalized)

@@ -14,13 +14,13 @@ from .mesh_piece import MeshPiece
 from .normalized_piece import NormalizedPiece
 from .routes import gathered
 
-__all__ = ["GatheredSkin"]
+__all__ = ["GatheredFaces"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class SkinLayer(NormalizedMesh):
+class CellsAtFaces(NormalizedMesh):
     """The cells at kept faces of a mesh, as a normalized mesh: the other faces of these cells are no boundary."""
 
     def __init__(
@@ -49,22 +49,22 @@ class SkinLayer(NormalizedMesh):
 
 
 @dataclass(frozen=True, eq=False)
-class GatheredSkin:
+class GatheredFaces:
     """The kept faces of a mesh with the cells at them, on rank 0: of the size of surfaces, not of the mesh.
 
     Attributes
     ----------
     layer
         The cells as a mesh; None on other ranks.
-    gathered
-        The cells.
+    cells
+        The cells, and where they come from.
     """
 
-    layer: SkinLayer | None
-    gathered: GatheredCells
+    layer: CellsAtFaces | None
+    cells: GatheredCells
 
     @classmethod
-    def of(cls, normalized: NormalizedPiece, others: NDArray[np.bool_] | None = None) -> GatheredSkin:
+    def of(cls, normalized: NormalizedPiece, others: NDArray[np.bool_] | None = None) -> GatheredFaces:
         """Bring together the cells at kept faces, and others (m,), if any; all ranks must call it."""
         space, (quads, owners) = normalized.space, normalized.skin
         at_faces = normalized.cells_at_faces()
@@ -81,4 +81,4 @@ class GatheredSkin:
         if not found.is_here:
             return cls(None, found)
         piece = MeshPiece(points, found.cells, node_ids=node_ids, cell_ids=cell_ids)
-        return cls(SkinLayer(normalized, piece, places, skin, regions), found)
+        return cls(CellsAtFaces(normalized, piece, places, skin, regions), found)
