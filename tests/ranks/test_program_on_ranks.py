@@ -71,7 +71,7 @@ def test_what_is_not_there_is_said_once_before_the_work(mpiexec, folder, words, 
     ("what", "message"),
     [
         ("room", "which may get 20 cells, not the 125 at kept faces"),
-        ("no such array", "must be 'auto', 'ignore' or an array on cells, not 'phase'; there are: 'kind'"),
+        ("no such array", "must be 'auto', 'ignore' or an array on cells, not 'phase'; there are: kind"),
         ("no integers on a rank", "interfaces must be one integer for each"),
         ("too few numbers on a rank", "on rank 1: interfaces must be one integer for each of the 48 cells"),
         ("named", ""),

@@ -186,9 +186,9 @@ REGIONS = {
     "flat, by name, no bound": (two_materials, Options(hausdorff=0.0, interfaces="material", **TIGHT)),
     "flat, given": (two_materials, Options(interfaces=two_materials()[3]["material"], **TIGHT)),
     "ignored": (two_materials, Options(interfaces="ignore", **TIGHT)),
-    "curved": (core, Options(**TIGHT), SOLVED),
+    "curved": (core, Options(max_iterations=5, **TIGHT), SOLVED),
     "curved, boundary fixed": (core, Options(boundary="fixed", **TIGHT)),
-    "curved, volumes kept": (core, Options(conserve_volume=True, max_iterations=3, **TIGHT), SOLVED),
+    "curved, volumes kept": (core, Options(conserve_volume=True, max_iterations=2, **TIGHT), SOLVED),
     "curved, nothing on a rank": (core_far_apart, Options(hausdorff=1e-6, max_iterations=4, **TIGHT), SOLVED),
 }
 # As good as in one process.
@@ -198,4 +198,4 @@ GOOD_REGIONS = {
     "unfolded": (folded_core, Options(), PATCHES),
 }
 # Where faces inside cannot be kept within their bound.
-HELD = {"held": (core, Options(emphasis="mean", gradient_tolerance=1e-3), SOLVED)}
+HELD = {"held": (two_materials, Options(**TIGHT))}
