@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hexconformal import HexMesh, Regularization
+from hexconformal import HexMesh, Regularization, regularize
 
 sys.path.insert(0, str(Path(__file__).with_name("programs")))
 from cases import GOOD_REGIONS, HELD, REGIONS
@@ -62,7 +62,7 @@ def test_there_are_interfaces_that_slide_and_that_stay():
     moved = {name: [row.moved for row in serial(name).report.interfaces] for name in REGIONS}
     assert moved["flat"] == moved["flat, given"]
     assert moved["flat"][0] > moved["flat, boundary fixed"][0] > 0
-    assert moved["ignored"] == []
+    assert moved["ignored"] == moved["numbered"] == []
     assert len(moved["curved"]) == 3
     assert min(moved["curved"]) > 20
     assert moved["curved, boundary fixed"][:2] == [0, 0]
@@ -99,3 +99,18 @@ def test_ranks_without_interfaces_and_without_anything_are_among_them(results):
     for name in ("flat", "curved"):
         counts = {int(results("regions", ranks)[f"{name}: shares"][2].sum()) for ranks in RANKS}
         assert counts == {sum(row.quads for row in serial(name).report.interfaces)}
+
+
+def test_a_real_model_of_two_parts_becomes_as_good_as_in_one_process(mpiexec, shared, tmp_path):
+    path = shared / "meshes" / "hex2" / "multi_febio_ex02_input.vtu"
+    told = tmp_path / "report.json"
+    words = ["regularize", path, tmp_path / "better.pvtu", "--mpi", "--quiet", "--report", told]
+    mpiexec(3, "-m", "hexconformal", *words)
+    found, one = json.loads(told.read_text()), regularize(path).report
+    assert found["after"]["invalid"] == 0
+    for figure in ("min", "mean"):
+        expected = getattr(one.after.scaled_jacobian, figure)
+        assert found["after"]["scaled_jacobian"][figure] == pytest.approx(expected, abs=0.005)
+    rows = zip(found["regions"], one.regions, strict=True)
+    assert all((row["name"], row["cells"]) == (other.name, other.cells) for row, other in rows)
+    assert len(one.regions) == 2

@@ -147,6 +147,12 @@ def two_materials():
     return points, cells, {}, {"material": material}
 
 
+def numbered():
+    """The same with an array that numbers cells, and tells no regions apart."""
+    points, cells, *_ = two_materials()
+    return points, cells, {}, {"material": np.arange(len(cells))}
+
+
 def core():
     """A cylinder with a round core of two materials, on whose surface nodes are crowded: three surfaces that meet."""
     points, cells = generate.cylinder(3, 3, 4)
@@ -185,6 +191,7 @@ REGIONS = {
     "flat, boundary fixed": (two_materials, Options(boundary="fixed", **TIGHT)),
     "flat, by name, no bound": (two_materials, Options(hausdorff=0.0, interfaces="material", **TIGHT)),
     "flat, given": (two_materials, Options(interfaces=two_materials()[3]["material"], **TIGHT)),
+    "numbered": (numbered, Options(**TIGHT)),
     "ignored": (two_materials, Options(interfaces="ignore", **TIGHT)),
     "curved": (core, Options(max_iterations=5, **TIGHT), SOLVED),
     "curved, boundary fixed": (core, Options(boundary="fixed", **TIGHT)),
