@@ -30,6 +30,10 @@ class NormalizedPiece(NormalizedMesh):
 
     Attributes
     ----------
+    mesh
+        The piece that the distribution made of it.
+    space
+        Where fields on its nodes live.
     faces, beside
         Kept faces of own cells, and those of other ranks around them.
     known_regions
