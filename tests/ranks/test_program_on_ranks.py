@@ -67,9 +67,20 @@ def test_what_is_not_there_is_said_once_before_the_work(mpiexec, folder, words, 
     assert not list(folder.glob("better*"))
 
 
-def test_more_folded_cells_than_one_rank_may_get_are_refused_on_all(results):
-    said = results("room", 2)["said"]
-    assert ["which may get 20 cells, not the 125 at the boundary" in one for one in said] == [True, True]
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ("room", "which may get 20 cells, not the 125 at kept faces"),
+        ("no such array", "must be 'auto', 'ignore' or an array on cells, not 'phase'; there are: kind"),
+        ("no integers on a rank", "interfaces must be one integer for each"),
+        ("too few numbers on a rank", "on rank 1: interfaces must be one integer for each of the 48 cells"),
+        ("named", ""),
+    ],
+)
+def test_what_cannot_be_done_is_refused_on_all_ranks(results, what, message):
+    said = results("refused", 3)[what]
+    assert [message in one for one in said] == [True] * 3, said
+    assert bool(message) == bool(said[0])
 
 
 def test_a_rank_that_fails_ends_all_with_its_message(mpiexec, folder):

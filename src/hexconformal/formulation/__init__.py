@@ -4,8 +4,9 @@ Belongs here: how terms, directions and weights are put together, of a mesh or o
 `elements`, `energy`, `mesh`, `geometry`, `ranks` and `solver`.
 """
 
-from .barrier_on_ranks import BarrierOnRanks, SkinOnRanks
+from .barrier_on_ranks import BarrierOnRanks
 from .compatible_constraint import CompatibleConstraint
+from .faces_on_ranks import FacesOnRanks
 from .formulation import LEVEL, Formulation, ValidCells, convex_newton
 from .iteration import Iteration
 from .patch_on_ranks import on_one_rank, steps_on_one_rank
@@ -17,12 +18,12 @@ __all__ = [
     "LEVEL",
     "BarrierOnRanks",
     "CompatibleConstraint",
+    "FacesOnRanks",
     "Formulation",
     "Iteration",
     "MinimizationSchedule",
     "ReturnSchedule",
     "Schedules",
-    "SkinOnRanks",
     "UntanglingSchedule",
     "ValidCells",
     "Work",

@@ -1,8 +1,8 @@
-"""The distance barrier of a boundary that is shared out: every rank has the samples that move with its own faces.
+"""The distance barrier of kept faces that are shared out: every rank has the samples that move with its own ones.
 
 The original surface is whole everywhere, in memory once for each machine. Backward samples belong to the rank on whose
-faces the closest points are, and go where these go. Rank 0 has the barrier of the whole boundary besides: distances of
-all of the surface are measured there, samples are added there, and patches begin with it.
+faces the closest points are, and go where these go. Rank 0 has the barrier of all of it besides: distances of the whole
+surface are measured there, samples are added there, and patches begin with it.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..energy import Patch
-from ..geometry import BilinearSurface, DistanceBarrier, Samples, Steep, SurfaceLocator
-from ..ranks import FacesBeside, GatheredCells, RankSpace, Routes, agreed, dealt, on_every_machine
+from ..geometry import DistanceBarrier, Samples, Steep
+from ..ranks import GatheredCells, Routes, agreed, dealt, on_every_machine
+from .faces_on_ranks import FacesOnRanks, SurfaceShare
 
-__all__ = ["BarrierOnRanks", "SkinOnRanks"]
+__all__ = ["BarrierOnRanks"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -32,47 +33,6 @@ _Dealt = tuple[Ints | None, dict[str, NDArray[Any]] | None]
 
 
 @dataclass(frozen=True, eq=False)
-class SkinOnRanks:
-    """The boundary faces of a rank, and where these are in the whole boundary.
-
-    Attributes
-    ----------
-    space
-        Where fields live.
-    quads
-        (k, 4) own faces, in places of nodes here.
-    beside
-        Faces of others around them.
-    layer
-        The cells at the boundary, which are on rank 0, with their nodes; faces of lower ranks come first.
-    """
-
-    space: RankSpace
-    quads: Ints
-    beside: FacesBeside
-    layer: GatheredCells
-
-    @property
-    def faces(self) -> Ints:
-        """(f, 4) own faces, then those of others."""
-        return np.concatenate([self.quads, self.space.halo.local(self.beside.nodes)])
-
-    def firsts(self) -> Ints:
-        """(p + 1,) number of the first face of each rank; all must call it."""
-        return np.concatenate([[0], np.cumsum(self.space.halo.comm.allgather(len(self.quads)))]).astype(np.int64)
-
-    def surface(self, points: Field, original: SurfaceLocator | BilinearSurface, firsts: Ints) -> Any:
-        """The faces as a surface with points (n, 3), cut as the original is; None where there are none."""
-        if len(self.quads) == 0:
-            return None
-        if isinstance(original, SurfaceLocator):
-            return SurfaceLocator(points, self.faces)
-        own = firsts[self.space.halo.comm.rank] + np.arange(len(self.quads))
-        numbers = np.concatenate([own, firsts[self.beside.ranks] + self.beside.places])
-        return BilinearSurface(points, self.faces, original.parts[numbers])
-
-
-@dataclass(frozen=True, eq=False)
 class BarrierOnRanks(DistanceBarrier):
     """What a rank has of the barrier of a boundary; all ranks must renew and ask for distances together.
 
@@ -80,45 +40,49 @@ class BarrierOnRanks(DistanceBarrier):
     ----------
     here
         The faces of this rank.
+    share
+        What it has of the surface that is kept near where it was.
     whole
-        The barrier of the whole boundary, by the nodes of the layer of cells at it, on rank 0.
+        The barrier of all of that surface, by the nodes of the layer of cells at it, on rank 0.
     """
 
-    here: SkinOnRanks = field(kw_only=True)
+    here: FacesOnRanks = field(kw_only=True)
+    share: SurfaceShare = field(kw_only=True)
     whole: DistanceBarrier | None = field(kw_only=True)
 
     @classmethod
     def of(
-        cls, whole: DistanceBarrier | None, here: SkinOnRanks, points: Field, known: BarrierOnRanks | None = None
+        cls, whole: DistanceBarrier | None, here: FacesOnRanks, points: Field, known: BarrierOnRanks | None = None
     ) -> BarrierOnRanks:
         """What each rank has of a barrier that is on rank 0, at points (n, 3); all must call it.
 
         Its original may be known already.
         """
-        comm, layer, firsts = here.space.halo.comm, here.layer, here.firsts()
+        comm, halo = here.space.halo.comm, here.space.halo
         bare = None if whole is None else _bare(whole)
         if known is not None and comm.bcast(whole is not None and known.whole.original is whole.original):  # type: ignore[union-attr]
             bare = comm.bcast(None if bare is None else replace(bare, **_NO_SURFACES))
             bare = replace(bare, original=known.original, curves=replace(bare.curves, locator=known.curves.locator))
         else:
             bare = on_every_machine(comm, bare)
-        forward, backward, curves = _dealt_rows(whole, layer, firsts)
-        halo, first = here.space.halo, firsts[comm.rank]
+        every, firsts = here.of_all()
+        share = here.share(every[:0] if whole is None else whole.original.faces)
+        forward, backward, curves = _dealt_rows(whole, share.owners, here.layer.numbers, every, firsts)
         ahead, behind = dealt(comm, *forward), dealt(comm, *backward)
         lines, corners = dealt(comm, *curves[0]), dealt(comm, *curves[1])
         local = {"nodes": halo.local(lines.pop("nodes")), "corners": halo.local(corners.pop("corners"))}
-        numbers = {"faces": ahead.pop("faces") - first}
         return cls(
             **{
                 name: getattr(bare, name) for name in ("original", "bound", "steepness", "reference", "wall", "spacing")
             },
-            skin=here.surface(points, bare.original, firsts),
-            forward=replace(bare.forward, **ahead, **numbers),
-            backward=replace(bare.backward, **behind | {"near": behind["near"] - first}),
+            skin=share.surface(points, bare.original),
+            forward=replace(bare.forward, **ahead | {"faces": share.places(ahead["faces"])}),
+            backward=replace(bare.backward, **behind | {"near": share.places(behind["near"])}),
             curves=replace(bare.curves, **lines, **corners, **local),
             measured_at=points,
             schedule=bare.schedule,
             here=here,
+            share=share,
             whole=whole,
         )
 
@@ -141,22 +105,21 @@ class BarrierOnRanks(DistanceBarrier):
 
         Those that are too far away may have come to a dead end, and are looked for everywhere, if at all.
         """
-        space, own, comm = self.here.space, len(self.here.quads), self.here.space.halo.comm
+        space, share, comm = self.here.space, self.share, self.here.space.halo.comm
         which, near, away = np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, dtype=bool)
         distances = np.empty(0)
         if self.skin is not None:
             which, found, _ = self._walked(self.skin, points)[1]
             near, distances = found.faces, found.distances
             away = looks & (distances > self.schedule.wall * self.bound)
-        beyond = ~away & (near >= own)
+        beyond = ~away & (near >= share.own)
         if not space.anywhere(bool((away | beyond).any())):
             return self
         # Those on faces of others go there.
-        routes = Routes(comm, self.here.beside.ranks[near[beyond] - own])
-        places = routes.forward(self.backward.places[which[beyond]])
+        routes = Routes(comm, share.ranks[near[beyond] - share.own])
         come = Samples.backward(
-            places,
-            routes.forward(self.here.beside.places[near[beyond] - own]),
+            routes.forward(self.backward.places[which[beyond]]),
+            share.places(routes.forward(share.numbers[near[beyond]])),
             routes.forward(distances[beyond]),
         )
         kept = np.ones(len(self.backward), dtype=bool)
@@ -166,12 +129,22 @@ class BarrierOnRanks(DistanceBarrier):
 
     def _looked_for(self, points: Field, which: Ints) -> Samples:
         """Backward samples of all ranks that may be in a dead end, each on the rank that is closest."""
-        space, comm = self.here.space, self.here.space.halo.comm
-        places = np.concatenate(comm.allgather(self.backward.places[which]))
+        space, comm, sheets = self.here.space, self.here.space.halo.comm, self.share.sheets(self.original)
+        own = None if sheets is None else sheets[self.backward.near[which]]
+        found = comm.allgather((self.backward.places[which], own))
+        places = np.concatenate([rows for rows, _ in found])
         near, distances = np.zeros(len(places), np.int64), np.full(len(places), np.inf)
         if self.skin is not None:
-            there = self.skin.with_points(points).closest(places)
-            near, distances = there.faces, there.distances
+            here, start = np.arange(len(places)), None
+            if sheets is not None:
+                # Of each sheet any face that is here.
+                wanted = np.concatenate([rows for _, rows in found])
+                known, first = np.unique(sheets, return_index=True)
+                at = np.searchsorted(known, wanted).clip(max=len(known) - 1)
+                here = np.flatnonzero(known[at] == wanted)
+                start = first[at[here]]
+            there = self.skin.with_points(points).closest(places[here], start)
+            near[here], distances[here] = there.faces, there.distances
         closest = distances == space.least(distances)
         mine = space.least(np.where(closest, comm.rank, comm.size)) == comm.rank
         return Samples.backward(places[mine], near[mine], distances[mine])
@@ -262,17 +235,17 @@ def _bare(whole: DistanceBarrier) -> DistanceBarrier:
 
 
 def _dealt_rows(
-    whole: DistanceBarrier | None, layer: GatheredCells, firsts: Ints
+    whole: DistanceBarrier | None, owners: Ints, numbers: Ints, faces: Ints, firsts: Ints
 ) -> tuple[_Dealt, _Dealt, tuple[_Dealt, _Dealt]]:
-    """Samples of a barrier on rank 0, and the ranks that they are for; nodes by their numbers of all ranks."""
+    """Samples of a barrier on rank 0, and the ranks that they are for; nodes by their numbers of all ranks.
+
+    Faces of the surface have owners; kept faces (k, 4) are those of all ranks, with the first of each.
+    """
     none: _Dealt = None, None
     if whole is None:
         return none, none, (none, none)
 
-    def ranks(faces: Ints) -> Ints:
-        return np.searchsorted(firsts, faces, side="right") - 1
-
-    faces, curves, count = whole.original.faces, whole.curves, layer.count
+    curves, count = whole.curves, len(numbers)
     forward = {name: getattr(whole.forward, name) for name in ("faces", "weights", "near", "distances", "attraction")}
     backward = {name: getattr(whole.backward, name) for name in ("places", "near", "distances", "attraction")}
     # A curve's sample goes where a face with its nodes is.
@@ -280,13 +253,14 @@ def _dealt_rows(
     keys, first = np.unique(np.sort(ends, axis=1) @ [count, 1], return_index=True)
 
     def ranks_at(nodes: Ints) -> Ints:
-        return ranks(first[np.searchsorted(keys, np.sort(nodes, axis=1) @ [count, 1])] // 4 % len(faces))
+        face = first[np.searchsorted(keys, np.sort(nodes, axis=1) @ [count, 1])] // 4 % len(faces)
+        return np.searchsorted(firsts, face, side="right") - 1
 
-    lines = {name: getattr(curves, name) for name in _LINES} | {"nodes": layer.numbers[curves.nodes]}
-    corners = {name: getattr(curves, name) for name in _CORNERS} | {"corners": layer.numbers[curves.corners]}
+    lines = {name: getattr(curves, name) for name in _LINES} | {"nodes": numbers[curves.nodes]}
+    corners = {name: getattr(curves, name) for name in _CORNERS} | {"corners": numbers[curves.corners]}
     of_corners = ranks_at(np.column_stack([curves.corners, curves.corners]))
     return (
-        (ranks(whole.forward.faces), forward),
-        (ranks(whole.backward.near), backward),
+        (owners[whole.forward.faces], forward),
+        (owners[whole.backward.near], backward),
         ((ranks_at(curves.nodes), lines), (of_corners, corners)),
     )

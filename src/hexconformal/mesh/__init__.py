@@ -13,7 +13,7 @@ from .edges import face_edges, unique_edges
 from .embedded import Embedded, find_embedded, same_rows
 from .face_rows import face_keys, triangles_first, turned_over, whole_faces
 from .hex_mesh import HexMesh, NodePairs
-from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces
+from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces, surfaces_around
 from .middle_nodes import middle_nodes, with_middles
 from .mixed_mesh import (
     CellBlock,
@@ -91,6 +91,7 @@ __all__ = [
     "region_surfaces",
     "same_rows",
     "scalar_matrix",
+    "surfaces_around",
     "telling_tags",
     "triangles_first",
     "turned_over",

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from .edges import face_edges, unique_edges
 from .face_rows import turned_over
-from .topology import connected_components, face_table
+from .topology import boundary_quads, connected_components, face_table
 
-__all__ = ["Interfaces", "curves_of", "find_interfaces", "region_surfaces"]
+__all__ = ["Interfaces", "curves_of", "find_interfaces", "region_surfaces", "surfaces_around"]
 
 Ints = NDArray[np.int64]
 
@@ -33,6 +33,20 @@ class Interfaces:
     pairs: Ints
     quads: Ints
     counts: Ints
+
+    @classmethod
+    def of(cls, quads: Ints, one: Ints, other: Ints) -> Interfaces:
+        """Those of faces (k, 4), seen from outside one region (k,), with another one (k,) behind them."""
+        quads = _turned(quads, one > other)
+        low, high = np.minimum(one, other), np.maximum(one, other)
+        order = np.lexsort([quads[:, 2] != quads[:, 3], high, low])  # triangles first
+        pairs, counts = np.unique(np.stack([low, high], axis=1), axis=0, return_counts=True)
+        return cls(pairs, np.ascontiguousarray(quads[order]), counts)
+
+    @property
+    def sides(self) -> Ints:
+        """(k, 2) regions on both sides of each face."""
+        return np.repeat(self.pairs, self.counts, axis=0)
 
     @property
     def owners(self) -> Ints:
@@ -82,12 +96,7 @@ def find_interfaces(cells: Ints, labels: Ints) -> Interfaces:
     table = face_table(cells)
     one, other = labels[table.cells[:, 0]], labels[table.cells[:, 1]]
     between = (table.cells[:, 1] >= 0) & (one != other)
-    one, other = one[between], other[between]
-    quads = _turned(table.quads[between], one > other)
-    low, high = np.minimum(one, other), np.maximum(one, other)
-    order = np.lexsort([quads[:, 2] != quads[:, 3], high, low])  # triangles first
-    pairs, counts = np.unique(np.stack([low, high], axis=1), axis=0, return_counts=True)
-    return Interfaces(pairs, np.ascontiguousarray(quads[order]), counts)
+    return Interfaces.of(table.quads[between], one[between], other[between])
 
 
 def curves_of(edges: Ints) -> tuple[int, Ints]:
@@ -128,16 +137,16 @@ def region_surfaces(cells: Ints, labels: Ints) -> list[Ints]:
     >>> [len(quads) for quads in region_surfaces(cells, np.array([0, 0, 1]))]
     [10, 6]
     """
-    table = face_table(cells)
-    one, other = table.cells.T
-    inside = other >= 0
-    outer = np.flatnonzero(~inside | (labels[one] != labels[other]))
-    shared = outer[inside[outer]]
-    quads = np.concatenate([table.quads[outer], _turned(table.quads[shared], np.ones(len(shared), dtype=bool))])
-    owners = np.concatenate([labels[one[outer]], labels[other[shared]]])
+    skin, owners = boundary_quads(cells)
+    return surfaces_around(skin, labels[owners], find_interfaces(cells, labels), int(labels.max()) + 1)
+
+
+def surfaces_around(skin: Ints, labels: Ints, interfaces: Interfaces, count: int) -> list[Ints]:
+    """The surfaces of so many regions, from the skin (q, 4), the region (q,) of each quad, and the interfaces."""
+    quads = np.concatenate([skin, interfaces.quads, turned_over(interfaces.quads)])
+    owners = np.concatenate([labels, *interfaces.sides.T])
     order = np.lexsort([quads[:, 2] != quads[:, 3], owners])  # triangles first
-    ends = np.cumsum(np.bincount(owners, minlength=int(labels.max()) + 1))
-    return np.split(quads[order], ends[:-1])
+    return np.split(quads[order], np.cumsum(np.bincount(owners, minlength=count))[:-1])
 
 
 def _turned(quads: Ints, which: NDArray[np.bool_]) -> Ints:

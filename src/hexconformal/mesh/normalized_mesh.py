@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from ..common import MeshError, first_ids
 from ..elements import cell_volumes, edge_lengths, is_valid, rows_by_type
 from .hex_mesh import HexMesh
+from .interfaces import region_surfaces
+from .regions import Regions, find_regions
 from .space import SERIAL, Space
 from .spatial_order import spatial_order
 from .topology import boundary_quads
@@ -91,6 +93,14 @@ class NormalizedMesh:
     def from_user(self, points: Field) -> Field:
         """Points in the unit of the mesh given, normalized."""
         return (points - self._corner) / self.unit
+
+    def regions(self, interfaces: Any) -> Regions | None:
+        """The regions of the mesh given, if it has any; see :func:`hexconformal.mesh.find_regions`."""
+        return find_regions(self.mesh, interfaces)
+
+    def surfaces_of(self, regions: Regions) -> list[NDArray[np.int64]]:
+        """The closed surface of every region; see :func:`hexconformal.mesh.region_surfaces`."""
+        return region_surfaces(self.cells, regions.labels[self.cell_ids])
 
     @property
     def node_labels(self) -> NDArray[Any]:

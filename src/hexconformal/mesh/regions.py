@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import OptionError, array_of_numbers, first_names
+from .space import SERIAL, Space
 
 __all__ = ["REGION_ARRAYS", "SURFACE_ARRAYS", "Regions", "find_regions", "region_arrays"]
 
@@ -76,7 +77,9 @@ class Tagged(Protocol):
         """What the file calls the numbers in an array on cells that tags them."""
 
 
-def find_regions(mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = REGION_ARRAYS) -> Regions | None:
+def find_regions(
+    mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = REGION_ARRAYS, space: Space = SERIAL
+) -> Regions | None:
     """The regions of a mesh, from what it carries.
 
     Parameters
@@ -90,6 +93,8 @@ def find_regions(mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = 
         array; or (m,) integers.
     names
         Of arrays that stand for regions.
+    space
+        Of values on the cells of the mesh, each part of which asks with its cells.
 
     Returns
     -------
@@ -115,15 +120,15 @@ def find_regions(mesh: Tagged, interfaces: Any = "auto", names: Sequence[str] = 
         if interfaces == "ignore":
             return None
         if interfaces == "auto":
-            return next((regions for regions in _candidates(mesh, names) if regions is not None), None)
+            return next((found for found in _candidates(mesh, names, space) if found is not None), None)
         if interfaces not in mesh.cell_data:
             there = first_names(list(mesh.cell_data)) if mesh.cell_data else "none"
             raise OptionError(
                 f"interfaces must be 'auto', 'ignore' or an array on cells, not {interfaces!r}; there are: {there}"
             )
-        values = _one_integer_each(mesh.cell_data[interfaces], len(mesh.cells))
-        return _numbered(values, f"array {interfaces!r}", mesh.tag_names(interfaces))
-    return _numbered(_one_integer_each(interfaces, len(mesh.cells)), "given")
+        values = _one_integer_each(mesh.cell_data[interfaces], len(mesh.cells), space)
+        return _numbered(values, f"array {interfaces!r}", mesh.tag_names(interfaces), space)
+    return _numbered(_one_integer_each(interfaces, len(mesh.cells), space).astype(np.int64), "given", {}, space)
 
 
 def region_arrays(mesh: Tagged, regions: Regions | None) -> dict[str, Ints]:
@@ -131,36 +136,41 @@ def region_arrays(mesh: Tagged, regions: Regions | None) -> dict[str, Ints]:
     return {"region": regions.labels} if regions and regions.of_sets and "region" not in mesh.cell_data else {}
 
 
-def _candidates(mesh: Tagged, names: Sequence[str]) -> Iterator[Regions | None]:
+def _candidates(mesh: Tagged, names: Sequence[str], space: Space) -> Iterator[Regions | None]:
     """What regions may come from, the strongest statement first; None where it tells nothing apart."""
     sections = mesh.section_groups()
     yield _of_sets(sections, "sections")
     known = {name.lower(): name for name in mesh.cell_data}
     for name in (known[name.lower()] for name in names if name.lower() in known):
-        yield _of_values(mesh.cell_data[name], name, mesh.tag_names(name))
+        yield _of_values(mesh.cell_data[name], name, mesh.tag_names(name), space)
     if not sections:
         # Beside sets that have a material, others are selections: for loads, or for output.
         yield _of_sets(mesh.cell_groups(), "sets of cells")
 
 
-def _one_integer_each(values: Any, count: int) -> NDArray[Any]:
+def _one_integer_each(values: Any, count: int, space: Space) -> NDArray[Any]:
     numbers = array_of_numbers("interfaces", values, "a name or integers")
-    if numbers.shape != (count,) or not np.array_equal(numbers, np.rint(numbers)):
+    if not space.everywhere(numbers.shape == (count,) and np.array_equal(numbers, np.rint(numbers))):
         raise OptionError(f"interfaces must be one integer for each of the {count} cells, not of shape {numbers.shape}")
     return numbers
 
 
-def _of_values(values: NDArray[Any], name: str, called: Mapping[int, str]) -> Regions | None:
+def _of_values(values: NDArray[Any], name: str, called: Mapping[int, str], space: Space) -> Regions | None:
     """The regions that an array stands for; None where it numbers cells, or its values are no integers."""
-    if values.ndim != 1 or values.dtype.kind not in "iubf" or not np.array_equal(values, np.rint(values)):
+    numbers = values.ndim == 1 and values.dtype.kind in "iubf" and np.array_equal(values, np.rint(values))
+    if not space.everywhere(bool(numbers)):
         return None
-    return _unless_many(_numbered(values, f"array {name!r}", called))
+    return _numbered(values, f"array {name!r}", called, space, _most(int(space.total(len(values)))))
 
 
-def _numbered(values: NDArray[Any], source: str, called: Mapping[Any, str] | None = None) -> Regions | None:
-    kinds, labels = np.unique(values, return_inverse=True)
-    names = tuple((called or {}).get(kind, f"{kind:.17g}") for kind in kinds.astype(np.float64).tolist())
-    return Regions(labels.astype(np.int64).ravel(), names, source) if len(kinds) > 1 else None
+def _numbered(
+    values: NDArray[Any], source: str, called: Mapping[Any, str], space: Space, most: float = np.inf
+) -> Regions | None:
+    kinds = space.distinct(values, most)
+    if kinds is None or len(kinds) < 2:
+        return None
+    names = tuple(called.get(kind, f"{kind:.17g}") for kind in kinds.astype(np.float64).tolist())
+    return Regions(np.searchsorted(kinds, values).astype(np.int64), names, source)
 
 
 def _of_sets(groups: Mapping[str, Mask], source: str) -> Regions | None:
@@ -186,10 +196,10 @@ def _of_sets(groups: Mapping[str, Mask], source: str) -> Regions | None:
         for region in np.flatnonzero(mask[first]).tolist():
             members[region].append(name)
     names = tuple(" & ".join(sets) or "the rest" for sets in members)
-    found = Regions(labels.astype(np.int64).ravel(), names, source, of_sets=True) if len(first) > 1 else None
-    return _unless_many(found)
+    tells = 1 < len(first) <= _most(len(labels))
+    return Regions(labels.astype(np.int64).ravel(), names, source, of_sets=True) if tells else None
 
 
-def _unless_many(regions: Regions | None) -> Regions | None:
-    many = regions is not None and len(regions.names) > max(2.0, _MANY * len(regions.labels))
-    return None if many else regions
+def _most(count: int) -> float:
+    """How many regions so many cells have at most."""
+    return max(2.0, _MANY * count)

@@ -97,6 +97,11 @@ class Space:
         # Values of cells, not interpolated: exact, and infinite ones do no harm.
         return np.array([np.percentile(row, shares, method="inverted_cdf") for row in rows])
 
+    def distinct(self, values: NDArray[Any], most: float = np.inf) -> NDArray[Any] | None:
+        """The different values of all parts, ascending; None where there are more than so many."""
+        found = np.unique(values)
+        return found if len(found) <= most else None
+
     def at_smallest(self, values: Field, marks: NDArray[np.bool_]) -> bool:
         """The mark (k,) at the smallest of the values (k,) of all parts, the first where there are several."""
         return bool(marks[values.argmin()])

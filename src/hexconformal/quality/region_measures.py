@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import Regions
+from ..mesh import SERIAL, Regions, Space
 from .assessment import Quality
 
 __all__ = ["RegionMeasures", "measure_regions"]
@@ -37,8 +37,8 @@ class RegionMeasures:
     mean_scaled_jacobian: Field
 
 
-def measure_regions(regions: Regions, measured: Quality) -> RegionMeasures:
-    """Measure the regions of a mesh by its cells.
+def measure_regions(regions: Regions, measured: Quality, space: Space = SERIAL) -> RegionMeasures:
+    """Measure the regions of a mesh by its cells, of which every part of a space may have some.
 
     Examples
     --------
@@ -50,13 +50,15 @@ def measure_regions(regions: Regions, measured: Quality) -> RegionMeasures:
     array([0.75, 0.25])
     """
     labels, count = regions.labels, len(regions.names)
-    cells = np.bincount(labels, minlength=count)
+    cells = space.totals(np.bincount(labels, minlength=count))
     least = np.full(count, np.inf)
     np.minimum.at(least, labels, measured.scaled_jacobian)
+    sums = [np.bincount(labels, values, count) for values in (measured.volume, measured.scaled_jacobian)]
+    volume, scaled_jacobian = space.totals(np.array(sums, dtype=np.float64))
     return RegionMeasures(
         cells=cells,
-        inverted=np.bincount(labels[measured.scaled_jacobian <= 0], minlength=count),
-        volume=np.bincount(labels, measured.volume, count).astype(np.float64),
-        min_scaled_jacobian=least,
-        mean_scaled_jacobian=np.bincount(labels, measured.scaled_jacobian, count) / cells,
+        inverted=space.totals(np.bincount(labels[measured.scaled_jacobian <= 0], minlength=count)),
+        volume=volume,
+        min_scaled_jacobian=space.least(least),
+        mean_scaled_jacobian=scaled_jacobian / cells,
     )

@@ -7,8 +7,9 @@ the same wherever it is. Imports `common`, `elements`, `mesh`,
 
 from .distribution import Distribution, distributed
 from .gathered_cells import GatheredCells
-from .gathered_skin import GatheredSkin
+from .gathered_faces import GatheredFaces
 from .halo import Halo, Traffic
+from .kept_faces import FacesBeside, KeptFaces
 from .mesh_piece import MeshPiece
 from .mpi import agreed, is_agreed, mpi, petsc
 from .normalized_piece import NormalizedPiece
@@ -17,15 +18,15 @@ from .rank_summary import rank_summary
 from .reading import read_piece
 from .routes import Routes, dealt, each_once, gathered, rows_by_id
 from .shared_memory import on_every_machine
-from .skin_faces import FacesBeside
 from .writing import check_piece_writable, piece_path, write_piece
 
 __all__ = [
     "Distribution",
     "FacesBeside",
     "GatheredCells",
-    "GatheredSkin",
+    "GatheredFaces",
     "Halo",
+    "KeptFaces",
     "MeshPiece",
     "NormalizedPiece",
     "RankSpace",

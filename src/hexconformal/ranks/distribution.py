@@ -8,20 +8,20 @@ than its share, but for copies of the nodes around it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, first_ids
-from ..mesh import curve_positions
+from ..common import MeshError, OptionError, first_ids
+from ..mesh import Regions, curve_positions, find_regions
 from .halo import Halo
+from .kept_faces import FacesBeside, KeptFaces, faces_beside, kept_faces
 from .mesh_piece import MeshPiece
 from .mpi import agreed, mpi
 from .rank_space import RankSpace
 from .routes import Routes, homes_of
-from .skin_faces import FacesBeside, faces_beside, skin_faces
 
 __all__ = ["Distribution", "distributed"]
 
@@ -42,18 +42,21 @@ class Distribution:
         The own cells, and the nodes here [own | ghosts].
     space
         The space of fields on these nodes.
-    skin
-        (k, 4) faces of own cells that are on the boundary of the whole mesh, and the cell (k,) of each.
+    faces
+        Faces of own cells on the boundary of the whole mesh, and between its regions.
     beside
         Faces of other ranks around these, whose nodes are here, too.
+    regions
+        The regions of the whole mesh, with the labels of own cells; None where it has none.
     referenced
         (n,) nodes that belong to a cell of any rank.
     """
 
     piece: MeshPiece
     space: RankSpace
-    skin: tuple[Ints, Ints]
+    faces: KeptFaces
     beside: FacesBeside
+    regions: Regions | None
     referenced: NDArray[np.bool_]
     _homes: Routes
     _copies: Ints
@@ -67,21 +70,26 @@ class Distribution:
         return self._homes.backward(self._owners.backward(sorted_back)[self._copies])
 
 
-def distributed(piece: MeshPiece, comm: Any, rings: int = 0) -> Distribution:
+def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "ignore") -> Distribution:
     """Share out a mesh that all ranks hand in, each its piece; all must call it.
 
-    Each has copies of the nodes of so many rings of boundary faces around its own, too.
+    Each has copies of the nodes of so many rings of kept faces around its own, too. Which faces are kept inside is told
+    as :func:`hexconformal.mesh.find_regions` takes it, numbers by every rank for its cells.
 
     Raises
     ------
     MeshError
         If there are no cells, pieces do not fit together, or their arrays are not the same.
+    OptionError
+        If `interfaces` makes no sense.
     """
     if comm.allreduce(len(piece.cells)) == 0:
         raise MeshError("there are no hexahedra on any rank")
     point_data = _with_all_arrays(comm, piece.point_data, len(piece.points), "point_data")
     cell_data = _with_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
     _require_single_cells(comm, piece)
+    regions = _regions(replace(piece, cell_data=cell_data), interfaces, comm)
+    labels = np.zeros(len(piece.cells), np.int64) if regions is None else regions.labels
     # Each id has a home, where the copies of its node meet.
     homes = Routes(comm, homes_of(comm, piece.node_ids))
     ids, places = homes.forward(piece.node_ids), homes.forward(piece.points)
@@ -106,14 +114,14 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0) -> Distribution:
     cells = of_given[piece.cells].reshape(-1, 8)
     to = Routes(comm, np.searchsorted(ranges, cells.min(axis=1, initial=ranges[-1]), side="right") - 1)
     sums = to.forward(homes.backward(heights[copies])[piece.cells].reshape(-1, 8).sum(axis=1))
-    cells, cell_ids = to.forward(cells), to.forward(piece.cell_ids)
+    cells, cell_ids, labels = to.forward(cells), to.forward(piece.cell_ids), to.forward(labels)
     # As mesh.spatial_order has them: what is closest to a place that is as close to several depends on it.
     in_order = np.lexsort((cell_ids, *cells.T, sums, cells.min(axis=1, initial=ranges[-1])))
-    cells, cell_ids = cells[in_order], cell_ids[in_order]
+    cells, cell_ids, labels = cells[in_order], cell_ids[in_order], labels[in_order]
     outside = (cells < ranges[comm.rank]) | (cells >= ranges[comm.rank + 1])
     halo = Halo(comm, ranges, np.unique(cells[outside]))
-    quads, cells_of_quads = skin_faces(halo, halo.local(cells))
-    beside, quads = faces_beside(halo, quads, rings), halo.numbers[quads]
+    faces = kept_faces(halo, halo.local(cells), labels)
+    beside, faces = faces_beside(halo, faces.quads, rings), faces.at(lambda nodes: halo.numbers[nodes])
     around = beside.nodes[(beside.nodes < ranges[comm.rank]) | (beside.nodes >= ranges[comm.rank + 1])]
     halo = Halo(comm, ranges, np.union1d(halo.ghosts, around))
     space = RankSpace(halo)
@@ -133,8 +141,22 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0) -> Distribution:
     )
     used = np.zeros(halo.count, dtype=bool)
     used[mine.cells] = True
-    skin, referenced = (halo.local(quads), cells_of_quads), space.joined(used)
-    return Distribution(mine, space, skin, beside, referenced, homes, copies, owners, order)
+    faces, referenced = faces.at(halo.local), space.joined(used)
+    regions = None if regions is None else replace(regions, labels=labels)
+    return Distribution(mine, space, faces, beside, regions, referenced, homes, copies, owners, order)
+
+
+def _regions(piece: MeshPiece, interfaces: Any, comm: Any) -> Regions | None:
+    """The regions of the whole mesh, with the labels of the cells of this piece."""
+    found, problem = None, None
+    try:
+        found = find_regions(piece, interfaces, space=RankSpace.of_cells(comm))
+    except OptionError as raised:  # by all ranks at the same place
+        problem = raised
+    with agreed(comm):
+        if problem is not None:
+            raise problem
+    return found
 
 
 def _along_curve(comm: Any, points: Field) -> tuple[Ints, Field]:

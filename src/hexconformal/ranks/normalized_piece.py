@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
 from ..elements import cell_volumes, edge_lengths
-from ..mesh import NormalizedMesh
+from ..mesh import NormalizedMesh, Regions, surfaces_around
 from .distribution import Distribution
+from .kept_faces import FacesBeside, KeptFaces
 from .mesh_piece import MeshPiece
 from .rank_space import RankSpace
-from .skin_faces import FacesBeside
 
 __all__ = ["NormalizedPiece"]
 
@@ -26,6 +28,17 @@ class NormalizedPiece(NormalizedMesh):
     distribution
         The mesh.
 
+    Attributes
+    ----------
+    mesh
+        The piece that the distribution made of it.
+    space
+        Where fields on its nodes live.
+    faces, beside
+        Kept faces of own cells, and those of other ranks around them.
+    known_regions
+        The regions as they were found when the mesh was shared out.
+
     Raises
     ------
     MeshError
@@ -34,12 +47,14 @@ class NormalizedPiece(NormalizedMesh):
 
     mesh: MeshPiece
     space: RankSpace
+    faces: KeptFaces
     beside: FacesBeside
 
     def __init__(self, distribution: Distribution) -> None:
         piece, self.space, self.beside = distribution.piece, distribution.space, distribution.beside
         self.mesh, self.referenced = piece, distribution.referenced
-        self.__dict__["skin"] = distribution.skin  # of own cells those on the boundary of the whole mesh
+        self.faces, self.known_regions = distribution.faces, distribution.regions
+        self.__dict__["skin"] = self.faces.skin, self.faces.owners  # of own cells those on that of the whole mesh
         self.node_ids, self.cell_ids = np.arange(len(piece.points)), np.arange(len(piece.cells))
         self.cells = piece.cells.copy()
         used = piece.points[self.referenced]
@@ -55,6 +70,21 @@ class NormalizedPiece(NormalizedMesh):
                 f"cells with negative volume: {negative:.0%}; the mesh is mirrored or its nodes are in a foreign "
                 "order: hexconformal.orient(mesh) puts them right"
             )
+
+    def regions(self, interfaces: Any) -> Regions | None:
+        """Those of the whole mesh, with the labels of own cells; None where they are to be ignored."""
+        return None if isinstance(interfaces, str) and interfaces == "ignore" else self.known_regions
+
+    def surfaces_of(self, regions: Regions) -> list[NDArray[np.int64]]:
+        """What this rank has of the closed surface of every region."""
+        skin, owners = self.skin
+        return surfaces_around(skin, regions.labels[owners], self.faces.between, len(regions.names))
+
+    def cells_at_faces(self) -> NDArray[np.bool_]:
+        """(m,) own cells with a node of a kept face of any rank; all must call it."""
+        on = np.zeros(self.space.halo.count, dtype=bool)
+        on[self.faces.quads] = True
+        return np.asarray(self.space.joined(on)[self.cells].any(axis=1))
 
     @property
     def corner(self) -> NDArray[np.float64]:

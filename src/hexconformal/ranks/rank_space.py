@@ -14,6 +14,7 @@ from ..mesh import Space
 from .algebraic_multigrid import AlgebraicMultigrid
 from .halo import Halo
 from .mpi import mpi
+from .routes import Routes
 
 __all__ = ["RankSpace"]
 
@@ -82,6 +83,17 @@ class RankSpace(Space):
         """Those of the values of all ranks, in each of some rows, that shares of them, in per cent, do not exceed."""
         count = int(self.total(rows.shape[1]))
         return self._ordered(rows, [max(int(np.ceil(count * (share / 100.0) - 1.0)), 0) for share in shares])
+
+    def distinct(self, values: NDArray[Any], most: float = np.inf) -> NDArray[Any] | None:
+        """The different values of all ranks, ascending; None where there are more than so many, which no rank gets."""
+        comm, own = self.halo.comm, np.unique(values)
+        # Equal values meet on one rank, which counts them once.
+        with np.errstate(invalid="ignore"):
+            homes = own.astype(np.int64) % comm.size
+        met = np.unique(Routes(comm, homes).forward(own))
+        if self.total(len(met)) > most:
+            return None
+        return np.unique(np.concatenate(comm.allgather(met)))
 
     def at_smallest(self, values: Field, marks: NDArray[np.bool_]) -> bool:
         """The mark (k,) at the smallest of the values (k,) of all ranks, the first where there are several."""

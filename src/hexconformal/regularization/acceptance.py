@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from ..elements import are_collapsed, corner_scaled_jacobian
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import LEVEL, Formulation
 from ..geometry import BarrierSchedule, SurfaceLocator, distance_between, hausdorff, mean_distance
-from ..mesh import NormalizedMesh, Regions, region_surfaces
+from ..mesh import NormalizedMesh, Regions
 from ..quality import attainable_scaled_jacobian, connectivity_bound
 from .boundary import Boundary
 from .options import Options, Record
@@ -113,6 +114,10 @@ def distances(points: Field, normalized: NormalizedMesh, boundary: Boundary, opt
 
 def boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, mode: str) -> float:
     """Hausdorff distance of the boundary from where it was, or from the surface to slide on, in diagonals."""
+    return boundary.measured(points, normalized, partial(_boundary_distance, mode=mode))
+
+
+def _boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, mode: str) -> float:
     barrier = boundary.barrier
     if boundary.reference is not None:
         return distance_between(SurfaceLocator(points, normalized.quads), boundary.reference) / normalized.diagonal
@@ -131,6 +136,10 @@ def boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Bound
 
 def mean_boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary) -> float:
     """Mean distance of the boundary from where it was, or from the surface to slide on, in diagonals."""
+    return boundary.measured(points, normalized, _mean_boundary_distance)
+
+
+def _mean_boundary_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary) -> float:
     moved = SurfaceLocator(points, normalized.quads)
     if boundary.reference is not None:
         return mean_distance(moved, boundary.reference) / normalized.diagonal
@@ -141,6 +150,10 @@ def mean_boundary_distance(points: Field, normalized: NormalizedMesh, boundary: 
 
 def sheets_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, bound: float) -> float:
     """Largest Hausdorff distance of the sheets inside from where each was, in diagonals; to 2 % of a bound."""
+    return boundary.measured(points, normalized, partial(_sheets_distance, bound=bound))
+
+
+def _sheets_distance(points: Field, normalized: NormalizedMesh, boundary: Boundary, bound: float) -> float:
     inner, start = boundary.inner, normalized.points if boundary.start is None else boundary.start
     gone = (points != start).any(axis=1)
     if inner is None or points is normalized.points:
@@ -166,7 +179,7 @@ def with_volume_restored(
     if regions is not None and formulation is not None:
         most = formulation.schedules.volume.regions
         if len(regions.names) <= most:
-            names, surfaces = regions.names, region_surfaces(normalized.cells, regions.labels[normalized.cell_ids])
+            names, surfaces = regions.names, normalized.surfaces_of(regions)
         else:
             notes.append(f"volume: that of all {len(regions.names)} regions together is kept, as they are over {most}")
     space = normalized.space

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..common import aligned
 from ..geometry import hausdorff
-from ..mesh import HexMesh, Regions, find_interfaces, triangles_first
+from ..mesh import SERIAL, HexMesh, Regions, Space, find_interfaces, triangles_first
 from ..quality import Quality, measure_regions
 
 __all__ = ["InterfaceRow", "RegionRow", "interface_rows", "region_rows", "table_lines"]
@@ -82,9 +82,9 @@ class InterfaceRow:
     moved: int
 
 
-def region_rows(regions: Regions, before: Quality, after: Quality) -> tuple[RegionRow, ...]:
-    """A row for each region of a mesh."""
-    one, other = measure_regions(regions, before), measure_regions(regions, after)
+def region_rows(regions: Regions, before: Quality, after: Quality, space: Space = SERIAL) -> tuple[RegionRow, ...]:
+    """A row for each region of a mesh, of whose cells every part of a space may have some."""
+    one, other = (measure_regions(regions, measured, space) for measured in (before, after))
     columns = (
         *(regions.names, one.cells, one.volume, other.volume),
         *(one.min_scaled_jacobian, other.min_scaled_jacobian, one.mean_scaled_jacobian, other.mean_scaled_jacobian),

@@ -28,7 +28,7 @@ from .acceptance import (
     swells,
     with_volume_restored,
 )
-from .boundary import boundary_of
+from .boundary import Boundary, boundary_of
 from .on_ranks import MeshOnRanks
 from .options import Options, Record
 from .region_rows import interface_rows, region_rows
@@ -99,6 +99,7 @@ class Regularization:
         schedules = Schedules() if schedules is None else schedules
         self.mesh: HexMesh | MixedMesh
         self._normalized: NormalizedMesh
+        self._boundary: Boundary
         self._on_ranks = None if comm is None else MeshOnRanks(mesh, self.options, schedules, comm)
         if self._on_ranks is not None:
             whole = self._on_ranks
@@ -185,18 +186,9 @@ class Regularization:
     def result(self) -> Result:
         """The result so far; call it after the loop, or after an interruption."""
         if self._on_ranks is not None:
-            points, notes = self._final_points()
-            points, seconds = self._normalized.to_user(points), time.perf_counter() - self._began
-            first, begun = self._safe
-            told = (
-                self._normalized.to_user(first),
-                begun,
-                self._stages.state,
-                self.history,
-                (*self._all_notes(), *notes),
-                seconds,
-            )
-            piece, report = self._on_ranks.outcome(points, *told)
+            outcome = self._outcome()
+            told = self._stages.state, self.history, self._all_notes(), time.perf_counter() - self._began
+            piece, report = self._on_ranks.result(outcome, *told)
             return Result(piece, self._on_ranks.to_given_nodes(piece.points), report, tuple(self.history), self.mesh)
         outcome = self._outcome()
         points = outcome.points

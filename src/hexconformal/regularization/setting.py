@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..elements import TypedRows, all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import CornerTerm, DistortionTerm, inverse_targets, normalized_target, target_volumes
 from ..formulation import Formulation, Schedules
-from ..mesh import NormalizedMesh, Regions, find_regions
+from ..mesh import NormalizedMesh, Regions
 from .boundary import Boundary
 from .minimize import distortion_term
 from .options import Options
@@ -64,7 +64,7 @@ class Setting:
     @cached_property
     def regions(self) -> Regions | None:
         """The regions of the mesh, if it has any that count."""
-        return find_regions(self.normalized.mesh, self.options.interfaces)
+        return self.normalized.regions(self.options.interfaces)
 
     @cached_property
     def distortion(self) -> DistortionTerm:

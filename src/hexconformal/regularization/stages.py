@@ -15,7 +15,7 @@ from ..geometry import DistanceBarrier
 from ..ranks import NormalizedPiece
 from ..untangling import improve_folded, thicken, untangle_interior
 from .acceptance import sheets_distance
-from .boundary import Boundary, boundary_of
+from .boundary import Boundary
 from .compatible_steps import CompatibleSteps
 from .fitting import fit
 from .minimize import Minimization
@@ -102,12 +102,10 @@ class Stages:
         """Run; once more with the nodes of sheets inside held, where these could not be kept within their bound."""
         setting = self._setting
         points = yield from self._iterations()
-        inner, bound = self.state.boundary.inner, setting.options.hausdorff
-        if inner is None or sheets_distance(points, setting.normalized, self.state.boundary, bound) <= bound:
+        boundary, bound = self.state.boundary, setting.options.hausdorff
+        if sheets_distance(points, setting.normalized, boundary, bound) <= bound:
             return
-        held = np.zeros(len(points), dtype=bool)
-        held[inner.quads] = True
-        boundary = boundary_of(setting.normalized, setting.options, setting.schedules, held=held)
+        boundary = boundary.with_sheets_held(setting.normalized, setting.options, setting.schedules)
         why = "faces inside could not be kept within their bound while they slide: their nodes are held"
         self.state = State(boundary, notes=(why,))
         yield from self._iterations()

@@ -1,4 +1,4 @@
-"""The distance barrier of a ball that turns, then grows out of its bound: what ranks find of it, or one process."""
+"""The distance barrier of a ball, and of faces inside, as all turns, then grows out of its bound: on ranks, or not."""
 
 import sys
 from dataclasses import replace
@@ -46,28 +46,36 @@ def found_by(run, points, ids, total, whole, every):
     return {key: np.array(values) for key, values in found.items()}
 
 
-def mesh():
-    return generate.jittered(*generate.ball(4, 3), 0.2, seed=1)
+def ball():
+    return *generate.jittered(*generate.ball(4, 3), 0.2, seed=1), {}
 
 
-def in_one_process():
-    points, cells = mesh()
-    run = Regularization(HexMesh(points, cells), OPTIONS, SCHEDULES)
+def ball_in_a_ball():
+    """A ball in a ball in another: three sheets."""
+    points, cells = generate.ball(4, 3)
+    shells = np.linalg.norm(points[cells].mean(axis=1), axis=1)
+    return points, cells, {"part": np.searchsorted([0.6, 0.85], shells)}
+
+
+MESHES = {"ball": ball, "ball in a ball": ball_in_a_ball}
+
+
+def in_one_process(name):
+    points, cells, data = MESHES[name]()
+    run = Regularization(HexMesh(points, cells, cell_data=data), OPTIONS, SCHEDULES)
     ids = run._normalized.node_ids
     back = np.argsort(ids)
     return found_by(run, points, ids, float, lambda field: field[back], lambda value: [value])
 
 
-if __name__ == "__main__":
-    from mpi4py import MPI
-
+def on_ranks(name, comm):
     from hexconformal.ranks import MeshPiece
 
-    comm = MPI.COMM_WORLD
-    points, cells = mesh()
+    points, cells, data = MESHES[name]()
     mine = np.random.default_rng(0).permutation(len(cells))[comm.rank :: comm.size]
     nodes, local = np.unique(cells[mine], return_inverse=True)
-    piece = MeshPiece(points[nodes], local.reshape(-1, 8), node_ids=nodes, cell_ids=mine)
+    data = {key: values[mine] for key, values in data.items()}
+    piece = MeshPiece(points[nodes], local.reshape(-1, 8), {}, data, node_ids=nodes, cell_ids=mine)
     run = Regularization(piece, OPTIONS, SCHEDULES, comm=comm)
     space, ids = run._normalized.space, run._normalized.mesh.node_ids
 
@@ -78,6 +86,12 @@ if __name__ == "__main__":
             out[names] = rows
         return out
 
-    found = found_by(run, points, ids, space.total, whole, comm.allgather)
-    if comm.rank == 0:
+    return found_by(run, points, ids, space.total, whole, comm.allgather)
+
+
+if __name__ == "__main__":
+    from mpi4py import MPI
+
+    found = {f"{name}: {key}": values for name in MESHES for key, values in on_ranks(name, MPI.COMM_WORLD).items()}
+    if MPI.COMM_WORLD.rank == 0:
         np.savez(sys.argv[1], **found)

@@ -135,3 +135,74 @@ GOOD = {
     "folded cells are unfolded, by patches": (folded_cube, Options(boundary="fixed"), PATCHES),
     "folded cells are unfolded, nothing on a rank": (folded_far_apart, Options(), PATCHES),
 }
+
+
+def two_materials():
+    """A box of two materials that meet in a plane."""
+    points, cells = generate.box((6, 4, 4), (1.5, 1.0, 1.0))
+    plane = points[:, 0] == 0.75
+    material = np.where(points[cells].mean(axis=1)[:, 0] < 0.75, 7, 3)
+    points = generate.jittered(points, cells, 0.25, seed=1)[0]
+    points[plane, 0] = 0.75
+    return points, cells, {}, {"material": material}
+
+
+def numbered():
+    """The same with an array that numbers cells, and tells no regions apart."""
+    points, cells, *_ = two_materials()
+    return points, cells, {}, {"material": np.arange(len(cells))}
+
+
+def core():
+    """A cylinder with a round core of two materials, on whose surface nodes are crowded: three surfaces that meet."""
+    points, cells = generate.cylinder(3, 3, 4)
+    centres = points[cells].mean(axis=1)
+    inner = np.linalg.norm(centres[:, :2], axis=1) < 0.65
+    part = np.where(inner, np.where(centres[:, 2] < 1.0, 1, 2), 0)
+    on = np.intersect1d(cells[inner], cells[~inner])
+    flat = points[:, 2] == 1.0
+    moved = generate.jittered(points, cells, 0.15, seed=2)[0]
+    moved[flat, 2] = 1.0
+    x, y, z = points[on].T
+    angle = 0.12 * np.sin(2.0 * np.arctan2(y, x) + z)
+    moved[on] = np.column_stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y, z])
+    return moved, cells, {}, {"part": part}
+
+
+def core_far_apart():
+    """The same, and one cell far away: of four ranks one has nothing, or a single region."""
+    points, cells, _, data = core()
+    return *far_apart(points, cells), {}, {"part": np.append(data["part"], 0)}
+
+
+def folded_core():
+    """The same with a node inside drawn through a cell, and through a face between materials."""
+    points, cells, _, data = core()
+    plane = np.isclose(points[:, 2], 1.0).nonzero()[0]
+    below = cells[(np.isin(cells[:, 4:], plane).all(axis=1)) & (data["part"] == 1)]
+    node = below[np.linalg.norm(points[below[:, 0]][:, :2], axis=1).argmin(), 0]
+    points[node, 2] = 1.2
+    return points, cells, {}, data
+
+
+# Faces between regions are kept; final points to a tight tolerance.
+REGIONS = {
+    "flat": (two_materials, Options(**TIGHT)),
+    "flat, boundary fixed": (two_materials, Options(boundary="fixed", **TIGHT)),
+    "flat, by name, no bound": (two_materials, Options(hausdorff=0.0, interfaces="material", **TIGHT)),
+    "flat, given": (two_materials, Options(interfaces=two_materials()[3]["material"], **TIGHT)),
+    "numbered": (numbered, Options(**TIGHT)),
+    "ignored": (two_materials, Options(interfaces="ignore", **TIGHT)),
+    "curved": (core, Options(max_iterations=5, **TIGHT), SOLVED),
+    "curved, boundary fixed": (core, Options(boundary="fixed", **TIGHT)),
+    "curved, volumes kept": (core, Options(conserve_volume=True, max_iterations=2, **TIGHT), SOLVED),
+    "curved, nothing on a rank": (core_far_apart, Options(hausdorff=1e-6, max_iterations=4, **TIGHT), SOLVED),
+}
+# As good as in one process.
+GOOD_REGIONS = {
+    "raised": (core, Options()),
+    "raised, by patches": (core, Options(), PATCHES),
+    "unfolded": (folded_core, Options(), PATCHES),
+}
+# Where faces inside cannot be kept within their bound.
+HELD = {"held": (two_materials, Options(**TIGHT))}

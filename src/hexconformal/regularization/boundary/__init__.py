@@ -1,9 +1,20 @@
 """The boundary of a run: what a mesh says of its geometry, what is held exactly, and the barrier around the rest."""
 
-from .boundary import Boundary, boundary_of
+from .boundary import Boundary, Measure, Value, boundary_of
 from .exact_parts import flat_normals
 from .given_surface import GivenSurface, fit_to
 from .kept_geometry import KeptGeometry, kept_geometry
 from .said import Said
 
-__all__ = ["Boundary", "GivenSurface", "KeptGeometry", "Said", "boundary_of", "fit_to", "flat_normals", "kept_geometry"]
+__all__ = [
+    "Boundary",
+    "GivenSurface",
+    "KeptGeometry",
+    "Measure",
+    "Said",
+    "Value",
+    "boundary_of",
+    "fit_to",
+    "flat_normals",
+    "kept_geometry",
+]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,11 +35,13 @@ from .exact_parts import flat_normals, normals_inside, normals_of_curves, on_ben
 from .given_surface import Fit, GivenSurface, fit_to
 from .said import Said, what_is_said
 
-__all__ = ["Boundary", "boundary_of"]
+__all__ = ["Boundary", "Measure", "Value", "boundary_of"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Value = TypeVar("Value")
+Measure = Callable[[Field, NormalizedMesh, "Boundary"], Value]
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,21 @@ class Boundary:
     inner: InnerSheets | None = None
     reference: SurfaceLocator | None = None
     start: Field | None = None
+
+    def measured(self, points: Field, normalized: NormalizedMesh, measure: Measure[Value]) -> Value:
+        """What is measured of points (n, 3) of a mesh and its boundary, wherever all of this is."""
+        return measure(points, normalized, self)
+
+    def with_sheets_held(self, normalized: NormalizedMesh, options: Options, schedules: Schedules) -> Boundary:
+        """The boundary with the nodes of the sheets inside held."""
+        return boundary_of(normalized, options, schedules, held=self.on_sheets(len(normalized.points)))
+
+    def on_sheets(self, count: int) -> Mask:
+        """(count,) nodes of the sheets inside."""
+        on = np.zeros(count, dtype=bool)
+        if self.inner is not None:
+            on[self.inner.quads] = True
+        return on
 
 
 def boundary_of(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mesh import NormalizedMesh, face_keys, find_embedded, find_interfaces, find_regions
+from ...mesh import NormalizedMesh, face_keys, find_embedded, find_interfaces
 from ..options import Options
 
 __all__ = ["KeptGeometry", "kept_geometry"]
@@ -66,7 +66,7 @@ def kept_geometry(normalized: NormalizedMesh, options: Options) -> KeptGeometry:
     place = np.empty(count, dtype=np.int64)
     place[normalized.node_ids] = np.arange(count)
     held[place[carried.held]] = True
-    regions, notes = find_regions(mesh, options.interfaces), carried.notes
+    regions, notes = normalized.regions(options.interfaces), carried.notes
     quads, owners = _none(0, 4), _none(0)
     if regions is not None:
         between = find_interfaces(normalized.cells, regions.labels[normalized.cell_ids])

@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 
 from ...common import MeshError, OptionError, first_ids
 from ...formulation import Schedules
+from ...geometry import sharp_length
+from ...mesh import NormalizedMesh, find_regions
 from ...quality import cell_errors, quality
 from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary, rows_by_id
-from ..acceptance import Distances
+from ..acceptance import Outcome
 from ..boundary import Boundary
 from ..options import Options, Record
+from ..region_rows import InterfaceRow, interface_rows, region_rows
 from ..report import Report
 from ..setting import Setting
 from .boundary_on_ranks import BoundaryOnRanks
-from .stages_there import require_options, require_single_region
+from .stages_there import require_options
 from .unfolding_on_ranks import require_room
 
 if TYPE_CHECKING:
@@ -57,17 +60,17 @@ class MeshOnRanks:
             petsc()
             require_options(options)
             _require_sound(MeshPiece.of(piece))
+            if not isinstance(options.interfaces, str):
+                find_regions(piece, options.interfaces)
         curved = options.boundary == "slide" and options.hausdorff > 0.0
         rings = schedules.barrier.copied_rings if curved else 0
         self._options, self._schedules, self._given_ids = options, schedules, piece.node_ids
-        self._distribution = distributed(piece, comm, rings)
+        self._distribution = distributed(piece, comm, rings, options.interfaces)
         self.mesh = self._distribution.piece
         with agreed(comm):
             _require_sound(self.mesh)
-        require_single_region(self.mesh, options, comm)
         self.normalized, self.notes = NormalizedPiece(self._distribution), tuple[str, ...]()
-        self._boundary = BoundaryOnRanks.of(self.normalized, options, schedules)
-        self.boundary = self._boundary.boundary
+        self.boundary = BoundaryOnRanks.of(self.normalized, options, schedules)
 
     def require_stages(self, setting: Setting) -> None:
         """Raise an OptionError where the mesh needs a stage that is not there."""
@@ -103,53 +106,35 @@ class MeshOnRanks:
     def with_features(self, features: str) -> Boundary:
         """The boundary with other features, which holds from now on."""
         options = replace(self._options, features=features)
-        self._boundary = BoundaryOnRanks.of(self.normalized, options, self._schedules)
-        return self._boundary.boundary
-
-    def distances(self, points: Field) -> Distances:
-        """How far the boundary of normalized points (n, 3) is from where it was."""
-        return Distances(self._boundary.measures(self.normalized.points, points, self.normalized, self._options)[0])
+        self.boundary = BoundaryOnRanks.of(self.normalized, options, self._schedules)
+        return self.boundary
 
     def to_given_nodes(self, points: Field) -> Field:
         """Points (n, 3) in the order in which this rank handed in its nodes."""
         return self._distribution.to_given_nodes(points)
 
-    def outcome(
-        self,
-        points: Field,
-        first: Field,
-        begun: str,
-        state: State,
-        history: Sequence[Record],
-        notes: Sequence[str],
-        seconds: float,
+    def result(
+        self, outcome: Outcome, state: State, history: Sequence[Record], notes: Sequence[str], seconds: float
     ) -> tuple[MeshPiece, Report]:
         """The better mesh, own cells and their nodes, and the report, the same on all ranks.
 
         Parameters
         ----------
-        points, first
-            (n, 3) points, in the user's unit, and those that there are in any case.
-        begun
-            What the latter are, in a word.
+        outcome
+            What it comes to.
         state, history, notes, seconds
             Of the run.
         """
-        space, normalized, mesh = self.normalized.space, self.normalized, self.mesh
-        reason, options = state.reason, self._options
-        distances = self._boundary.measures(normalized.points, normalized.from_user(points), normalized, options)
-        if options.boundary == "slide" and 0.0 < options.hausdorff < distances[0]:
-            reason = f"the surface would move by {distances[0]:.4g}: the {begun} is returned"
-            points = first
-            distances = self._boundary.measures(normalized.points, normalized.from_user(points), normalized, options)
+        space, normalized, mesh, points = self.normalized.space, self.normalized, self.mesh, outcome.points
         before, after = quality(mesh), quality(mesh.replaced(points=points))
         shift = points - mesh.points
         moved = np.linalg.norm(shift, axis=1)
         skin = np.zeros(len(points), dtype=bool)
         skin[normalized.quads] = True
         skin = space.joined(skin)
-        if len(history) > 1 and not space.anywhere(bool((points != first).any())):
-            reason += f"; nothing better than the {begun} was found"
+        diagonal = normalized.diagonal * normalized.unit
+        sharp, interfaces, told = self._on_faces(points, diagonal)
+        regions = normalized.regions(self._options.interfaces)
         report = Report(
             before=rank_summary(before, space),
             after=rank_summary(after, space),
@@ -157,16 +142,18 @@ class MeshOnRanks:
             energy_after=history[-1].energy if history else float("nan"),
             boundary_moved=int(space.total((space.own(moved) > 0.0)[space.own(skin)].sum())),
             largest_displacement=max(space.largest(moved), 0.0),
-            diagonal=normalized.diagonal * normalized.unit,
+            diagonal=diagonal,
             iterations=max(len(history) - 1, 0),
             seconds=seconds,
-            reason=reason,
-            converged=state.converged,
-            options=options.described(),
-            notes=(*notes, f"ranks: {space.halo.comm.size}"),
-            hausdorff=distances[0],
-            mean_distance=distances[1],
-            sharp_edges=distances[2],
+            reason=outcome.reason,
+            converged=state.converged and not outcome.goes_back,
+            options=self._options.described(),
+            notes=(*notes, *outcome.notes, *told, f"ranks: {space.halo.comm.size}"),
+            hausdorff=outcome.distance,
+            mean_distance=outcome.mean_distance,
+            sharp_edges=sharp,
+            regions=() if regions is None else region_rows(regions, before, after, space),
+            interfaces=interfaces,
         )
         better = mesh.replaced(
             points=points,
@@ -177,6 +164,22 @@ class MeshOnRanks:
             },
         )
         return better, report
+
+    def _on_faces(
+        self, points: Field, diagonal: float
+    ) -> tuple[tuple[float, float] | None, tuple[InterfaceRow, ...], list[str]]:
+        """Length of sharp edges before and after, rows of interfaces, and notes; of points in the user's unit."""
+        interfaces, boundary = self._options.interfaces, self.boundary
+
+        def measure(
+            moved: Field, layer: NormalizedMesh, _: Boundary
+        ) -> tuple[tuple[float, float], tuple[InterfaceRow, ...], list[str]]:
+            regions, before = layer.regions(interfaces), layer.mesh.points
+            sharp = sharp_length(before, layer.quads), sharp_length(moved, layer.quads)
+            rows, notes = ((), []) if regions is None else interface_rows(regions, layer.mesh, moved, diagonal)
+            return sharp, rows, notes
+
+        return (None, (), []) if boundary.gathered is None else boundary.measured(points, self.normalized, measure)
 
 
 def _require_sound(piece: MeshPiece) -> None:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...common import OptionError
-from ...mesh import REGION_ARRAYS
-from ...ranks import MeshPiece, agreed
 from ..options import Options
 
-__all__ = ["require_options", "require_single_region"]
+__all__ = ["require_options"]
 
 _LESS = "runs on ranks cannot {}: {}"
 
@@ -20,7 +18,6 @@ def require_options(options: Options) -> None:
         (options.changes_sizes, "give cells other sizes yet", "take sizes='input' or 'free'"),
         (options.surface is not None, "slide on another surface yet", "leave surface out, or run without comm"),
         (options.constraint == "compatible", "keep the compatible constraint yet", "take constraint='barrier'"),
-        (_is_given(options.interfaces), "take interfaces that are given yet", "take interfaces='ignore'"),
         (_is_given(options.couplings), "move nodes together yet", "take couplings='ignore'"),
         (
             not isinstance(options.target, str),
@@ -36,25 +33,6 @@ def require_options(options: Options) -> None:
     for asked, what, advice in wanted:
         if asked:
             raise OptionError(_LESS.format(what, advice))
-
-
-def require_single_region(piece: MeshPiece, options: Options, comm: Any) -> None:
-    """Raise an OptionError where the cells of all ranks are of several regions, the faces between which are kept."""
-    if options.interfaces == "ignore":
-        return
-    known = {name.lower() for name in REGION_ARRAYS}
-    ends = {name: _ends(values) for name, values in piece.cell_data.items() if name.lower() in known}
-    found = comm.allgather(ends)
-    for name in ends:
-        if len(set().union(*(one[name] for one in found))) > 1:
-            advice = "take interfaces='ignore', or run without comm"
-            with agreed(comm):
-                raise OptionError(_LESS.format(f"keep interfaces between regions (array {name!r}) yet", advice))
-
-
-def _ends(values: Any) -> set[Any]:
-    """The smallest and the largest of values, if any."""
-    return {values.min().item(), values.max().item()} if values.size else set()
 
 
 def _is_given(value: Any) -> bool:

@@ -1,6 +1,6 @@
 """Unfold a mesh that is shared out: rank 0 gets what is folded with what is around it, and does what one process does.
 
-That is all of a small mesh. Of a larger one it gets the cells at the boundary, which features are found on, and some
+That is all of a small mesh. Of a larger one it gets the cells at kept faces, which features are found on, and some
 rings of cells around folded ones; nodes that have cells elsewhere are held.
 """
 
@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import OptionError
-from ...formulation import BarrierOnRanks, Iteration, SkinOnRanks
+from ...formulation import Iteration
 from ...mesh import node_rings
-from ...ranks import GatheredCells, GatheredSkin, NormalizedPiece, agreed
+from ...ranks import GatheredFaces, NormalizedPiece, agreed
 from ...solver import AdmissibleDirections, fixed_components
 from ..boundary import Boundary, boundary_of
 from ..setting import Setting
 from ..unfolding import Unfolded, hold_folded, unfold
+from .boundary_on_ranks import BoundaryOnRanks
 
 __all__ = ["require_room", "unfold_on_ranks"]
 
@@ -30,15 +31,13 @@ Steps = Generator[Iteration, None, tuple[Unfolded, Unfolded]]
 def require_room(setting: Setting, normalized: NormalizedPiece) -> None:
     """Raise an OptionError where one rank would get more cells than it may."""
     schedule, space = setting.schedules.unfolding, normalized.space
-    on = np.zeros(len(normalized.points), dtype=bool)
-    on[normalized.quads] = True
-    some = _around_folded(setting, normalized) | space.joined(on)[normalized.cells].any(axis=1)
+    some = _around_folded(setting, normalized) | normalized.cells_at_faces()
     count = int(space.total(some.sum()))
     with agreed(space.halo.comm):
         if space.total(len(normalized.cells)) > schedule.whole and count > schedule.gathered:
             raise OptionError(
                 f"runs on ranks unfold cells on one of them, which may get {schedule.gathered} cells, not the {count} "
-                "at the boundary and around folded ones: run without comm, or take energy='quaternionic', which "
+                "at kept faces and around folded ones: run without comm, or take energy='quaternionic', which "
                 "leaves them as they are"
             )
 
@@ -52,8 +51,8 @@ def unfold_on_ranks(setting: Setting, normalized: NormalizedPiece, boundary: Bou
     chosen = np.ones(len(normalized.cells), dtype=bool)
     if space.total(len(chosen)) > setting.schedules.unfolding.whole:
         chosen = _around_folded(setting, normalized)
-    skin = GatheredSkin.of(normalized, chosen)
-    cells, layer = skin.gathered, skin.layer
+    gathered = GatheredFaces.of(normalized, chosen)
+    cells, layer = gathered.cells, gathered.layer
     elsewhere = np.zeros(len(normalized.points), dtype=bool)
     elsewhere[normalized.cells[~cells.chosen]] = True
     beyond = cells.of_nodes(space.joined(elsewhere))
@@ -61,7 +60,7 @@ def unfold_on_ranks(setting: Setting, normalized: NormalizedPiece, boundary: Bou
     first, steps = cells.of_nodes(setting.first), _nothing()
     with agreed(comm, named=False):
         if layer is not None:
-            options = replace(setting.options, fixed=fixed | beyond[:, None], interfaces="ignore")
+            options = replace(setting.options, fixed=fixed | beyond[:, None])
             one = Setting(layer, options, setting.schedules, None if setting.start is None else first)
             steps = _unfolded(one, boundary_of(layer, options, setting.schedules))
     points, last, outcome = setting.first, None if layer is None else layer.points, None
@@ -81,7 +80,7 @@ def unfold_on_ranks(setting: Setting, normalized: NormalizedPiece, boundary: Bou
     found, other = (None, False) if outcome is None else outcome
     if comm.bcast(other):
         whole = None if found is None else found.boundary
-        boundary = _spread(whole, cells, beyond, boundary, normalized)
+        boundary = _spread(whole, gathered, beyond, boundary, normalized)
     points = cells.spread(None if found is None else found.points, points)
     bad = cells.spread_to_cells(None if found is None else found.bad, np.zeros(len(chosen), dtype=bool))
     notes = comm.bcast(None if found is None else found.notes)
@@ -118,19 +117,14 @@ def _around_folded(setting: Setting, normalized: NormalizedPiece) -> Mask:
 
 
 def _spread(
-    whole: Boundary | None, cells: GatheredCells, beyond: Mask, before: Boundary, normalized: NormalizedPiece
+    whole: Boundary | None, gathered: GatheredFaces, beyond: Mask, before: Boundary, normalized: NormalizedPiece
 ) -> Boundary:
     """What each rank has of a boundary of cells that came to rank 0, where some nodes were held by the way."""
-    space, count = normalized.space, len(normalized.points)
+    cells, count = gathered.cells, len(normalized.points)
     projectors = before.admissible.all_projectors(count)
     rows = cells.of_nodes(projectors)
     if whole is not None:
         rows = np.where(beyond[:, None, None], rows, whole.admissible.all_projectors(len(rows)))
     projectors = cells.spread(rows if cells.is_here else None, projectors)
     nodes = np.flatnonzero((projectors != np.eye(3)).any(axis=(1, 2)))
-    barrier, told = None, None if whole is None else (whole.barrier is not None, whole.notes)
-    curved, notes = space.halo.comm.bcast(told)
-    if curved:
-        here = SkinOnRanks(space, normalized.quads, normalized.beside, cells)
-        barrier = BarrierOnRanks.of(None if whole is None else whole.barrier, here, normalized.points)
-    return Boundary(AdmissibleDirections(nodes, projectors[nodes]), barrier, notes=notes)
+    return BoundaryOnRanks.spread(whole, AdmissibleDirections(nodes, projectors[nodes]), gathered, normalized)

@@ -158,7 +158,7 @@ def begun_at(
     points = _coupled(normalized.points + shift, normalized, boundary)
     with _together(whole):
         _require_valid(points, normalized)
-    far = distances(points, normalized, boundary, options) if whole is None else whole.distances(points)
+    far = distances(points, normalized, boundary, options)
     beyond = far.beyond(options)
     if beyond is not None and not start.on_the_way:
         what, much = beyond
