@@ -46,7 +46,7 @@ class AlgebraicMultigrid:
         self._rows, self._count = np.flatnonzero(own), halo.count
         self._cycle: Any = None
         if ends[-1] > 0:
-            rows = _own_rows(comm, ends, halo.update(numbers), scipy.sparse.coo_matrix(matrix))
+            rows = _own_rows(halo, ends, halo.update(numbers), scipy.sparse.csr_matrix(matrix))
             self._set_up(comm, rows)
 
     def _set_up(self, comm: Any, rows: scipy.sparse.csr_matrix) -> None:
@@ -74,19 +74,26 @@ class AlgebraicMultigrid:
 
 
 def _own_rows(
-    comm: Any, ends: NDArray[np.int64], numbers: NDArray[np.int64], matrix: scipy.sparse.coo_matrix
+    halo: Halo, ends: NDArray[np.int64], numbers: NDArray[np.int64], matrix: scipy.sparse.csr_matrix
 ) -> scipy.sparse.csr_matrix:
     """The free rows that this rank owns, with what others add to them; columns have their numbers of all ranks."""
-    rows, columns = numbers[matrix.row], numbers[matrix.col]
+    first, count, shape = int(ends[halo.comm.rank]), int(np.diff(ends)[halo.comm.rank]), int(ends[-1])
+    # Nearly all entries stay here: only those in rows of others travel, as three numbers each.
+    of_others = scipy.sparse.coo_matrix(matrix[halo.owned :])
+    rows, columns = numbers[halo.owned :][of_others.row], numbers[of_others.col]
     kept = (rows >= 0) & (columns >= 0)
-    routes = Routes(comm, np.searchsorted(ends, rows[kept], side="right") - 1)
-    here = [routes.forward(values[kept]) for values in (rows, columns, matrix.data)]
-    count = int(ends[comm.rank + 1] - ends[comm.rank])
-    entries = here[2], (here[0] - ends[comm.rank], here[1])
-    summed = scipy.sparse.coo_matrix(entries, shape=(count, int(ends[-1]))).tocsr()
-    summed.sum_duplicates()
-    first = int(ends[comm.rank])
-    diagonal = np.arange(count), np.arange(first, first + count)
-    found = summed.diagonal(first) if count else np.empty(0)
-    shift = scipy.sparse.coo_matrix((_SHIFT * found, diagonal), shape=summed.shape)
-    return scipy.sparse.csr_matrix(summed + shift.tocsr())
+    routes = Routes(halo.comm, np.searchsorted(ends, rows[kept], side="right") - 1)
+    rows, columns, values = (routes.forward(one[kept]) for one in (rows, columns, of_others.data))
+    came = scipy.sparse.csr_matrix((values, (rows - first, columns)), shape=(count, shape))
+    mine = matrix[np.flatnonzero(numbers[: halo.owned] >= 0)]
+    there = numbers.astype(came.indices.dtype)[mine.indices]
+    mine.data[there < 0] = 0.0
+    mine = scipy.sparse.csr_matrix((mine.data, np.maximum(there, 0), mine.indptr), shape=(count, shape))
+    mine.eliminate_zeros()
+    mine.sort_indices()
+    mine = scipy.sparse.csr_matrix(mine + came) if came.nnz else mine
+    diagonal = mine.indices == np.repeat(
+        np.arange(first, first + count, dtype=mine.indices.dtype), np.diff(mine.indptr)
+    )
+    mine.data[diagonal] *= 1.0 + _SHIFT
+    return mine
