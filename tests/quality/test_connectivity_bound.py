@@ -88,6 +88,18 @@ def test_nodes_of_the_boundary_and_of_other_cells_say_nothing():
     assert connectivity_bound(other, inside)[1] not in wedges
 
 
+def test_two_bodies_that_share_a_node_have_no_such_bound():
+    points, cells = box((2, 2, 2))
+    other = cells + len(points)
+    other[other == len(points) + 13] = 13  # the node in the middle
+    report = hc.regularize((np.concatenate([points, points + 5.0]), np.concatenate([cells, other])), max_iterations=0)
+    assert not [one for one in report.report.notes if "smallest scaled Jacobian" in one]
+    both = np.concatenate([points, 2.0 * points - 0.5])  # the other is twice as large around the same middle
+    report = hc.regularize((both, np.concatenate([cells, other]))).report
+    assert report.after.scaled_jacobian.min == pytest.approx(1.0)
+    assert not [one for one in report.notes if "smallest scaled Jacobian" in one]
+
+
 def test_a_run_says_where_nothing_better_can_be():
     points, cells = ball(3, 2)
     shaken = hc.generate.jittered(points, cells, 0.1)

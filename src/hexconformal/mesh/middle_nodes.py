@@ -43,7 +43,7 @@ def middle_nodes(cells: Ints, count: int, nodes: int) -> tuple[Ints, list[Ints]]
     >>> cells.shape, [len(one) for one in corners], corners[0][cells[0, 8] - 8].tolist()
     ((1, 27), [12, 6, 1], [0, 1])
     """
-    if nodes not in (20, 27):
+    if not isinstance(nodes, int | np.integer) or nodes not in (20, 27):
         raise OptionError(f"nodes of a quadratic hexahedron must be 20 or 27, not {nodes!r}")
     quadratic, corners = cells, []
     for members in (BETWEEN[:12], BETWEEN[12:18], BETWEEN[18:]) if nodes == 27 else (BETWEEN[:12],):

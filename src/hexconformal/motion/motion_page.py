@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ __all__ = ["motion_page"]
 
 def motion_page(
     motion: MeshMotion,
-    steps: Sequence[MotionStep],
+    steps: Iterable[MotionStep],
     times: ArrayLike | None = None,
     *,
     report: Any = "",
@@ -62,6 +62,7 @@ def motion_page(
     >>> motion_page(motion, steps)
     Page(64 cells, 3 frames)
     """
+    steps = list(steps)
     at = np.arange(1.0, len(steps) + 1.0) if times is None else np.asarray(times, dtype=np.float64)
     if at.shape != (len(steps),) or not (np.diff(at, prepend=0.0) > 0.0).all():
         raise OptionError(f"times must be {len(steps)}, one for each step, above 0 and increasing")

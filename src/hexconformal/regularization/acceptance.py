@@ -275,7 +275,8 @@ def limit_notes(normalized: NormalizedMesh, start: Field, held: NDArray[np.bool_
     boundary[normalized.quads] = True
     bound, node, count = connectivity_bound(normalized.cells, boundary, space)
     reached = space.smallest(corner_scaled_jacobian(points, normalized.cells))
-    if reached > (1.0 - _REACHED) * bound and bound < _NOTED_BELOW:
+    # More than the bound is reached where cells go round a node twice, or two bodies share it.
+    if (1.0 - _REACHED) * bound < reached <= bound < _NOTED_BELOW:
         which = space.named(None if node is None else normalized.node_labels[node])
         notes.append(
             f"the smallest scaled Jacobian is what it can be, wherever the nodes are: it cannot exceed {bound:.4f}, as "

@@ -2,7 +2,7 @@
 
 from .boundary import Boundary, Measure, Value, boundary_of
 from .exact_parts import flat_normals
-from .given_surface import GivenSurface, fit_to
+from .given_surface import GivenSurface
 from .kept_geometry import KeptGeometry, kept_geometry
 from .said import Said
 
@@ -14,7 +14,6 @@ __all__ = [
     "Said",
     "Value",
     "boundary_of",
-    "fit_to",
     "flat_normals",
     "kept_geometry",
 ]

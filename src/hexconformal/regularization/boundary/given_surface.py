@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,12 @@ class GivenSurface:
     tags: Ints | None
     lines: Ints | None
 
+    @cached_property
+    def outside_out(self) -> SurfaceLocator:
+        """The triangles with the outside out, as far as the surface has one."""
+        points, faces = self.locator.points, with_one_side_out(self.locator.faces)
+        return SurfaceLocator(points, faces if enclosed_volume(points, faces) >= 0 else faces[:, ::-1])
+
     @classmethod
     def of(cls, normalized: NormalizedMesh, surface: Any) -> GivenSurface:
         """The surface that a user gives."""
@@ -88,8 +95,8 @@ def fit_to(
     tolerance = options.hausdorff * normalized.diagonal
     how: dict[str, Any] = {"mode": options.features, "tolerance": tolerance, "schedule": schedules.features}
     how |= {"tags": surface.tags, "curves": surface.lines}
-    points, faces = surface.locator.points, with_one_side_out(surface.locator.faces)
-    locator = SurfaceLocator(points, faces if enclosed_volume(points, faces) >= 0 else faces[:, ::-1])
+    locator = surface.outside_out
+    points = locator.points
     features = find_features(points, locator.faces, **how)
     if not features.soft:
         # Averages of normals tell noise from creases, but lead these past a triangle where two of its edges are sharp.

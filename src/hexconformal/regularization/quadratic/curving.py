@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common import OptionError, first_ids
-from ...elements import HEXAHEDRON20, HEXAHEDRON27, determinant_bounds, quadratic_shapes
-from ...formulation import Schedules
+from ...elements import HEXAHEDRON20, HEXAHEDRON27, quadratic_shapes
+from ...geometry import SurfaceLocator, face_area_vectors, nodal_area_vectors, unit_vectors
 from ...io import as_hex_mesh, elevated
-from ...mesh import MixedMesh, NormalizedMesh, boundary_quads
-from ..boundary import GivenSurface, fit_to
-from ..options import Options
+from ...mesh import HexMesh, MixedMesh, NormalizedMesh, boundary_quads, connected_components, same_rows
+from ...quality import quality
+from ..boundary import GivenSurface
 from .cut_mesh import CutMesh
 
 __all__ = ["Curved", "curved"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 _SHARES = (1.0, 0.5, 0.25, 0.0)  # of the way from straight edges to the surface, where cells would be folded
+_KEPT = 0.1  # of the smallest det J of a cell, relative to its size
 _MIDDLES = quadratic_shapes(HEXAHEDRON27.ideal[20:], HEXAHEDRON20)  # of faces and cells, from edges and corners
+_LOOKS_THERE = 0.1  # cosine to a direction from which on a face counts as looking there
+_PROJECTIONS = 20  # onto the sides of an edge in turn; two planes at 30 degrees are met to a thousandth
 _HALF_CIRCLE = 0.5  # lengths of an edge between its middle and that of the half of a circle over it
-_ROUNDING = 1e-6
+_MUCH = 0.1  # of the distance of straight edges, that corners may be away without a note
 _SEEN = 4  # parts of an edge between whose nodes distances are measured
 
 
@@ -39,7 +44,7 @@ class Curved(NamedTuple):
         Largest distance of its boundary from the surface while edges were straight, and now, in the mesh's unit; at
         places on the boundary, not from the surface.
     notes
-        What was matched with what, and which cells could not be curved all the way.
+        What could not be done.
     """
 
     mesh: MixedMesh
@@ -47,13 +52,14 @@ class Curved(NamedTuple):
     notes: tuple[str, ...]
 
 
-def curved(mesh: Any, surface: Any, nodes: int = 20, features: str = "auto") -> Curved:
+def curved(mesh: Any, surface: Any, nodes: int = 20) -> Curved:
     """The mesh of quadratic hexahedra whose boundary follows a surface, through the corners that linear ones have.
 
-    Nodes in the middle of edges and faces of the boundary go where they belong on the surface, on its sharp curves
-    where an edge of the mesh is part of one: what follows what is found as for the option `surface` of
-    :class:`hexconformal.Options`. Where a valid cell would be folded these nodes go a part of their way, or stay in the
-    middle. Nodes inside are means of those on edges. Corners do not move: they should lie on the surface.
+    Nodes in the middle of edges and faces of the boundary go to the closest place on what of the surface looks the way
+    their faces do, those of an edge to where this is so for both of its faces: to sharp curves where the mesh has them,
+    and never to the other side of a wall. Where a valid cell would be folded, or nearly so, these nodes go a part of
+    their way, or stay in the middle. Nodes inside are means of those on edges. Corners do not move: they should lie on
+    the surface.
 
     Parameters
     ----------
@@ -63,8 +69,6 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, features: str = "auto") -> 
         A path or a pyvista mesh, finer than the mesh.
     nodes
         Of a cell: 20 or 27.
-    features
-        Whether sharp curves are kept, as in :class:`hexconformal.Options`.
 
     Raises
     ------
@@ -91,33 +95,28 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, features: str = "auto") -> 
     linear = as_hex_mesh(mesh)
     if surface is None:
         raise OptionError("surface must be given: elevated(mesh, nodes) is the mesh with straight edges")
-    straight = elevated(linear, nodes)
-    options, count = Options(surface=surface, features=features), len(linear.points)
-    cut = CutMesh(straight, 2)
-    normalized = NormalizedMesh(cut.linear())
-    given, none = GivenSurface.of(normalized, surface), np.zeros(normalized.points.shape, dtype=bool)
-    fit = fit_to(normalized, given, options, Schedules(), None, none)
-    size = len(straight.points)
-    places = [given.locator.closest(normalized.points).positions]
-    if fit.matching is not None:
-        places.insert(0, fit.matching.points)
-    places = [normalized.to_user(place)[:size] for place in places]
-    skin = np.zeros(cut.count, dtype=bool)
-    skin[normalized.node_ids[np.unique(normalized.quads)]] = True
-    corners, far, goal = skin[:count], skin[:size].copy(), straight.points.copy()
-    far[:count] = False
-    for place in places:
-        near = far & (np.linalg.norm(place - straight.points, axis=1) <= _HALF_CIRCLE * _lengths(straight))
-        goal[near], far = place[near], far & ~near
-    points, less = _placed(straight, goal, count)
+    straight, there = elevated(linear, nodes), _Surface(linear, surface)
+    (block,) = straight.blocks
+    sides = _Sides(straight)
+    goal, far = straight.points.copy(), np.zeros(len(straight.points), dtype=bool)
+    for turns in (sides.of_edges, sides.of_faces):
+        # Those in the middle of faces begin where their edges, once these are curved, have taken them.
+        start = _at(straight.points, goal, block.cells, np.ones((len(goal), 1)), np.zeros_like(goal))
+        place = start.copy()
+        for _ in range(_PROJECTIONS):
+            for side in turns:
+                place[side.nodes] = there.facing(place[side.nodes], side.normals, straight.points[side.corners])[0]
+        moved = np.unique(np.concatenate([side.nodes for side in turns])) if turns else np.empty(0, dtype=np.int64)
+        near = np.linalg.norm(place[moved] - start[moved], axis=1) <= _HALF_CIRCLE * sides.lengths[moved]
+        far[moved] = ~near
+        goal[moved] = np.where(near[:, None], place[moved], start[moved])
+    points, less = _placed(straight, goal, [side.nodes for side in sides.of_faces])
+    points[: len(linear.points)] = linear.points
     result = straight.replaced(points)
-    off, before, after = (
-        float(given.locator.closest(normalized.from_user(x)).distances.max(initial=0.0)) * normalized.unit
-        for x in (linear.points[corners], _on_faces(straight), _on_faces(result))
-    )
-    notes = [fit.note]
-    if off > 0.5 * after and off > _ROUNDING * before:
-        notes.append(f"corners are up to {off:.3g} away from the surface: regularize with it first, if that is too far")
+    before, after, corners = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
+    notes = []
+    if corners > _MUCH * before:
+        notes.append(f"corners are up to {corners:.3g} away from the surface: regularize with it first if that is much")
     if far.any():
         notes.append(f"nodes that stay between their corners, as the surface is too far there: {int(far.sum())}")
     if len(less):
@@ -125,29 +124,145 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, features: str = "auto") -> 
     return Curved(result, (before, after), tuple(notes))
 
 
+class _Surface:
+    """A surface, the outside out: places look for it where it looks the way they do, as a wall has two sides."""
+
+    def __init__(self, linear: HexMesh, surface: Any) -> None:
+        self._normalized = NormalizedMesh(linear)
+        self._locator = GivenSurface.of(self._normalized, surface).outside_out
+
+    @cached_property
+    def _looking(self) -> dict[tuple[int, int], SurfaceLocator]:
+        """What of it looks along an axis, or against it."""
+        points, faces = self._locator.points, self._locator.faces
+        unit = unit_vectors(face_area_vectors(points, faces))
+        chosen = {(axis, sign): faces[sign * unit[:, axis] > _LOOKS_THERE] for axis in range(3) for sign in (-1, 1)}
+        return {which: SurfaceLocator(points, some) for which, some in chosen.items() if len(some)}
+
+    @cached_property
+    def _pieces(self) -> dict[tuple[int, int], SurfaceLocator]:
+        """The same in connected pieces."""
+        found = {}
+        for which, one in self._looking.items():
+            links = np.stack([one.faces, np.roll(one.faces, 1, axis=1)], axis=2).reshape(-1, 2)
+            labels = connected_components(links, len(one.points))[one.faces[:, 0]]
+            pieces = np.unique(labels, return_inverse=True)[1].astype(np.int64)
+            found[which] = SurfaceLocator(one.points, one.faces, pieces)
+        return found
+
+    def facing(self, places: Field, normals: Field, corners: Field | None = None) -> tuple[Field, Field]:
+        """Closest points (k, 3) on what looks where normals (k, 3) do, and distances (k,), in the user's unit.
+
+        With corners (k, 3) on that piece of it that is closest to these. Where there is nothing that looks there the
+        places are returned, and infinite distances.
+        """
+        found, distances = np.array(places, dtype=np.float64), np.full(len(places), np.inf)
+        axes = np.abs(normals).argmax(axis=1)
+        signs = np.sign(normals[np.arange(len(axes)), axes]).astype(np.int64)
+        for (axis, sign), locator in self._looking.items():
+            some = np.flatnonzero((axes == axis) & (signs == sign))
+            if len(some):
+                own = self._normalized.from_user(found[some])
+                if corners is None:
+                    closest = locator.closest(own)
+                else:
+                    near = locator.closest(self._normalized.from_user(corners[some])).faces
+                    closest = self._pieces[axis, sign].closest(own, near)
+                found[some] += self._normalized.unit * (closest.positions - own)
+                distances[some] = self._normalized.unit * closest.distances
+        return found, distances
+
+    def farthest(self, mesh: MixedMesh) -> float:
+        """Largest distance of the boundary of a mesh from it."""
+        cut = CutMesh(mesh, _SEEN)
+        nodes, quads = np.unique(cut.faces(boundary_quads(mesh.table)[0]).nodes, return_inverse=True)
+        places = cut.matrix(nodes) @ mesh.points
+        return self._largest(places, nodal_area_vectors(places, quads.reshape(-1, 4)))
+
+    def farthest_corner(self, linear: HexMesh) -> float:
+        """Largest distance of the corners of the boundary from it."""
+        quads = boundary_quads(linear.cells)[0]
+        corners = np.unique(quads)
+        return self._largest(linear.points[corners], nodal_area_vectors(linear.points, quads)[corners])
+
+    def _largest(self, places: Field, normals: Field) -> float:
+        distances = self.facing(places, normals)[1]
+        return float(distances[np.isfinite(distances)].max(initial=0.0))
+
+
+class _Side(NamedTuple):
+    """Nodes (k,) in middles, a face of the boundary of each, by its normal (k, 3), and a corner (k,) of that."""
+
+    nodes: Ints
+    normals: Field
+    corners: Ints
+
+
+class _Sides:
+    """The nodes in the middles of edges and of faces of the boundary, with their faces.
+
+    Attributes
+    ----------
+    of_edges, of_faces
+        One face of each; the second has other faces of the same edges.
+    lengths
+        (n,) length of the edge of each node in a middle; of a face of its shorter diagonal.
+    """
+
+    def __init__(self, straight: MixedMesh) -> None:
+        (block,) = straight.blocks
+        cells, points = block.cells, straight.points
+        quads = boundary_quads(straight.table)[0]
+        normals = face_area_vectors(points, quads)
+        self.lengths = _lengths(straight)
+        ends = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
+        known = cells[:, [_corners_of(node) for node in range(8, 20)]].reshape(-1, 2)
+        which = same_rows(np.concatenate([known, ends]))[len(known) :]
+        self.of_edges = _in_turn(_Side(cells[:, 8:20].ravel()[which], np.repeat(normals, 4, axis=0), ends[:, 0]))
+        self.of_faces = list[_Side]()
+        if cells.shape[1] == 27:
+            self.of_faces = [_Side(CutMesh(straight, 2).faces(quads).grids[:, 1, 1], normals, quads[:, 0])]
+
+
+def _in_turn(all_sides: _Side) -> list[_Side]:
+    """The nodes, the first time that each is there, the second time, and so on."""
+    order = np.argsort(all_sides.nodes, kind="stable")
+    nodes = all_sides.nodes[order]
+    times = np.arange(len(nodes)) - np.searchsorted(nodes, nodes)
+    chosen = [order[times == time] for time in range(int(times.max(initial=-1)) + 1)]
+    return [_Side(*(one[some] for one in all_sides)) for some in chosen]
+
+
 def _lengths(straight: MixedMesh) -> Field:
-    """(n,) twice the way from each node in a middle to the nearest of its corners: the length of its edge."""
+    """(n,) twice the way from each node in a middle to the nearest of its corners."""
     out = np.zeros(len(straight.points))
     (block,) = straight.blocks
-    ideal, x = HEXAHEDRON27.ideal, straight.points[block.cells]
+    x = straight.points[block.cells]
     for node in range(8, x.shape[1]):
-        apart = ((ideal[:8] - ideal[node]) ** 2).sum(axis=1)
-        nearest = np.flatnonzero(apart < apart.min() + 0.1)
-        ways = np.linalg.norm(x[:, nearest] - x[:, node, None], axis=2)
+        ways = np.linalg.norm(x[:, _corners_of(node)] - x[:, node, None], axis=2)
         out[block.cells[:, node]] = 2.0 * ways.min(axis=1)
     return out
 
 
-def _placed(straight: MixedMesh, goal: Field, count: int) -> tuple[Field, Ints]:
-    """The points with those behind the first `count` as far on their way as cells allow; cells that allow not all."""
+def _corners_of(node: int) -> list[int]:
+    """The corners that a node is in the middle of."""
+    apart = ((HEXAHEDRON27.ideal[:8] - HEXAHEDRON27.ideal[node]) ** 2).sum(axis=1)
+    return np.flatnonzero(apart < apart.min() + 0.1).tolist()
+
+
+def _placed(straight: MixedMesh, goal: Field, of_faces: list[Ints]) -> tuple[Field, Ints]:
+    """The points, as far on their way as cells allow, those of outer faces too; cells that allow not all."""
     (block,) = straight.blocks
-    cells, kind = block.cells, block.cell_type
-    valid = determinant_bounds(straight.points, cells, kind)[0] > 0
+    cells, first = block.cells, quality(straight)
     shares, tries = np.ones((len(goal), 1)), np.zeros(len(cells), dtype=np.int64)
+    along, beside = _at(straight.points, goal, cells, shares, np.zeros_like(goal)), np.zeros_like(goal)
+    for some in of_faces:
+        beside[some] = goal[some] - along[some]
     while True:
-        points = _at(straight.points, goal, cells, shares)
-        points[:count] = straight.points[:count]
-        lost = valid & (tries < len(_SHARES) - 1) & ~(determinant_bounds(points, cells, kind)[0] > 0)
+        points = _at(straight.points, goal, cells, shares, beside)
+        now = quality(straight.replaced(points))
+        poor = ~now.valid | (now.minimum_jacobian < _KEPT * first.minimum_jacobian)
+        lost = first.valid & poor & (tries < len(_SHARES) - 1)
         if not lost.any():
             return points, np.flatnonzero(tries)
         tries[lost] += 1
@@ -156,18 +271,13 @@ def _placed(straight: MixedMesh, goal: Field, count: int) -> tuple[Field, Ints]:
             shares[nodes] = np.minimum(shares[nodes], share)
 
 
-def _at(start: Field, goal: Field, cells: Ints, shares: Field) -> Field:
-    """The points with nodes on edges by shares (n, 1) of the way to their goal; those of faces follow, cells' too."""
+def _at(start: Field, goal: Field, cells: Ints, shares: Field, beside: Field) -> Field:
+    """The points with nodes on edges by shares (n, 1) of the way to their goal.
+
+    Those of faces and cells follow, and go by their shares of a way (n, 3) beside that.
+    """
     points = start + shares * (goal - start)
     if cells.shape[1] == 27:
-        on_surface = (goal != start).any(axis=1)
-        on_surface[cells[:, :20]] = False
         points[cells[:, 20:]] = np.einsum("pk,mkc->mpc", _MIDDLES, points[cells[:, :20]])
-        points[on_surface] += shares[on_surface] * (goal[on_surface] - points[on_surface])
+        points += shares * beside
     return points
-
-
-def _on_faces(mesh: MixedMesh) -> Field:
-    """Places on the boundary, between nodes too."""
-    cut = CutMesh(mesh, _SEEN)
-    return cut.places(mesh.points)[np.unique(cut.faces(boundary_quads(mesh.table)[0]).nodes)]
