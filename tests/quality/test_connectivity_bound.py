@@ -112,3 +112,13 @@ def test_a_run_says_where_nothing_better_can_be():
     assert (cells == node).sum() == 4
     left = hc.regularize(shaken, max_iterations=1).report
     assert not [one for one in left.notes if "smallest scaled Jacobian" in one]
+
+
+def test_what_is_told_is_of_the_mesh_that_is_returned(monkeypatch):
+    run = hc.Regularization(hc.generate.jittered(*ball(3, 2), 0.1))
+    list(run)
+    monkeypatch.setattr(run, "_final_points", lambda: (run._normalized.points, []))
+    report = run.result().report
+    assert report.after.scaled_jacobian.min < 0.7
+    assert report.energy_after == report.energy_before
+    assert not [one for one in report.notes if "smallest scaled Jacobian" in one]

@@ -13,7 +13,7 @@ from hexconformal import HexMesh, Regularization, regularize
 sys.path.insert(0, str(Path(__file__).with_name("programs")))
 from cases import GOOD_REGIONS, HELD, REGIONS
 
-RANKS = (2, 4)
+RANKS = (1, 2, 3, 4)
 
 
 @cache

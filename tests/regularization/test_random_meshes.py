@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 SOME = settings(max_examples=15, deadline=None, derandomize=True, database=None)
-FEW = settings(SOME, max_examples=2)  # what cannot be untangled is tried in many ways
+FEW = settings(SOME, max_examples=4)  # what cannot be untangled is tried in many ways
 
 
 @pytest.mark.parametrize("kind", soak.KINDS)

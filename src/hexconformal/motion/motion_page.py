@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import OptionError
 from ..mesh import HexMesh, MixedMesh
-from ..page import Page, PageSchedule, series_page, volume_page
+from ..page import Page, series_page, volume_page
 from ..quality import quality
 from .mesh_motion import MeshMotion
 from .report import MotionStep
@@ -24,9 +24,7 @@ def motion_page(
     times: ArrayLike | None = None,
     *,
     report: Any = "",
-    interfaces: Any = "auto",
-    title: str = "",
-    schedule: PageSchedule | None = None,
+    **options: Any,
 ) -> Page:
     """The page of a motion: the mesh after each step, with a slider, and its quality over the steps.
 
@@ -40,12 +38,9 @@ def motion_page(
         (k,) times of the k steps, increasing; 1, 2, ... where none are given.
     report
         What the page says of it; a line on each step that was refused if it is empty.
-    interfaces
-        What tells regions apart, as in :class:`hexconformal.Options`.
-    title
-        Of the page; that of the file that the mesh was read from if it is empty.
-    schedule
-        How much the page holds: of more frames than it has room for an even choice is shown.
+    **options
+        Of the page: interfaces, title, schedule, as in :func:`hexconformal.page.volume_page`. Of more frames than it
+        has room for an even choice is shown.
 
     Raises
     ------
@@ -84,9 +79,7 @@ def motion_page(
             "iterations": np.array([float(one.iterations) for one in reports]),
         },
         report=report or "\n".join(refused),
-        interfaces=interfaces,
-        title=title,
-        schedule=schedule,
+        **options,
     )
 
 

@@ -6,8 +6,8 @@ packed, with three.js, into `packed`. Imports `common`, `elements`, `mesh`, `io`
 
 from .contents import Cells, Frame, Measure, ReportText
 from .curves import Curve, columns_of, curves_of
-from .has_page import HasPage
 from .page import PAGE_EXTENSIONS, Page
+from .run_result import RunResult
 from .schedule import PageSchedule
 from .series import SeriesReader, series_page, thinned
 from .skin_distance import with_distances
@@ -18,11 +18,11 @@ __all__ = [
     "Cells",
     "Curve",
     "Frame",
-    "HasPage",
     "Measure",
     "Page",
     "PageSchedule",
     "ReportText",
+    "RunResult",
     "SeriesReader",
     "columns_of",
     "curves_of",

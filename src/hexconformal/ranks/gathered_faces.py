@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import NormalizedMesh, Regions
+from ..mesh import Regions
 from .gathered_cells import GatheredCells
 from .mesh_piece import MeshPiece
-from .normalized_piece import NormalizedPiece
+from .normalized_piece import NormalizedPiece, PartOfMesh
 from .routes import gathered
 
 __all__ = ["GatheredFaces"]
@@ -20,7 +19,7 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class CellsAtFaces(NormalizedMesh):
+class CellsAtFaces(PartOfMesh):
     """The cells at kept faces of a mesh, as a normalized mesh: the other faces of these cells are no boundary."""
 
     def __init__(
@@ -37,15 +36,6 @@ class CellsAtFaces(NormalizedMesh):
         self.referenced = np.ones(len(piece.points), dtype=bool)
         self._corner, self._diagonal = whole.corner, whole.diagonal
         self.__dict__["skin"] = skin
-
-    def regions(self, interfaces: Any) -> Regions | None:
-        """Those of the whole mesh, with the labels of these cells; None where they are to be ignored."""
-        return None if isinstance(interfaces, str) and interfaces == "ignore" else self.known_regions
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box of the whole mesh."""
-        return self._diagonal
 
 
 @dataclass(frozen=True, eq=False)

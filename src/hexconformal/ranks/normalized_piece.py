@@ -15,10 +15,32 @@ from .kept_faces import FacesBeside, KeptFaces
 from .mesh_piece import MeshPiece
 from .rank_space import RankSpace
 
-__all__ = ["NormalizedPiece"]
+__all__ = ["NormalizedPiece", "PartOfMesh"]
 
 
-class NormalizedPiece(NormalizedMesh):
+class PartOfMesh(NormalizedMesh):
+    """Cells of a normalized mesh whose regions and bounding box are those of the whole.
+
+    Attributes
+    ----------
+    known_regions
+        The regions as they were found when the mesh was shared out, with the labels of these cells.
+    """
+
+    known_regions: Regions | None
+    _diagonal: float
+
+    def regions(self, interfaces: Any) -> Regions | None:
+        """Those of the whole mesh; None where they are to be ignored."""
+        return None if isinstance(interfaces, str) and interfaces == "ignore" else self.known_regions
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box of the whole mesh, normalized."""
+        return self._diagonal
+
+
+class NormalizedPiece(PartOfMesh):
     """What one rank has of a mesh translated and scaled to a mean edge length of one.
 
     Nodes and cells have the order of the distribution, which is that of where they are.
@@ -36,8 +58,6 @@ class NormalizedPiece(NormalizedMesh):
         Where fields on its nodes live.
     faces, beside
         Kept faces of own cells, and those of other ranks around them.
-    known_regions
-        The regions as they were found when the mesh was shared out.
 
     Raises
     ------
@@ -63,17 +83,14 @@ class NormalizedPiece(NormalizedMesh):
         self.unit = self.space.mean(edge_lengths(piece.points - self._corner, self.cells))
         if self.unit == 0.0:
             raise MeshError("cells must have a size: all their edges have no length")
-        self.points, self._diagonal = (piece.points - self._corner) / self.unit, float(np.linalg.norm(extent))
+        self.points = (piece.points - self._corner) / self.unit
+        self._diagonal = float(np.linalg.norm(extent)) / self.unit
         negative = self.space.mean(cell_volumes(self.points, self.cells) < 0.0)
         if negative > 0.5:
             raise MeshError(
                 f"cells with negative volume: {negative:.0%}; the mesh is mirrored or its nodes are in a foreign "
                 "order: hexconformal.orient(mesh) puts them right"
             )
-
-    def regions(self, interfaces: Any) -> Regions | None:
-        """Those of the whole mesh, with the labels of own cells; None where they are to be ignored."""
-        return None if isinstance(interfaces, str) and interfaces == "ignore" else self.known_regions
 
     def surfaces_of(self, regions: Regions) -> list[NDArray[np.int64]]:
         """What this rank has of the closed surface of every region."""
@@ -90,8 +107,3 @@ class NormalizedPiece(NormalizedMesh):
     def corner(self) -> NDArray[np.float64]:
         """(3,) least coordinates of the mesh, in the user's unit."""
         return self._corner
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box of the normalized points of all ranks."""
-        return self._diagonal / self.unit

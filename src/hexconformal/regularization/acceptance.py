@@ -50,14 +50,15 @@ _POOR_SHAPE, _SHAPE_LOSS = 0.1, 0.9  # below this, less than so much of it is wo
 
 @dataclass(frozen=True)
 class Outcome:
-    """Points of the user's mesh, why the run stopped, how far the boundary is, in diagonals, and what else to say.
+    """Points of the user's mesh, their energy, why the run stopped, how far the boundary is, and what else to say.
 
     Where the run has led too far it comes to what it began with, and no criterion is met.
     """
 
     points: Field
+    energy: float
     reason: str
-    distance: float = 0.0
+    distance: float = 0.0  # diagonals
     mean_distance: float = 0.0
     notes: tuple[str, ...] = ()
     goes_back: bool = False
@@ -263,7 +264,7 @@ def limit_notes(normalized: NormalizedMesh, start: Field, held: NDArray[np.bool_
     held
         (n,) those.
     points
-        (n, 3) what has been reached.
+        (n, 3) what has been reached, in any unit.
     """
     space, notes = normalized.space, list[str]()
     bound, cell = attainable_scaled_jacobian(start, normalized.cells, held)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any
@@ -14,7 +13,7 @@ from ..common import Serializable, json_safe
 from ..elements import SOLID_TYPES
 from ..geometry import SHARP
 from ..mesh import HexMesh, MixedMesh
-from ..page import Curve, Frame, HasPage, Page, columns_of, curves_of, volume_page
+from ..page import Curve, RunResult, volume_page
 from ..quality import MixedSummary, Summary
 from .options import Record
 from .region_rows import InterfaceRow, RegionRow, table_lines
@@ -182,8 +181,8 @@ def _number(value: float) -> str:
     return str(value) if isinstance(value, int) else f"{value:.5g}"
 
 
-@dataclass(frozen=True, repr=False)
-class Result(HasPage):
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(RunResult):
     """The mesh that a run comes to, its report and history; in a notebook it is shown to look at.
 
     Attributes
@@ -202,30 +201,9 @@ class Result(HasPage):
         What tells its regions apart, as in :class:`hexconformal.Options`.
     """
 
-    mesh: Any
-    points: Field
     report: Report
     history: tuple[Record, ...]
     before: HexMesh | MixedMesh
-    interfaces: Any = "auto"
 
-    def __repr__(self) -> str:
-        return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"
-
-    @property
-    def converged(self) -> bool:
-        """True where the run ended by a stopping criterion, not a limit."""
-        return self.report.converged
-
-    def page(self, frames: Sequence[Frame] = ()) -> Page:
-        """The page of the result, with frames of iterations between input and result if they are there."""
-        columns, last = columns_of(self.history), self.history[-1].iteration if self.history else 0
-        return volume_page(
-            self.before,
-            self.before.replaced(self.points, point_data={"moved_by": self.points - self.before.points}),
-            frames=frames,
-            ends=(("before", 0.0), ("after", float(last))),
-            report=self.report,
-            curves=curves_of(columns, "iteration", "iterations", _CURVES),
-            interfaces=self.interfaces,
-        )
+    curves = _CURVES
+    page_of = staticmethod(volume_page)

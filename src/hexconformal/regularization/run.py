@@ -187,7 +187,7 @@ class Regularization:
         """The result so far; call it after the loop, or after an interruption."""
         if self._on_ranks is not None:
             outcome = self._outcome()
-            told = self._stages.state, self.history, self._all_notes(), time.perf_counter() - self._began
+            told = self._stages.state, self.history, self._all_notes(outcome), time.perf_counter() - self._began
             piece, report = self._on_ranks.result(outcome, *told)
             return Result(piece, self._on_ranks.to_given_nodes(piece.points), report, tuple(self.history), self.mesh)
         outcome = self._outcome()
@@ -195,18 +195,14 @@ class Regularization:
         before, after = quality(self.mesh), quality(self.mesh.replaced(points=points))
         shift = points - self.mesh.points
         moved = np.linalg.norm(shift, axis=1)
-        energy = self.history[0].energy if self.history else float("nan")
-        energy_after = self._energy if shift.any() else energy
-        if outcome.goes_back and self._least is not None:
-            energy_after = self._least.energy
         mesh, diagonal = self._normalized.mesh, self._normalized.diagonal * self._normalized.unit
         regions = self._setting.regions
         interfaces, notes = ((), []) if regions is None else interface_rows(regions, mesh, points, diagonal)
         report = Report(
             before=before.summary(),
             after=after.summary(),
-            energy_before=energy,
-            energy_after=energy_after,
+            energy_before=self.history[0].energy if self.history else float("nan"),
+            energy_after=outcome.energy,
             boundary_moved=int((moved[np.unique(self._normalized.node_ids[self._normalized.quads])] > 0).sum()),
             largest_displacement=float(moved.max(initial=0.0)),
             diagonal=diagonal,
@@ -215,7 +211,7 @@ class Regularization:
             reason=outcome.reason,
             converged=self._stages.state.converged and not outcome.goes_back,
             options=self.options.described(),
-            notes=(*self._all_notes(), *outcome.notes, *notes),
+            notes=(*self._all_notes(outcome), *notes),
             hausdorff=outcome.distance,
             mean_distance=outcome.mean_distance,
             sharp_edges=(self._sharp_length(self.mesh.points), self._sharp_length(points)),
@@ -266,7 +262,7 @@ class Regularization:
         """The points the run comes to; those it began with where no better mesh keeps what is promised."""
         normalized, boundary, options = self._normalized, self._stages.state.boundary, self.options
         (points, notes), reason = self._final_points(), self._stages.state.reason
-        first, begun = self._safe
+        first, begun, energy = self._safe
         if points is first and len(self.history) > 1:
             reason += f"; nothing better than the {begun} was found"
         far = distances(points, normalized, boundary, options)
@@ -282,12 +278,15 @@ class Regularization:
                 f"distance is {far.surface:.4g}: allow more than that, or take smaller cells where it bends"
             )
         mean = mean_boundary_distance(points, normalized, boundary) if far.surface > 0.0 else 0.0
-        return Outcome(normalized.to_user(points), reason, far.surface, mean, tuple(notes), beyond is not None)
+        energy = energy if points is first else self._energy
+        return Outcome(normalized.to_user(points), energy, reason, far.surface, mean, tuple(notes), beyond is not None)
 
     @property
-    def _safe(self) -> tuple[Field, str]:
-        """The points that there are in any case, and what they are: the start, if a run may end there."""
-        return (self._normalized.points, "input") if self._least is None else (self._setting.first, "start")
+    def _safe(self) -> tuple[Field, str, float]:
+        """The points that there are in any case, what they are, and their energy: the start, if a run may end there."""
+        if self._least is None:
+            return self._normalized.points, "input", self.history[0].energy if self.history else float("nan")
+        return self._setting.first, "start", self._least.energy
 
     def _brought_back(self, points: Field) -> Field:
         """The points, with the boundary within its bound where the run was left before it was, and that can be."""
@@ -295,15 +294,15 @@ class Regularization:
         acceptable = back is not points and self._setting.keeps_valid(back)
         return back if acceptable and self._acceptable(self._record(Iteration("return", back))) else points
 
-    def _all_notes(self) -> tuple[str, ...]:
+    def _all_notes(self, outcome: Outcome) -> tuple[str, ...]:
         notes = [*self._notes, *self._stages.state.boundary.notes, *self._stages.state.notes]
         if isinstance(self.options.target, str) and self.options.target == "auto":
             notes += auto_target_notes(self._normalized)
         held = np.asarray(~self._stages.state.boundary.admissible.all_projectors(len(self._points)).any(axis=(1, 2)))
         start = self._stages.state.boundary.start
         start = self._normalized.points if start is None else start
-        notes += limit_notes(self._normalized, start, held, self._points)
-        return tuple(notes)
+        notes += limit_notes(self._normalized, start, held, outcome.points[self._normalized.node_ids])
+        return (*notes, *outcome.notes)
 
     def _record(self, iteration: Iteration) -> Record:
         space = self._normalized.space

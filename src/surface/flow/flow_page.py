@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexconformal.common import OptionError
-from hexconformal.page import Page, PageSchedule, columns_of, series_page
+from hexconformal.page import Page, columns_of, series_page
 
 from ..mesh import SurfaceMesh
 from ..page import surface_page
@@ -23,9 +23,7 @@ def flow_page(
     moments: Iterable[Moment],
     *,
     report: Any = "",
-    interfaces: Any = "auto",
-    title: str = "",
-    schedule: PageSchedule | None = None,
+    **options: Any,
 ) -> Page:
     """The page of a flow: the surface at its moments, with a slider, and energy and angles over the steps.
 
@@ -35,12 +33,9 @@ def flow_page(
         Of a run, in their order; all that is iterated over is kept.
     report
         What the page says of it; the numbers of the last moment if it is empty.
-    interfaces
-        What tells regions apart, as in :class:`surface.Options`.
-    title
-        Of the page; that of the file that the surface was read from if it is empty.
-    schedule
-        How much the page holds: of more frames than it has room for an even choice is shown.
+    **options
+        Of the page: interfaces, title, schedule, as in :func:`surface.page.surface_page`. Of more frames than it
+        has room for an even choice is shown.
 
     Raises
     ------
@@ -64,9 +59,7 @@ def flow_page(
         _conformality,
         columns_of([moment.record for moment in seen]),
         report=report or str(seen[-1].record),
-        interfaces=interfaces,
-        title=title,
-        schedule=schedule,
+        **options,
     )
 
 

@@ -88,6 +88,7 @@ def test_no_run_is_lost_by_accident(folder, capsys):
         (f"{WORDS} --resume --hausdorff 0.01", "run.npz belongs to another mesh, or a run with other options"),
         ("regularize part.vtu better.vtu --resume", "--resume must go with --checkpoint"),
         ("regularize part.vtu better.vtu --checkpoint better.vtu --overwrite", "better.vtu is an output already"),
+        ("regularize part.vtu better.vtu --checkpoint part.vtu", "part.vtu is the input already"),
         (f"{WORDS} --resume --surface part.stl", "without another surface to slide on"),
     ):
         assert run(words) == 2, words

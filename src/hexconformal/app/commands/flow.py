@@ -113,10 +113,9 @@ def run(arguments: Namespace) -> int:
         plot_history(folder.plot, folder.history)
         if arguments.html is not None:
             progress.show(f"writing {arguments.html}")
-            told = _report(evolution)
-            page_of_series(folder.frames, SURFACES, folder.history, told, Path(arguments.input).name).write(
-                arguments.html
-            )
+            told, title = _report(evolution), Path(arguments.input).name
+            page = page_of_series(folder.frames, SURFACES, folder.history, told, title)
+            page.write(arguments.html)
     if not arguments.quiet:
         for note in evolution.notes:
             print_line(f"note: {note}")

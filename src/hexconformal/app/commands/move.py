@@ -101,9 +101,8 @@ def run(arguments: Namespace) -> int:
             progress.show(f"writing {arguments.html}")
             told = ReportText("\n".join([*last, *([motion_run.refusal] if motion_run.refusal else [])]), motion.notes)
             title = Path(arguments.input).name
-            page_of_series(folder.frames, VOLUMES, folder.history, told, title, arguments.interfaces).write(
-                arguments.html
-            )
+            page = page_of_series(folder.frames, VOLUMES, folder.history, told, title, arguments.interfaces)
+            page.write(arguments.html)
     if not arguments.quiet:
         for line in [*(f"note: {note}" for note in motion.notes), *last]:
             print_line(line)

@@ -159,9 +159,9 @@ def run(arguments: Namespace) -> int:
         from ..on_ranks import regularize_on_ranks  # with all that ranks need, which others do not
 
         return regularize_on_ranks(arguments, options)
-    check_checkpoint(arguments)
 
     def prepare() -> RegularizeJob:
+        check_checkpoint(arguments)  # after the names of files: what is the input, or another output, is no checkpoint
         mesh, path = read_to_work_on(arguments), arguments.checkpoint
         return RegularizeJob(mesh, options, None if path is None else Checkpoint(path, mesh, options), arguments.resume)
 

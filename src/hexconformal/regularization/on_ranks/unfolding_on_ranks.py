@@ -57,13 +57,13 @@ def unfold_on_ranks(setting: Setting, normalized: NormalizedPiece, boundary: Bou
     elsewhere[normalized.cells[~cells.chosen]] = True
     beyond = cells.of_nodes(space.joined(elsewhere))
     fixed = cells.of_nodes(fixed_components(normalized.mesh, setting.options.fixed))
-    first, steps = cells.of_nodes(setting.first), _nothing()
+    first, last, steps = cells.of_nodes(setting.first), None, _nothing()
     with agreed(comm, named=False):
         if layer is not None:
             options = replace(setting.options, fixed=fixed | beyond[:, None])
             one = Setting(layer, options, setting.schedules, None if setting.start is None else first)
-            steps = _unfolded(one, boundary_of(layer, options, setting.schedules))
-    points, last, outcome = setting.first, None if layer is None else layer.points, None
+            last, steps = one.first, _unfolded(one, boundary_of(layer, options, setting.schedules))
+    points, outcome = setting.first, None
     while True:
         iteration = None
         with agreed(comm, named=False):

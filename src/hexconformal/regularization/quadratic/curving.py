@@ -16,6 +16,7 @@ from ...mesh import HexMesh, MixedMesh, NormalizedMesh, boundary_quads, connecte
 from ...quality import quality
 from ..boundary import GivenSurface
 from .cut_mesh import CutMesh
+from .schedule import CurvingSchedule
 
 __all__ = ["Curved", "curved"]
 
@@ -23,14 +24,7 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-_SHARES = (1.0, 0.5, 0.25, 0.0)  # of the way from straight edges to the surface, where cells would be folded
-_KEPT = 0.1  # of the smallest det J of a cell, relative to its size
 _MIDDLES = quadratic_shapes(HEXAHEDRON27.ideal[20:], HEXAHEDRON20)  # of faces and cells, from edges and corners
-_LOOKS_THERE = 0.1  # cosine to a direction from which on a face counts as looking there
-_PROJECTIONS = 20  # onto the sides of an edge in turn; two planes at 30 degrees are met to a thousandth
-_HALF_CIRCLE = 0.5  # lengths of an edge between its middle and that of the half of a circle over it
-_MUCH = 0.1  # of the distance of straight edges, that corners may be away without a note
-_SEEN = 4  # parts of an edge between whose nodes distances are measured
 
 
 class Curved(NamedTuple):
@@ -52,7 +46,7 @@ class Curved(NamedTuple):
     notes: tuple[str, ...]
 
 
-def curved(mesh: Any, surface: Any, nodes: int = 20) -> Curved:
+def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule | None = None) -> Curved:
     """The mesh of quadratic hexahedra whose boundary follows a surface, through the corners that linear ones have.
 
     Nodes in the middle of edges and faces of the boundary go to the closest place on what of the surface looks the way
@@ -69,6 +63,8 @@ def curved(mesh: Any, surface: Any, nodes: int = 20) -> Curved:
         A path or a pyvista mesh, finer than the mesh.
     nodes
         Of a cell: 20 or 27.
+    schedule
+        Other tuned numbers than those it was tried with.
 
     Raises
     ------
@@ -95,27 +91,25 @@ def curved(mesh: Any, surface: Any, nodes: int = 20) -> Curved:
     linear = as_hex_mesh(mesh)
     if surface is None:
         raise OptionError("surface must be given: elevated(mesh, nodes) is the mesh with straight edges")
-    straight, there = elevated(linear, nodes), _Surface(linear, surface)
+    schedule = CurvingSchedule() if schedule is None else schedule
+    straight, there = elevated(linear, nodes), _Surface(linear, surface, schedule)
     (block,) = straight.blocks
     sides = _Sides(straight)
     goal, far = straight.points.copy(), np.zeros(len(straight.points), dtype=bool)
     for turns in (sides.of_edges, sides.of_faces):
         # Those in the middle of faces begin where their edges, once these are curved, have taken them.
         start = _at(straight.points, goal, block.cells, np.ones((len(goal), 1)), np.zeros_like(goal))
-        place = start.copy()
-        for _ in range(_PROJECTIONS):
-            for side in turns:
-                place[side.nodes] = there.facing(place[side.nodes], side.normals, straight.points[side.corners])[0]
+        place = there.on_all(turns, start, straight.points, sides.lengths)
         moved = np.unique(np.concatenate([side.nodes for side in turns])) if turns else np.empty(0, dtype=np.int64)
-        near = np.linalg.norm(place[moved] - start[moved], axis=1) <= _HALF_CIRCLE * sides.lengths[moved]
+        near = np.linalg.norm(place[moved] - start[moved], axis=1) <= schedule.reach * sides.lengths[moved]
         far[moved] = ~near
         goal[moved] = np.where(near[:, None], place[moved], start[moved])
-    points, less = _placed(straight, goal, [side.nodes for side in sides.of_faces])
+    points, less = _placed(straight, goal, [side.nodes for side in sides.of_faces], schedule)
     points[: len(linear.points)] = linear.points
     result = straight.replaced(points)
     before, after, corners = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
     notes = []
-    if corners > _MUCH * before:
+    if corners > schedule.told * before:
         notes.append(f"corners are up to {corners:.3g} away from the surface: regularize with it first if that is much")
     if far.any():
         notes.append(f"nodes that stay between their corners, as the surface is too far there: {int(far.sum())}")
@@ -127,8 +121,8 @@ def curved(mesh: Any, surface: Any, nodes: int = 20) -> Curved:
 class _Surface:
     """A surface, the outside out: places look for it where it looks the way they do, as a wall has two sides."""
 
-    def __init__(self, linear: HexMesh, surface: Any) -> None:
-        self._normalized = NormalizedMesh(linear)
+    def __init__(self, linear: HexMesh, surface: Any, schedule: CurvingSchedule) -> None:
+        self._normalized, self._schedule = NormalizedMesh(linear), schedule
         self._locator = GivenSurface.of(self._normalized, surface).outside_out
 
     @cached_property
@@ -136,7 +130,9 @@ class _Surface:
         """What of it looks along an axis, or against it."""
         points, faces = self._locator.points, self._locator.faces
         unit = unit_vectors(face_area_vectors(points, faces))
-        chosen = {(axis, sign): faces[sign * unit[:, axis] > _LOOKS_THERE] for axis in range(3) for sign in (-1, 1)}
+        chosen = {
+            (axis, sign): faces[sign * unit[:, axis] > self._schedule.looks] for axis in range(3) for sign in (-1, 1)
+        }
         return {which: SurfaceLocator(points, some) for which, some in chosen.items() if len(some)}
 
     @cached_property
@@ -149,6 +145,17 @@ class _Surface:
             pieces = np.unique(labels, return_inverse=True)[1].astype(np.int64)
             found[which] = SurfaceLocator(one.points, one.faces, pieces)
         return found
+
+    def on_all(self, turns: list[_Side], start: Field, points: Field, lengths: Field) -> Field:
+        """Points (n, 3) with nodes where the surface looks the way of all of their faces, from places (n, 3) on."""
+        place = start.copy()
+        for _ in range(self._schedule.projections):
+            before = place.copy()
+            for side in turns:
+                place[side.nodes] = self.facing(place[side.nodes], side.normals, points[side.corners])[0]
+            if (np.linalg.norm(place - before, axis=1) <= self._schedule.still * lengths).all():
+                break
+        return place
 
     def facing(self, places: Field, normals: Field, corners: Field | None = None) -> tuple[Field, Field]:
         """Closest points (k, 3) on what looks where normals (k, 3) do, and distances (k,), in the user's unit.
@@ -174,7 +181,7 @@ class _Surface:
 
     def farthest(self, mesh: MixedMesh) -> float:
         """Largest distance of the boundary of a mesh from it."""
-        cut = CutMesh(mesh, _SEEN)
+        cut = CutMesh(mesh, self._schedule.parts)
         nodes, quads = np.unique(cut.faces(boundary_quads(mesh.table)[0]).nodes, return_inverse=True)
         places = cut.matrix(nodes) @ mesh.points
         return self._largest(places, nodal_area_vectors(places, quads.reshape(-1, 4)))
@@ -250,7 +257,7 @@ def _corners_of(node: int) -> list[int]:
     return np.flatnonzero(apart < apart.min() + 0.1).tolist()
 
 
-def _placed(straight: MixedMesh, goal: Field, of_faces: list[Ints]) -> tuple[Field, Ints]:
+def _placed(straight: MixedMesh, goal: Field, of_faces: list[Ints], schedule: CurvingSchedule) -> tuple[Field, Ints]:
     """The points, as far on their way as cells allow, those of outer faces too; cells that allow not all."""
     (block,) = straight.blocks
     cells, first = block.cells, quality(straight)
@@ -261,12 +268,12 @@ def _placed(straight: MixedMesh, goal: Field, of_faces: list[Ints]) -> tuple[Fie
     while True:
         points = _at(straight.points, goal, cells, shares, beside)
         now = quality(straight.replaced(points))
-        poor = ~now.valid | (now.minimum_jacobian < _KEPT * first.minimum_jacobian)
-        lost = first.valid & poor & (tries < len(_SHARES) - 1)
+        poor = ~now.valid | (now.minimum_jacobian < schedule.kept * first.minimum_jacobian)
+        lost = first.valid & poor & (tries < len(schedule.shares) - 1)
         if not lost.any():
             return points, np.flatnonzero(tries)
         tries[lost] += 1
-        for number, share in enumerate(_SHARES):
+        for number, share in enumerate(schedule.shares):
             nodes = cells[tries == number]
             shares[nodes] = np.minimum(shares[nodes], share)
 

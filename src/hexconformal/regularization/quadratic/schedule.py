@@ -1,4 +1,4 @@
-"""The tuned numbers of the run for quadratic hexahedra."""
+"""The tuned numbers of the run for quadratic hexahedra, and of making them of linear ones."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ...common import Schedule, tuned
 
-__all__ = ["QuadraticSchedule"]
+__all__ = ["CurvingSchedule", "QuadraticSchedule"]
 
 
 @dataclass(frozen=True)
@@ -70,3 +70,37 @@ class QuadraticSchedule(Schedule):
     stiff_steps: int = tuned(15)
     stiff_rounds: int = tuned(20)
     least_gain: float = tuned(0.01, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class CurvingSchedule(Schedule):
+    """Putting the middles of linear hexahedra on a surface.
+
+    Attributes
+    ----------
+    looks
+        Cosine to one of the six directions along axes from which on a face looks there. Normals are up to 55 degrees
+        away from the nearest one: 84 leave room for a surface that bends by 29 more, and none for the back of a wall.
+    projections, still
+        Onto the sides of an edge in turn, at most, and the share of its length by which none that still moves does so:
+        two planes at 30 degrees are met to a thousandth in twenty.
+    reach
+        Lengths of an edge that its middle may go: half of one is what the half of a circle over it takes.
+    shares
+        Of the way that nodes go in turn where cells would be folded, down to none.
+    kept
+        Of the smallest det J of a cell relative to its size: with less it is nearly folded, and solvers do not like it.
+    told
+        Share of what straight edges miss that corners may be away from the surface without a note.
+    parts
+        Of an edge, between whose nodes distances are measured: a power of two.
+    """
+
+    looks: float = tuned(0.1, 0.0, 1.0)
+    projections: int = tuned(20)
+    still: float = tuned(1e-9)
+    reach: float = tuned(0.5)
+    shares: tuple[float, ...] = tuned((1.0, 0.5, 0.25, 0.0), 0.0, 1.0)
+    kept: float = tuned(0.1, 0.0, 1.0)
+    told: float = tuned(0.1, 0.0, 1.0)
+    parts: int = tuned(4, 2)
