@@ -43,6 +43,7 @@ def run(folder, *words, as_module=False):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "words", ["check part.vtk", "regularize part.vtk out.vtu --max-iterations 1 --picture both.png", "demo --size 3"]
 )

@@ -105,6 +105,7 @@ def nothing_left_over(place, stop):
                 assert len(pv.get_reader(path).time_values) > 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stop", [interrupted, killed])
 @pytest.mark.parametrize("name", ["regularize", "remesh"])
 def test_a_mesh_is_the_old_one_or_a_valid_better_one(name, stop, inputs, tmp_path):
@@ -127,6 +128,7 @@ def test_a_mesh_is_the_old_one_or_a_valid_better_one(name, stop, inputs, tmp_pat
             assert surface.quality(mesh).min_angle.min() >= surface.quality(surface.read(source)).min_angle.min() - 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stop", [interrupted, killed])
 @pytest.mark.parametrize("name", ["flow", "move"])
 def test_a_run_goes_on_as_if_nothing_had_been(name, stop, inputs, tmp_path):
@@ -150,6 +152,7 @@ def test_a_run_goes_on_as_if_nothing_had_been(name, stop, inputs, tmp_path):
         )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stop", [interrupted, killed])
 @pytest.mark.parametrize("name", ["quality", "orient", "check", "demo"])
 def test_what_is_there_is_whole_and_inputs_stay(name, stop, inputs, tmp_path):

@@ -218,6 +218,7 @@ def test_quality_of_all_linear_cells(plugin, errors):
     np.testing.assert_array_equal(array(out.GetCellData(), "valid"), [1, 1, 0])
 
 
+@pytest.mark.long
 def test_remesh_does_what_the_library_does(plugin, errors):
     sphere = pv.Sphere(theta_resolution=12, phi_resolution=12)
     sphere.cell_data["number"] = np.arange(sphere.n_cells)

@@ -31,6 +31,7 @@ def program(words, redirections="", **environment):
     return subprocess.run(["sh", "-c", line], capture_output=True, timeout=120, check=False, env=environment)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name != "posix", reason="streams of another kind")
 @pytest.mark.parametrize("words", ["check part.vtu", "check missing.vtu", "--version", "regularize part.vtu out.vtu"])
 @pytest.mark.parametrize("streams", [">&-", "2>&-", "<&- >&- 2>&-", ">/dev/full", "2>/dev/full"])
@@ -114,6 +115,7 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="memory is told elsewhere")
 @pytest.mark.parametrize("megabytes", [1, 30, 60, 120, 200])
 def test_little_memory_is_told_in_a_line(megabytes, here):

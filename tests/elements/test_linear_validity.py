@@ -122,6 +122,7 @@ def exact_minimum(cell_type, x):
     return min(corners)
 
 
+@pytest.mark.long
 @each_type
 def test_what_is_said_to_be_valid_is_valid_however_flat(cell_type):
     rng = np.random.default_rng(3)

@@ -15,6 +15,7 @@ each_type = pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.
 COUNT = 20_000
 
 
+@pytest.mark.long
 @each_type
 def test_sampling_agrees(cell_type):
     x = random_cells(cell_type, COUNT, 0.13)
@@ -54,6 +55,7 @@ def test_control_vectors_are_exact_in_the_reference_cube(cell_type):
     np.testing.assert_allclose(corner, (vtk_gradients(cell_type, np.zeros((1, 3)))[0].T @ x), atol=1e-15)
 
 
+@pytest.mark.long
 @each_type
 def test_invalid_inside_alone(cell_type, shared):
     name = cell_type.name.replace("hexahedron", "hex")
@@ -103,6 +105,7 @@ def exact_determinants(cell_type, x):
         yield sum(f[0, i] * (f[1, i - 2] * f[2, i - 1] - f[1, i - 1] * f[2, i - 2]) for i in range(3))
 
 
+@pytest.mark.long
 @each_type
 def test_what_is_said_to_be_valid_is_valid_however_flat(cell_type):
     rng = np.random.default_rng(3)

@@ -61,6 +61,7 @@ def test_a_cell_negative_only_between_all_usual_points_is_invalid():
     assert not all_valid(INVALID_INSIDE, ONE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("count", "k"), [(2000, 9), (8, 41)])
 @pytest.mark.parametrize("amount", [0.4, 0.55, 0.9])
 def test_bounds_hold_at_every_sample(count, k, amount):

@@ -82,6 +82,7 @@ def test_value_gradient_and_blocks_are_those_of_the_multiplier():
     np.testing.assert_allclose(product, seen.second_product(moved, way), atol=1e-10)
 
 
+@pytest.mark.long
 def test_a_small_eps_holds_faces_edges_and_corners_of_a_cube_as_the_directions_would():
     points, cells, quads, patches = cube(0.3)
     nobody = AdmissibleDirections(np.empty(0, np.int64), np.empty((0, 3, 3)))
@@ -96,6 +97,7 @@ def test_a_small_eps_holds_faces_edges_and_corners_of_a_cube_as_the_directions_w
     assert hc.quality((last.points, cells)).scaled_jacobian.min() > 0.99
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("energy", ["quaternionic", "barrier"])
 def test_the_volume_drifts_the_less_the_smaller_eps_is(energy):
     mesh = generate.jittered(*generate.ball(4, 2), 0.3, seed=2)
@@ -111,6 +113,7 @@ def test_the_volume_drifts_the_less_the_smaller_eps_is(energy):
         assert report.energy_after < 0.5 * report.energy_before
 
 
+@pytest.mark.long
 def test_the_bound_ends_steps_that_would_leave_the_surface():
     mesh = generate.jittered(*generate.cylinder(4, 3, 6), 0.3, seed=2)
     options = {"energy": "quaternionic", "constraint": "compatible", "hausdorff": 0.01, "eps": 0.1}
@@ -120,6 +123,7 @@ def test_the_bound_ends_steps_that_would_leave_the_surface():
     assert report.reason == "the surface has come to its bound"
 
 
+@pytest.mark.long
 def test_results_do_not_depend_on_the_unit():
     points, cells = generate.jittered(*generate.ball(3, 2), 0.3, seed=2)
     results = [

@@ -68,6 +68,7 @@ def said(barrier):
     return [barrier.value(HERE), value, gradient, *convex(barrier, HERE, CELLS), *inside, distance, barrier.wall]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reference", [None, "another surface"])
 @pytest.mark.parametrize("seen", [False, True], ids=["new", "seen from elsewhere"])
 def test_no_call_changes_what_it_says(reference, seen):

@@ -92,6 +92,7 @@ def test_samples_are_where_they_should_be():
     assert set(np.unique(places[26:])) == {0.0, 0.25, 0.75, 1.0}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["xu_t3_fandisk", "xu_t5_block", "xu_t1_bust"])
 def test_no_less_than_the_tool_that_scores_results_and_what_many_samples_say(shared, name):
     meshio = pytest.importorskip("meshio")

@@ -40,6 +40,7 @@ def hostile(name):
     }[name]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["doubling", "chain", "chain backwards", "ranges", "many names"])
 def test_sets_that_multiply_are_read_in_no_time(name, tmp_path):
     with bounded(seconds=10, megabytes=200):

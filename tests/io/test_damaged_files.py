@@ -27,6 +27,7 @@ def fuzz():
     return module
 
 
+@pytest.mark.long
 def test_damaged_files_are_read_or_refused(tmp_path):
     script = fuzz()
     paths = []

@@ -17,6 +17,7 @@ from hexconformal.io.formats import READ_EXTENSIONS
 
 
 # Formats that state their counts or their end; the others cannot show that whole lines are missing.
+@pytest.mark.long
 @pytest.mark.parametrize("extension", [".vtu", ".vtk", ".msh", ".mesh", ".meshb", ".e", ".med", ".xdmf"])
 def test_truncated_files_are_refused(extension, tmp_path, capfd):
     path = tmp_path / f"mesh{extension}"

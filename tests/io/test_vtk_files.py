@@ -70,6 +70,7 @@ def test_ranges_in_a_legacy_text_file_are_no_arrays(tmp_path):
     assert len(io.read(tmp_path / "a.vtk").cells) == 8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("as_text", [True, False])
 @pytest.mark.parametrize("came", ["2.0", "3.0", "4.2", "5.1"])
 def test_legacy_files_are_in_the_version_that_came(came, as_text, tmp_path):

@@ -134,6 +134,7 @@ RUNS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
 def test_compiled_loops_are_the_python_they_come_from(run):
     compiled = run()
@@ -160,6 +161,7 @@ print(found.tobytes().hex())
 """
 
 
+@pytest.mark.long
 def test_the_run_that_compiles_and_one_that_loads_give_the_same_bits(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     first, second = (
@@ -189,6 +191,7 @@ print(run(2.0), sum(run.compiled.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.long
 def test_a_loop_is_compiled_anew_when_what_it_takes_from_other_files_changes(tmp_path):
     shutil.copytree(ROOT / "src/hexconformal", tmp_path / "hexconformal", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "helpers.py").write_text(HELPERS)

@@ -110,6 +110,7 @@ def test_arrays_are_named_or_given_and_refused():
         motion(interfaces="phase")
 
 
+@pytest.mark.long
 def test_a_shell_around_a_cube_turns_with_it():
     points, cells, inner, outer = cube_in_cube()
     reach = np.abs(points - points.mean(axis=0)).max(axis=1)

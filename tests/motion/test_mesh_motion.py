@@ -16,6 +16,7 @@ MOTIONS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("way", "steps"), MOTIONS.values(), ids=MOTIONS)
 def test_a_cube_in_a_cube_goes_far_and_comes_back(way, steps):
     points, cells, inner, outer = cube_in_cube()
@@ -105,6 +106,7 @@ def test_current_target_forgets_the_initial_mesh():
     assert 1e-8 < ends["current"] < 0.2
 
 
+@pytest.mark.long
 def test_boundary_layers_keep_their_grading():
     points, cells = box((8, 8, 10), (1.0, 1.0, 10.0))
     heights = np.concatenate([[0], np.cumsum(0.002 * 1.8 ** np.arange(10))])

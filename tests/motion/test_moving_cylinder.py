@@ -32,6 +32,7 @@ def test_the_grid_around_the_cylinder_is_valid_and_layered(example):
     assert np.sort(np.unique(radii.round(9)))[1] < example.RADIUS + 0.5
 
 
+@pytest.mark.long
 def test_a_uniform_velocity_stays_uniform_on_a_moving_mesh(example):
     pytest.importorskip("skfem")
     assert example.uniform_deviation(steps=100, **SMALL) <= 1e-12

@@ -196,6 +196,7 @@ def test_a_picture_is_saved(page):
     assert 0.1 < (np.ptp(picture[: picture.shape[0] // 2, :, :3], axis=2) > 0.25).mean() < 0.9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_mesh_is_seen_in_light_and_dark(started, run, scheme):
     opened = Opened(started, run / "report.html", scheme).ready()
@@ -216,6 +217,7 @@ def kinds():
     yield "folded", volume_page(generate.jittered(*ball, amount=1.0, seed=1, valid=False))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "made"), [pytest.param(*kind, id=kind[0]) for kind in kinds()])
 def test_pages_of_all_kinds_open(started, tmp_path, name, made):
     made.write(tmp_path / "page.html")

@@ -33,6 +33,7 @@ def share_of(picture, colour):
     )
 
 
+@pytest.mark.long
 def test_regions_are_drawn_beside_before_and_after(tmp_path, rendering):
     picture = picture_of(tmp_path, UPPER.astype(int))
     third = picture[: int(0.85 * len(picture)), -picture.shape[1] // 3 :]
@@ -51,6 +52,7 @@ def test_regions_are_drawn_beside_before_and_after(tmp_path, rendering):
     np.testing.assert_array_equal(imread(plain)[..., :3], without)
 
 
+@pytest.mark.long
 def test_interfaces_are_seen_where_the_mesh_is_cut_open(tmp_path, rendering, monkeypatch):
     """A core that the cut takes a part of stays visible by its interface."""
     core = (np.abs(POINTS[CELLS].mean(axis=1) - 0.5).max(axis=1) < 0.3).astype(int)
@@ -70,6 +72,7 @@ def test_many_regions_that_meet_have_different_colours(tmp_path, rendering):
     assert picture_of(tmp_path, labels).shape[1] == 2400
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["$x_{", "_hidden", "a" * 60, "\x1b[2J", "%s"])
 def test_any_name_can_stand_in_the_legend(tmp_path, rendering, name):
     points, cells = generate.box((2, 1, 1))

@@ -32,6 +32,7 @@ def test_the_rules_hold_and_the_picture_is_up_to_date():
     assert found.returncode == 0, found.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("place", "line", "told"),
     [
@@ -58,6 +59,7 @@ def test_a_broken_rule_is_told(architecture, source, place, line, told):
     assert any(all(part in fault for part in told) for fault in architecture.faults(source))
 
 
+@pytest.mark.long
 def test_a_room_that_says_what_it_does_not_import_and_one_too_many_modules_are_told(architecture, source):
     package = source / "hexconformal" / "elements" / "__init__.py"
     package.write_text(package.read_text().replace("Imports `kernel`.", "Imports `kernel` and `common`."))

@@ -42,6 +42,7 @@ def folder(example_files, tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", PAGES, ids=page_name)
 def test_pages_run(page, folder, monkeypatch, capsys):
     monkeypatch.setattr(pyvista.DataSet, "plot", lambda *_, **__: None)  # opens a window
@@ -67,6 +68,7 @@ def test_most_pages_show_commands():
     assert len(WITH_COMMANDS) > 9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=page_name)
 def test_commands_run(page, folder, monkeypatch, capsys, request):
     monkeypatch.setattr(webbrowser, "open", lambda _: True)

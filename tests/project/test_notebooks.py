@@ -41,6 +41,7 @@ def test_there_are_two():
     assert [path.stem for path in NOTEBOOKS] == ["hexahedra", "surface_flow"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs(path, shown, beside_data, rendering):
     names = {}

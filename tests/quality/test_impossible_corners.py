@@ -48,6 +48,7 @@ def test_meshes_that_are_valid_have_none(mesh):
     assert doubled(mesh[1]) == []
 
 
+@pytest.mark.long
 def test_the_check_and_the_report_tell():
     points = np.random.default_rng(2).normal(size=(10, 3))
     (finding,) = [found for found in check(HexMesh(points, TWICE)) if found.kind == "doubled corners"]

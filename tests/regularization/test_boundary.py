@@ -83,6 +83,7 @@ COARSE = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "options"),
     [*((name, {}) for name in COARSE), *(("bar", {"max_iterations": most}) for most in (14, 16, 18))],

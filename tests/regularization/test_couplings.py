@@ -28,6 +28,7 @@ WAYS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("options", WAYS, ids=str)
 def test_periodic_faces_stay_periodic_while_cells_get_better(options):
     points, cells, pairs = periodic_box((4, 4, 4), 0.15)

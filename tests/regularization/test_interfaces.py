@@ -235,6 +235,7 @@ def test_interfaces_that_cannot_be_kept_within_their_bound_are_held(monkeypatch)
     assert result.report.after.invalid == 0
 
 
+@pytest.mark.long
 def test_cells_that_cannot_be_unfolded_because_of_an_interface_say_so():
     points, cells = generate.box((6, 6, 6))
     layers = np.isclose(points[cells].mean(axis=1)[:, 2], 3.5 / 6).astype(np.int64)

@@ -69,6 +69,7 @@ def test_tetrahedra_alone():
     assert report.converged
 
 
+@pytest.mark.long
 def test_wedges_of_a_swept_cylinder_slide_along_its_curved_side():
     points, cells = cylinder(4, 3, 6)
     wedges = np.concatenate([cells[:, [0, 1, 2, 4, 5, 6]], cells[:, [0, 2, 3, 4, 6, 7]]])
@@ -276,6 +277,7 @@ def test_meshes_of_others_become_valid(name, least):
     assert all(after[kind] >= bound for kind, bound in least.items()), after
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the shared meshes are not here")
 @pytest.mark.parametrize("name", ["febio_fl17", "hexsmoothing", "msq_hex_pyr_tet", "notch_stress"])
 def test_no_type_of_meshes_of_others_gets_worse(name):

@@ -29,6 +29,7 @@ def apart(one, other):
     return np.abs(one.points - other.points).max() / DIAGONAL
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("energy", ENERGIES)
 @pytest.mark.parametrize("emphasis", ["auto", "mean"])
 def test_each_option_changes_the_result(energy, emphasis):
@@ -56,6 +57,7 @@ def test_left_to_itself_it_is_the_convex_equation():
         assert auto.history[1].phase == "distortion"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("energy", ENERGIES)
 @pytest.mark.parametrize("method", ["auto", "lbfgs", "newton", "majorize"])
 def test_a_gradient_that_is_small_enough_ends_it(energy, method):

@@ -22,6 +22,7 @@ def contradiction(energy, emphasis, sizes):
     return None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["auto", "lbfgs", "newton", "majorize"])
 @pytest.mark.parametrize("quadrature", ["gauss", "corners"])
 @pytest.mark.parametrize("energy", ["barrier", "quaternionic"])

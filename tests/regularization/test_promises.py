@@ -19,6 +19,7 @@ def knotted(seed):
     return points, cells
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 6, 7, 12])
 def test_a_valid_cell_of_a_tangled_mesh_stays_valid_in_every_iterate(seed):
     points, cells = knotted(seed)
@@ -56,6 +57,7 @@ def test_perfect_cells_upside_down_have_no_energy_to_divide_by():
         assert report.before.inverted == report.after.inverted == 1
 
 
+@pytest.mark.long
 def test_volumes_that_cancel_can_be_conserved():
     points, cells = generate.jittered(*generate.box((3, 3, 3)), 0.3, seed=1, valid=False)
     turned = points * [1.0, 1.0, -1.0] + [9.0, 0.0, 0.0]

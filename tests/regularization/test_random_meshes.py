@@ -12,6 +12,7 @@ SOME = settings(max_examples=15, deadline=None, derandomize=True, database=None)
 FEW = settings(SOME, max_examples=4)  # what cannot be untangled is tried in many ways
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", soak.KINDS)
 def test_promises_are_kept(kind):
     @(FEW if kind == "tangled" else SOME)

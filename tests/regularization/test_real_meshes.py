@@ -29,6 +29,7 @@ def tangled(mesh, amount=0.9, seed=0):
     return points, cells
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_sliding_reaches_what_was_published(shared, name):
     report = hc.regularize(shared / "meshes" / "hex" / f"{name}_input.vtu").report
@@ -39,6 +40,7 @@ def test_sliding_reaches_what_was_published(shared, name):
     assert report.hausdorff <= 0.005
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BOUND)
 def test_fixed_boundary_comes_within_two_percent_of_the_bound(shared, name):
     report = hc.regularize(shared / "meshes" / "hex" / f"{name}_input.vtu", boundary="fixed").report
@@ -50,6 +52,7 @@ def test_fixed_boundary_comes_within_two_percent_of_the_bound(shared, name):
     assert all(float(note.split("exceed ")[1].split(":")[0]) == pytest.approx(BOUND[name], abs=6e-3) for note in told)
 
 
+@pytest.mark.long
 def test_a_cell_that_cannot_be_unfolded_is_named_and_the_rest_is_finished():
     points, cells = generate.jittered(*generate.box((5, 5, 5)), 0.3, seed=1)
     points = points.copy()
@@ -73,6 +76,7 @@ def test_a_cell_that_cannot_be_unfolded_is_named_and_the_rest_is_finished():
     assert rest.target_volumes[sized] == pytest.approx(volumes[sized], rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [2, 4, 8])
 def test_a_mesh_that_stays_tangled_is_no_worse_by_any_figure(seed):
     points, cells = generate.jittered(*generate.box((4, 4, 4)), 1.6, seed=seed, valid=False)
@@ -135,6 +139,7 @@ def test_size_and_place_of_a_tangled_mesh_do_not_matter():
         assert np.abs(far - plain).max() < 1e-11 * np.linalg.norm(np.ptp(points, axis=0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["xu_t3_fandisk", "xu_t5_bone"])
 def test_unit_place_and_order_of_a_real_mesh_do_not_matter(shared, name):
     mesh = hc.read(shared / "meshes" / "hex" / f"{name}_input.vtu")

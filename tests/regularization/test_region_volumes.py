@@ -135,6 +135,7 @@ def two_halves():
     return hc.HexMesh(points, cells, cell_data={"material": upper.astype(int)})
 
 
+@pytest.mark.long
 def test_a_run_conserves_the_volume_of_every_region_if_asked_to():
     mesh = two_halves()
     plain = hc.regularize(mesh).report

@@ -99,6 +99,7 @@ def test_unreferenced_points_and_several_components_are_kept():
 UNTANGLED = ["xu_t5_bird", "xu_t5_block", "xu_t5_bone", "msq_1000hex_block_internal_bias", "hs_swivel2_7494"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", UNTANGLED)
 def test_real_meshes_with_fixed_boundary_stay_valid_and_get_no_worse(shared, name):
     report = hc.regularize(shared / "meshes" / "hex" / f"{name}_input.vtu", boundary="fixed").report

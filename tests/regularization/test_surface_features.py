@@ -224,6 +224,7 @@ def test_fixed_nodes_stay_where_they_are():
     assert result.report.after.invalid == 0
 
 
+@pytest.mark.long
 def test_a_scrambled_part_comes_out_valid_on_its_surface_with_its_edges(shared):
     folder = shared / "meshes/hex2"
     mesh = hc.read(folder / "hexopt_CAD4_perturbed_input.vtu")

@@ -127,6 +127,7 @@ def test_what_contradicts_it_is_refused(options):
 
 
 # name: published minimum of the scaled Jacobian (Xu, Gao & Chen 2018)
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "least"), [("xu_t5_bone", 0.207), ("xu_t3_fandisk", 0.752)])
 def test_real_meshes_keep_their_volume_and_are_as_good_as_published(shared, name, least):
     report = hc.regularize(shared / "meshes" / "hex" / f"{name}_input.vtu", conserve_volume=True).report

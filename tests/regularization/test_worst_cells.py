@@ -1,6 +1,7 @@
 """The worst cells are raised step by step, as far as held nodes allow."""
 
 import numpy as np
+import pytest
 from corner_problems import fixed_boundary, formulation_of
 
 import hexconformal as hc
@@ -35,6 +36,7 @@ def cylinder_with_a_rough_rim():
     return points, cells
 
 
+@pytest.mark.long
 def test_curves_are_let_go_where_the_worst_cells_stall_at_them():
     mesh = cylinder_with_a_rough_rim()
     kept, soft = (hc.regularize(mesh, hausdorff=0.02, features=mode).report for mode in ("keep", "auto"))

@@ -20,6 +20,7 @@ def swapped():
     return points, cells
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_the_worst_folded_cell_is_raised_and_no_other_spoiled(seed):
     # Where the search ends depends on the last digits: what is asserted holds from wherever it starts.

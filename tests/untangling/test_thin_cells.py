@@ -15,6 +15,7 @@ def ball():
     return generate.jittered(*generate.ball(5, 3), 0.25)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [1, 12])
 def test_however_flat_a_corner_is_the_result_is_the_same(count):
     results = {}

@@ -91,6 +91,7 @@ def rough_and_tangled(mesh, seed):
     return points + 0.2 * edge * np.random.default_rng(seed).normal(size=points.shape), cells
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("mesh", "seed"), [(generate.box((4, 4, 4)), 17), (generate.cylinder(3, 2, 3), 33)])
 def test_what_does_not_unfold_within_the_bound_is_unfolded_from_farther_away(mesh, seed):
     result = hc.regularize(rough_and_tangled(mesh, seed), hausdorff=0.02)
@@ -100,6 +101,7 @@ def test_what_does_not_unfold_within_the_bound_is_unfolded_from_farther_away(mes
     assert 0.0 < result.report.hausdorff <= 0.02
 
 
+@pytest.mark.long
 def test_where_the_bound_is_too_narrow_the_report_tells_how_much_would_do():
     points, cells = rough_and_tangled(generate.box((4, 4, 4)), 17)
     result = hc.regularize((points, cells), hausdorff=0.005)

@@ -35,6 +35,10 @@ class RunResult:
         The mesh that went in.
     interfaces
         What tells its regions apart.
+    curves
+        Those of the history that the page shows, over the iterations.
+    page_of
+        Makes the page of a mesh before and after.
     """
 
     mesh: Any
@@ -44,8 +48,8 @@ class RunResult:
     before: Any
     interfaces: Any = "auto"
 
-    curves: ClassVar[Sequence[Curve]] = ()  # of the history, over the iterations
-    page_of: ClassVar[Callable[..., Page]]  # makes the page of a mesh before and after
+    curves: ClassVar[Sequence[Curve]] = ()
+    page_of: ClassVar[Callable[..., Page]]
 
     def __repr__(self) -> str:
         return f"Result({len(self.points)} points, {self.report.after.count} cells: {self.report.reason})"

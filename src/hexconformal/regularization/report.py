@@ -187,18 +187,12 @@ class Result(RunResult):
 
     Attributes
     ----------
-    mesh
-        The better mesh, in the type that came in, with everything it carried.
-    points
-        (n, 3) its points.
     report
         Before and after, what moved, and why it stopped.
     history
         One record per iteration.
     before
         The mesh that went in, as a :class:`hexconformal.HexMesh` or MixedMesh.
-    interfaces
-        What tells its regions apart, as in :class:`hexconformal.Options`.
     """
 
     report: Report

@@ -25,20 +25,16 @@ _CURVES = (
 class Result(RunResult):
     """A remeshed surface with its report and history; in a notebook it is shown to look at.
 
+    The mesh has the cell arrays `min_angle` and `min_angle_change` besides those that came.
+
     Attributes
     ----------
-    mesh
-        The better mesh, in the type that came in, with the cell arrays `min_angle` and `min_angle_change` besides.
-    points
-        (n, 3) its points.
     report
         Before and after, how well the shape was kept, and why it stopped.
     history
         One record per iteration.
     before
         The surface that went in.
-    interfaces
-        What tells its regions apart, as in :class:`surface.Options`.
     """
 
     report: Report

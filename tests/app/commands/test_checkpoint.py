@@ -42,6 +42,7 @@ def scaled_jacobian(name):
     return json.loads(Path(name).read_text())["after"]["scaled_jacobian"]
 
 
+@pytest.mark.long
 def test_a_run_that_is_killed_goes_on_and_ends_as_one_that_was_not(folder):
     assert killed(folder, f"{WORDS} --history run.csv", 5) == -signal.SIGKILL
     assert not (folder / "better.vtu").exists()

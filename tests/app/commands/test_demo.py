@@ -10,6 +10,7 @@ from hexconformal import generate
 from hexconformal.plots.canvas import require_rendering
 
 
+@pytest.mark.long
 def test_demo_leaves_all_it_speaks_of(here, capsys):
     assert run("demo cube --size 4") == 0
     out = capsys.readouterr().out
@@ -28,6 +29,7 @@ def test_demo_leaves_all_it_speaks_of(here, capsys):
     assert np.abs(hc.read("cube/regular_cube.vtu").points - regular).max() < 1e-10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("mesh", "body", "types"), [("swept", "cylinder", {12, 13}), ("curved", "ball", {29})])
 def test_demos_of_other_cells_become_valid(mesh, body, types, here, capsys):
     assert run(f"demo out --mesh {mesh} --size 2") == 0

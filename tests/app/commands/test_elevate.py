@@ -9,6 +9,7 @@ import hexconformal as hc
 from hexconformal.generate import cylinder
 
 
+@pytest.mark.long
 def test_command(here, capsys):
     assert run("elevate part.vtu curved.vtu --to 27") == 0
     out = capsys.readouterr().out

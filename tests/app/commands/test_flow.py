@@ -55,6 +55,7 @@ def test_a_run_that_goes_on_equals_the_one_that_never_stopped(ellipsoid, tmp_pat
     assert (pv.read(parts / "last.vtu").points == pv.read(whole / "last.vtu").points).all()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 def test_a_killed_run_loses_no_step_that_it_told(ellipsoid, tmp_path):
     killed, whole = tmp_path / "killed", tmp_path / "whole"
@@ -90,6 +91,7 @@ def test_a_run_is_not_overwritten_unasked(ellipsoid, tmp_path, capsys):
     assert "another flow" in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["history.csv", "history.png", "last.vtu", "run.pvd", "run_frames/run_0007.vtu"])
 def test_files_of_others_are_not_replaced_unasked(ellipsoid, tmp_path, capsys, name):
     words = ["flow", str(ellipsoid), str(tmp_path / "run"), "--steps", "1", "--quiet"]
@@ -105,6 +107,7 @@ def test_files_of_others_are_not_replaced_unasked(ellipsoid, tmp_path, capsys, n
     assert not mine.exists() or mine.read_bytes() != b"mine"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rows", "code"), [(0, 0), (1, 0), (2, 0), (3, 2)])
 def test_what_was_killed_before_its_first_checkpoint_begins_anew(ellipsoid, tmp_path, rows, code):
     words = ["flow", str(ellipsoid), str(tmp_path / "run"), "--steps", "2", "--quiet"]

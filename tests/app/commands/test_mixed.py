@@ -109,6 +109,7 @@ def test_wedges_in_the_reverse_order_are_told_and_turned_round(grid, capsys):
     assert "nothing to do" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_regularization_works_on_all_of_them_or_on_the_hexahedra(grid, here, capsys):
     assert run("regularize mixed.vtu out.vtu --boundary free --report r.json --picture out.png --frames runs.pvd") == 0
     capsys.readouterr()

@@ -181,6 +181,7 @@ def test_the_input_is_replaced_only_on_demand(here, capsys):
     assert (here / "part.vtu").read_bytes() != before
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interruption_leaves_the_last_valid_mesh(tmp_path, number):
@@ -193,6 +194,7 @@ def test_interruption_leaves_the_last_valid_mesh(tmp_path, number):
     assert np.abs(better.points - points).max() > 0
 
 
+@pytest.mark.long
 def test_regions_of_a_deck_are_reported_drawn_and_put_on_the_result(here, capsys, rendering):
     points, cells = generate.jittered(*generate.box((6, 3, 3)), 0.2, seed=1)
     left = generate.box((6, 3, 3))[0][cells].mean(axis=1)[:, 0] < 0.5

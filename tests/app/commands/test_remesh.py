@@ -279,6 +279,7 @@ def test_open_surfaces_and_sharp_edges(here, capsys):
     np.testing.assert_allclose(surface.read("better.off").points, quad_cube(4)[0], atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interruption_leaves_the_last_surface(tmp_path, number):

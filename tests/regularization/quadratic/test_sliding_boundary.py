@@ -54,6 +54,7 @@ def distance_from(mesh, places):
     return SurfaceLocator(points, quads).closest(places).distances
 
 
+@pytest.mark.long
 @each_number
 def test_nodes_slide_on_the_curved_surface(nodes):
     mesh, side, ends, radius = shaken_cylinder(nodes)
@@ -80,6 +81,7 @@ def test_nodes_slide_on_the_curved_surface(nodes):
     assert found == pytest.approx(kept, rel=1e-3)
 
 
+@pytest.mark.long
 def test_what_does_not_move_is_the_same_to_the_last_bit():
     mesh, side, _, _ = shaken_cylinder(20)
     held = side & (mesh.points[:, 0] > 0)
@@ -89,6 +91,7 @@ def test_what_does_not_move_is_the_same_to_the_last_bit():
     assert (result.points[side & ~held] != mesh.points[side & ~held]).any()
 
 
+@pytest.mark.long
 def test_components_that_are_held_stay_though_the_surface_bends():
     mesh, side, _, _ = shaken_cylinder(20)
     held = np.zeros((len(mesh.points), 3), dtype=bool)
@@ -98,6 +101,7 @@ def test_components_that_are_held_stay_though_the_surface_bends():
     assert (result.points[held[:, 2], 0] != mesh.points[held[:, 2], 0]).any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bound", [0.0, 2e-3])
 def test_the_bound_holds_between_nodes_too(bound):
     mesh, _, _, _ = shaken_cylinder(20, 0.05)
@@ -109,6 +113,7 @@ def test_the_bound_holds_between_nodes_too(bound):
     assert hausdorff(moved.places(result.points), cut.places(mesh.points), quads) <= bound * diagonal + 1e-4
 
 
+@pytest.mark.long
 def test_more_room_gives_more():
     mesh, _, _, _ = shaken_cylinder(20, 0.05)
     worst = [
@@ -119,6 +124,7 @@ def test_more_room_gives_more():
     assert worst[2] > worst[0] + 0.01
 
 
+@pytest.mark.long
 def test_an_interface_inside_slides_on_itself():
     points, cells = cylinder(3, 1, 2)
     radii = np.linalg.norm(points[cells].mean(axis=1)[:, :2], axis=1)
@@ -152,6 +158,7 @@ def test_interfaces_are_as_far_off_as_their_curved_faces():
     assert boundary.distance(moved) == pytest.approx(apart, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_share_of_the_way_is_on_the_surface_too(monkeypatch):
     mesh, side, _, _ = shaken_cylinder(20)
     monkeypatch.setattr(quadratic_run, "_SHARES", (0.5,))
@@ -171,6 +178,7 @@ def shaken_inside(mesh):
     return mesh.points + inside[:, None] * moves
 
 
+@pytest.mark.long
 def test_nodes_that_are_coupled_move_together():
     mesh, side, ends, _ = shaken_cylinder(20, 0.05)
     top = np.flatnonzero(ends & (mesh.points[:, 2] > 0.1) & ~side)
@@ -183,6 +191,7 @@ def test_nodes_that_are_coupled_move_together():
     assert result.report.after.invalid == 0
 
 
+@pytest.mark.long
 def test_worst_angles_are_raised_where_that_is_asked_for():
     mesh, _, _, _ = shaken_cylinder(20)
     mean, worst = (hc.regularize(mesh, emphasis=emphasis).report.after for emphasis in ("mean", "worst"))
@@ -202,6 +211,7 @@ def test_a_run_that_is_left_is_within_its_bound():
     assert report.hausdorff <= 0.005
 
 
+@pytest.mark.long
 def test_what_does_not_unfold_while_the_boundary_slides_may_where_it_stays(monkeypatch):
     mesh = shaken_cylinder(27)[0]
     held = []

@@ -48,6 +48,7 @@ def test_from_its_own_result_a_run_gains_next_to_nothing_and_loses_nothing(mesh)
     assert "begun where an earlier run had come to" in again.notes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [3, 7])
 @pytest.mark.parametrize("mesh", [CYLINDER, BALL], ids=["cylinder", "ball"])
 def test_a_run_left_half_way_and_gone_on_with_ends_as_one_that_was_not(mesh, count):

@@ -40,6 +40,7 @@ def test_a_sphere_that_vanishes_ends_the_run_with_its_place():
     assert np.isfinite(moments[-1].points).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stall", [0.0, 1e-5])
 @pytest.mark.parametrize("remesh", [0, 1, 2])
 def test_a_neck_that_pinches_ends_the_run_with_the_last_good_surface(stall, remesh):

@@ -104,6 +104,7 @@ def test_a_perturbed_torus_becomes_that_of_clifford():
     assert moment.record.energy / 4 == pytest.approx(2 * np.pi**2, rel=5e-3)
 
 
+@pytest.mark.long
 def test_a_cube_becomes_the_discoid_of_its_reduced_volume():
     points, cells = quad_cube(12)
     points = (points - points.mean(axis=0)) / np.ptp(points[:, 0])

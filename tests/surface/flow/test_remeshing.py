@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from meshes.surfaces import as_arrays, icosphere, quad_cube, scattered_sphere, shaken
 
 from surface.flow import Evolution, MeanCurvature, Stepping, Willmore, evolve
 
 
+@pytest.mark.long
 def test_remeshing_keeps_angles_and_the_flow_falls():
     points, cells = quad_cube(6)
     flow = Willmore((points, cells.quads), ("area", "volume"))
@@ -69,6 +71,7 @@ def spoiled(points, early):
     return points + 0.03 * aside / np.linalg.norm(aside, axis=1, keepdims=True)
 
 
+@pytest.mark.long
 def test_a_remeshing_that_gives_back_too_much_is_taken_in_part_until_it_wears_out_the_mesh():
     points, cells = icosphere(2)
     flow = Willmore((points * [1.0, 1.0, 1.6], cells.triangles), ("area", "volume"))

@@ -104,6 +104,7 @@ def test_cells_that_have_the_shape_they_shall_have_stay_to_the_last_bit(energy):
         assert np.array_equal(result.points, start)
 
 
+@pytest.mark.long
 def test_a_result_is_left_alone():
     # Bounds on area and distance count from the surface that comes in: there always is a little to gain again.
     points, triangles = scattered_sphere(700, seed=3)

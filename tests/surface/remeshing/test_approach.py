@@ -47,6 +47,7 @@ def finely_measured(one, other, triangles):
     return np.average(found.mean(axis=1), weights=areas) / diagonal, found.max() / diagonal
 
 
+@pytest.mark.long
 def test_it_ends_nearer_for_half_a_degree_at_most(lumpy):
     _, far, near = lumpy
     assert near.report.mean_distance < 0.6 * far.report.mean_distance
@@ -69,6 +70,7 @@ def test_the_report_tells_the_distances_there_are(lumpy):
         assert result.report.to_dict()["mean_distance"] == result.report.mean_distance
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "mean", "largest"), [("tri_kitten", 2.7e-4, 0.006), ("spot", 2.9e-4, 0.005)])
 def test_ears_and_the_like_are_kept(shared, name, mean, largest):
     # With nodes that only slide on the input both are 0.9 % away at most, 4 and 5.3e-4 in the mean.
@@ -117,6 +119,7 @@ def test_a_price_is_a_share_of_what_was_gained_and_half_a_degree_at_most():
     assert (lost.least, lost.mean) == (19.99, 50.0)
 
 
+@pytest.mark.long
 def test_nothing_is_paid_for_a_little(lumpy):
     mesh, far, _ = lumpy
     assert np.array_equal(remeshed(mesh, least_gain=0.99).points, far.points)

@@ -50,6 +50,7 @@ def test_a_rough_surface_ends_where_only_a_few_hopeless_cells_still_gain():
     assert report.after.mean_angle > 44.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [200, 211])
 def test_a_run_goes_on_while_cells_gain_against_their_own_normals(seed):
     # On a rough surface the energy that is lowered stalls first, since not all normals are taken anew.
@@ -74,6 +75,7 @@ def thin_wall(level, seed=0, noise=0.2):
     return points * [1.0, 1.0, 0.02] / np.linalg.norm(points, axis=1, keepdims=True), cells.triangles
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("wall", "mean"), [((3,), 53), ((2, 2, 0.2), 47), ((2, 2, 0.35), 29), ((3, 2, 0.35), 27), ((3, 1, 0.2), 50)]
 )

@@ -59,6 +59,7 @@ def areas_of_patches(points, mesh):
     return np.array([measured[mesh.cell_data["material"] == tag].sum() for tag in (3, 7)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", SPHERES)
 def test_a_line_on_a_sphere_stays_within_the_bound_and_its_nodes_slide(shape):
     mesh = two_patches(SPHERES[shape]())

@@ -12,6 +12,7 @@ from surface.remeshing.pull_back import pull_back
 from surface.remeshing.schedules import ApproachSchedule, PullBackSchedule, Schedules
 
 
+@pytest.mark.long
 def test_coarse_surfaces_stay_within_the_bound_too():
     # While a descent goes on, the distance is measured at fewer places than in the end: of some shapes too few. What
     # brings surfaces nearer after it would bring these into the bound.
@@ -48,6 +49,7 @@ def test_only_nodes_that_are_too_far_away_go_back():
     assert after[slid] > 0.98 * before[slid]
 
 
+@pytest.mark.long
 def test_what_ends_a_little_too_far_away_goes_back_a_little():
     points, cells = icosphere(2)
     for seed in (1, 4, 5, 6):
@@ -59,6 +61,7 @@ def test_what_ends_a_little_too_far_away_goes_back_a_little():
         assert report.after.mean_angle > report.before.mean_angle + 3
 
 
+@pytest.mark.long
 def test_no_place_of_a_scanned_surface_ends_farther_away_than_allowed(shared):
     # Its input has edges as long as four bounds, which nodes and midpoints alone would leave uncovered in between.
     path = shared / "meshes" / "surface" / "hand.ply"

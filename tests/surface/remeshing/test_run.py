@@ -36,6 +36,7 @@ def test_a_shaken_sphere_becomes_regular_and_stays_a_sphere(shape):
     assert report.energy_after < 0.7 * report.energy_before
 
 
+@pytest.mark.long
 def test_the_worst_can_be_emphasized_over_the_mean():
     points, cells = shaken(icosphere(3), 0.02)
     shape = points * [1.0, 0.6, 1.8], cells.triangles
@@ -192,6 +193,7 @@ def test_a_reference_mesh_keeps_its_conformal_class():
     assert result.report.energy_after < 0.4 * result.report.energy_before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "least", "mean"),
     [
