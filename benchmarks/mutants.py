@@ -514,14 +514,19 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
     "surface.energy.barrier": (
         ("surface/energy/test_barrier.py", "surface/energy/test_distortion_energy.py"),
         [
-            ("2 * c * e - 1 / (m * root**3)", "2 * c * e + 1 / (m * root**3)"),
-            ("u[0] - np.stack(cross(n, b)) * u[1]", "u[0] + np.stack(cross(n, b)) * u[1]"),
-            ("largest = 0.5 * (x + z + np.hypot(x - z, 2 * y))", "largest = 0.5 * (x + z + np.hypot(x - z, y))"),
-            ("0.5 * (1 + area / np.maximum(root, _TINY))", "0.5 * (1 - area / np.maximum(root, _TINY))"),
             ("* (1 + np.minimum(relative", "/ (1 + np.minimum(relative"),
             ("self._weights / (1 + relative / self.cap)", "self._weights / (1 + self.cap / relative)"),
-            ("np.maximum(bend, 0.0) * (8 *", "np.maximum(bend, 0.0) * (4 *"),
-            ("/ area)[0]", "/ area)[0] / self.continuation"),
+            ("float(self.continuation * self._m)", "float(self._m)"),
+        ],
+    ),
+    "surface.energy.barrier_kernels": (
+        ("surface/energy/test_barrier.py", "surface/energy/test_distortion_energy.py"),
+        [
+            ("2.0 * c * e - 1.0 / (m * root**3)", "2.0 * c * e + 1.0 / (m * root**3)"),
+            ("combine(u, na, -v, nb)", "combine(u, na, v, nb)"),
+            ("largest = 0.5 * (x + z + np.hypot(x - z, 2.0 * y))", "largest = 0.5 * (x + z + np.hypot(x - z, y))"),
+            ("0.5 * (1.0 + area / max(root, _TINY))", "0.5 * (1.0 - area / max(root, _TINY))"),
+            ("max(bend, 0.0) * (8.0 *", "max(bend, 0.0) * (4.0 *"),
         ],
     ),
     "surface.constraint.saddle_point": (

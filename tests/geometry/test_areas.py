@@ -6,6 +6,7 @@ from meshes.surfaces import icosphere, mixed_sphere, quad_sphere
 
 from hexconformal.geometry import (
     area_gradient,
+    corner_angles,
     enclosed_volume,
     face_area_vectors,
     face_areas,
@@ -48,3 +49,17 @@ def test_volume_of_a_sphere_converges_with_second_order():
     rates = np.log2(np.divide(errors[:-1], errors[1:]))
     assert (rates > 1.9).all()
     assert errors[-1] < 0.04
+
+
+@pytest.mark.parametrize("width", [3, 4])
+def test_vectors_and_angles_are_what_numpy_finds_of_degenerate_faces_too(width):
+    rng = np.random.default_rng(3)
+    points, faces = rng.normal(size=(200, 3)), rng.integers(0, 200, (3000, width))
+    faces[:50, 1] = faces[:50, 0]
+    x = points[faces]
+    u, v = (x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) if width == 3 else (x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    np.testing.assert_array_equal(face_area_vectors(points, faces), np.cross(u, v) / 2)
+    a, b = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
+    angles = np.arctan2(np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2))
+    np.testing.assert_allclose(corner_angles(points, faces), angles, rtol=0, atol=1e-14)
+    assert not corner_angles(points, faces)[:50, :2].any()

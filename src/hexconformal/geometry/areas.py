@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .area_vectors import unit_vectors
+from ..kernel import cross, dot, parallel_ranges, strict_loop
+from .area_vectors import face_area_vectors, unit_vectors
 from .edges import edge_table
 from .faces import Faces
 
@@ -19,8 +20,8 @@ _SLIVER = np.radians(10.0)
 
 def face_areas(points: Floats, faces: Faces) -> Floats:
     """(f,) area of each face; of a quadrilateral the area of four triangles around its centre."""
-    x, y = points[faces.triangles], points[faces.quads]
-    flat = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) / 2
+    y = points[faces.quads]
+    flat = np.linalg.norm(face_area_vectors(points, faces.triangles), axis=1)
     spokes = y - y.mean(axis=1, keepdims=True)
     fans = np.linalg.norm(np.cross(spokes, np.roll(spokes, -1, axis=1)), axis=2).sum(axis=1) / 2
     return np.concatenate([flat, fans])
@@ -56,10 +57,23 @@ def corner_angles(points: Floats, table: Ints) -> Floats:
     >>> np.degrees(corner_angles(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))).round(6)
     array([[90., 45., 45.]])
     """
-    x = points[table]
-    a, b = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
-    # Exact near 0 and pi, where the arc cosine is not.
-    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)))
+    result = np.empty(table.shape)
+    if len(table):
+        parallel_ranges(_corner_angles, len(table), np.asarray(points), np.ascontiguousarray(table), result)
+    return result
+
+
+@strict_loop
+def _corner_angles(first, last, points, table, result):  # type: ignore[no-untyped-def]
+    """Exact near 0 and pi, where the arc cosine is not."""
+    width = table.shape[1]
+    for k in range(first, last):
+        for corner in range(width):
+            i, j, m = table[k, corner], table[k, (corner + 1) % width], table[k, (corner + width - 1) % width]
+            a = (points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2])
+            b = (points[m, 0] - points[i, 0], points[m, 1] - points[i, 1], points[m, 2] - points[i, 2])
+            c = cross(a, b)
+            result[k, corner] = np.arctan2(np.sqrt(dot(c, c)), dot(a, b) + 0.0)  # an edge without length has no sign
 
 
 def slivers(points: Floats, faces: Faces) -> NDArray[np.bool_]:

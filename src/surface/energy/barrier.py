@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hexconformal.common import Schedule, tuned
 from hexconformal.geometry import Faces
-from hexconformal.kernel import Vector, add, cross, dot, plane_density, plane_gradient, plane_normal, scale, subtract
+from hexconformal.kernel import cross, dot, parallel_ranges, plane_normal
 
 from ..mesh import Floats
+from . import barrier_kernels
 from .distortion_energy import SurfaceEnergy, corner_frames
 
 __all__ = ["Barrier", "TurnedCellsSchedule"]
-
-_TINY = 1e-300
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,12 @@ class Barrier(SurfaceEnergy):
         they are emphasized, they count in proportion to how bad they are, which makes the energy of higher order.
         """
         f1, f2 = self.frames.derivatives(points)
-        area = np.asarray(dot(self._normals_at(f1, f2), cross(f1, f2)))
+        n = (
+            plane_normal(f1, f2)
+            if self.normals is None
+            else (self.normals[:, 0], self.normals[:, 1], self.normals[:, 2])
+        )
+        area = np.asarray(dot(n, cross(f1, f2)))
         size = 0.5 * (dot(f1, f1) + dot(f2, f2))
         schedule, least = self._schedule, self._schedule.smallest_area * size
         self.regularization = np.where(area > least, 0.0, np.hypot(schedule.regularization * area, least))
@@ -133,97 +139,24 @@ class Barrier(SurfaceEnergy):
             self._weights = self._weights / (1 + relative / self.cap)
 
     def densities(self, points: Floats) -> Floats:
-        f1, f2 = self.frames.derivatives(points)
-        n = self._normals_at(f1, f2)
-        area, _ = self._regularized(np.asarray(dot(n, cross(f1, f2))))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            phi = self._phi(plane_density(f1, f2, n) / area)[0]
-        return np.asarray(self._weights * np.where(area > 0, phi, np.inf))
+        return self._evaluated(barrier_kernels.densities, points)
 
-    def density_gradients(self, points: Floats) -> tuple[Vector, Vector]:
-        f1, f2 = self.frames.derivatives(points)
-        n = self._normals_at(f1, f2)
-        area, change = self._regularized(np.asarray(dot(n, cross(f1, f2))))
-        g1, g2 = plane_gradient(f1, f2, n)
-        ratio = plane_density(f1, f2, n) / area
-        s = self._weights * self._phi(ratio)[1] / area
-        ratio = ratio * change
-        return (
-            scale(s, subtract(g1, scale(ratio, cross(f2, n)))),
-            scale(s, subtract(g2, scale(ratio, cross(n, f1)))),
-        )
-
-    def _normals_at(self, f1: Vector, f2: Vector) -> Vector:
-        if self.normals is None:
-            return plane_normal(f1, f2)
-        return (self.normals[:, 0], self.normals[:, 1], self.normals[:, 2])
-
-    def _phi(self, e: Floats) -> tuple[Floats, Floats, Floats]:
-        """Density phi of cells of distortion e, equation (16), with its first and second derivative."""
-        m, c = self.continuation * self._m, self._c
-        root = np.sqrt(1 + 2 * e / m)
-        return 2 * e / (1 + root) + c * e**3 / 3, 1 / root + c * e**2, 2 * c * e - 1 / (m * root**3)
-
-    def _regularized(self, area: Floats) -> tuple[Floats, Floats]:
-        """The regularized area and its derivative."""
-        root = np.sqrt(area**2 + self.regularization**2)
-        return 0.5 * (area + root), 0.5 * (1 + area / np.maximum(root, _TINY))
+    def density_gradients(self, points: Floats) -> Floats:
+        return self._evaluated(barrier_kernels.gradients, points, shape=(6,))
 
     def density_hessians(self, points: Floats) -> Floats:
-        """The part of positive curvature of the second derivative, in closed form.
+        damping = np.array(np.broadcast_to(self.damping, self._weights.shape), dtype=np.float64)
+        stiffness = self._schedule.tilt_stiffness
+        return self._evaluated(barrier_kernels.hessians, points, damping, stiffness, shape=(6, 6))
 
-        With a = (f1 - N x f2) / 2 and b = (f1 + N x f2) / 2 in the plane of N, the conformal and anticonformal
-        parts, the density is 8 |b|^2 / (|a|^2 - |b|^2). It depends on the lengths of a and b alone, so its Hessian
-        splits into a 2 x 2 block (of negative determinant) and two turning directions, of which that of b has
-        positive curvature.
-        """
-        f1, f2 = self.frames.derivatives(points)
-        n = self._normals_at(f1, f2)
-        area, change = self._regularized(np.asarray(dot(n, cross(f1, f2))))
-        _, slope, bend = self._phi(plane_density(f1, f2, n) / area)
-        w = self._weights * slope
-        f1, f2 = (subtract(f, scale(dot(f, n), n)) for f in (f1, f2))
-        turned = cross(n, f2)
-        a, b = scale(0.5, subtract(f1, turned)), scale(0.5, add(f1, turned))
-        alpha = np.sqrt(dot(a, a)) + _TINY
-        beta = np.sqrt(dot(b, b))
-        # Where b vanishes every direction will do.
-        still = beta <= 1e-14 * alpha
-        a = scale(1 / alpha, a)
-        b0, b1, b2 = (np.where(still, p, q / np.where(still, 1.0, beta)) for p, q in zip(a, b, strict=True))
-        b = (b0, b1, b2)
-        # Block 16 / area^3 [[beta^2 p, -2 alpha beta (alpha^2 + beta^2)], [., alpha^2 q]] in (|a|, |b|).
-        p, q = 3 * alpha**2 + beta**2, alpha**2 + 3 * beta**2
-        x, y, z = beta**2 * p, -2 * alpha * beta * (alpha**2 + beta**2), alpha**2 * q
-        largest = 0.5 * (x + z + np.hypot(x - z, 2 * y))
-        u = np.stack([y, largest - x], axis=0)
-        u /= np.maximum(np.hypot(*u), _TINY)
-        radial = np.concatenate(
-            [np.stack(a) * u[0] + np.stack(b) * u[1], np.stack(cross(n, a)) * u[0] - np.stack(cross(n, b)) * u[1]]
-        )
-        turning = np.concatenate([np.stack(cross(n, b)), np.stack(b)])
-        # Directions d|a| = <(a, n x a), df> / 2 and the like: hence the quarters.
-        result = np.einsum("f,if,jf->fij", w * 4 * largest / area**3, radial, radial)
-        result += np.einsum("f,if,jf->fij", w * 4 * alpha**2 / area**2, turning, turning)
-        # What bends upwards adds the square of the gradient 16 alpha beta / area^2 (alpha d beta - beta d alpha).
-        gradient = np.concatenate(
-            [
-                np.stack(b) * alpha - np.stack(a) * beta,
-                -np.stack(cross(n, b)) * alpha - np.stack(cross(n, a)) * beta,
-            ]
-        )
-        square = self._weights * np.maximum(bend, 0.0) * (8 * alpha * beta / area**2) ** 2
-        result += np.einsum("f,if,jf->fij", square, gradient, gradient)
-        # Of a regularized frame the frozen density's, and the curvature of 1 / area.
-        folded = np.flatnonzero(self.regularization > 0)
-        if len(folded):
-            along = np.concatenate([np.stack(cross(f2, n)), np.stack(cross(n, f1))])[:, folded]
-            dip = w * 8 * beta**2 * 2 * change**2 / area**3
-            result[folded] = np.einsum("f,if,jf->fij", dip[folded], along, along)
-            result[folded] += (w * 4 / area)[folded, None, None] * np.eye(6)
-        # Out of the plane a frozen normal gives 4 / area, but it turns with a cell that travels round a bend.
-        normal = np.einsum("f,if,jf->fij", w * self._schedule.tilt_stiffness * 4 / area, np.stack(n), np.stack(n))
-        result[:, :3, :3] += normal
-        result[:, 3:, 3:] += normal
-        result[:, range(6), range(6)] += (self.damping * 4 * w / area)[:, None]
+    def _evaluated(
+        self, function: Callable[..., None], points: Floats, *more: Any, shape: tuple[int, ...] = ()
+    ) -> Floats:
+        """What a compiled loop finds for every frame, of a shape."""
+        frames, result = self.frames, np.empty((len(self._weights), *shape))
+        normals = np.empty((0, 3)) if self.normals is None else self.normals
+        parallel_ranges(
+            function, len(result), np.asarray(points), frames.nodes, frames.gradients, self._weights, normals,
+            self.regularization, float(self.continuation * self._m), float(self._c), *more, result,
+        )  # fmt: skip
         return result

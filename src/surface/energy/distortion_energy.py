@@ -26,7 +26,6 @@ from hexconformal.kernel import (
     plane_density,
     plane_gradient,
     plane_normal,
-    scale,
 )
 from hexconformal.mesh import binary_search, corner_incidences, node_pattern
 
@@ -130,6 +129,20 @@ def _blocks(first, last, nodes, gradients, second, offsets, incidences, indptr, 
                                 data[place, x, y] += weight * second[frame, 3 * i + x, 3 * j + y]
 
 
+@loop
+def _forces(first, last, width, gradients, slopes, offsets, incidences, result):  # type: ignore[no-untyped-def]
+    """The gradient (n, 3) at nodes, from derivatives (f, 6) with respect to (f1, f2)."""
+    for node in range(first, last):
+        for x in range(3):
+            result[node, x] = 0.0
+        for k in range(offsets[node], offsets[node + 1]):
+            frame, a = incidences[k] // width, incidences[k] % width
+            for x in range(3):
+                result[node, x] += (
+                    gradients[frame, a, 0] * slopes[frame, x] + gradients[frame, a, 1] * slopes[frame, 3 + x]
+                )
+
+
 class SurfaceEnergy:
     """A conformal energy of a surface; :class:`Quaternionic` or :class:`surface.energy.barrier.Barrier`.
 
@@ -153,8 +166,8 @@ class SurfaceEnergy:
         """(f,) weighted densities, whose sum is the energy."""
         raise NotImplementedError
 
-    def density_gradients(self, points: Floats) -> tuple[Vector, Vector]:
-        """Derivatives of the weighted densities with respect to f1 and f2."""
+    def density_gradients(self, points: Floats) -> Floats:
+        """(f, 6) derivatives of the weighted densities with respect to f1 and f2."""
         raise NotImplementedError
 
     def density_hessians(self, points: Floats) -> Floats:
@@ -167,12 +180,11 @@ class SurfaceEnergy:
 
     def gradient(self, points: Floats) -> Floats:
         """(n, 3) derivative of the energy."""
-        g1, g2 = (np.stack(g, axis=1) for g in self.density_gradients(points))
-        b = self.frames.gradients
-        forces = b[:, :, :1] * g1[:, None] + b[:, :, 1:] * g2[:, None]
-        result = np.empty((self._count, 3))
-        for x in range(3):
-            result[:, x] = np.bincount(self.frames.nodes.ravel(), forces[:, :, x].ravel(), self._count)
+        result, frames = np.empty((self._count, 3)), self.frames
+        parallel_ranges(
+            _forces, self._count, frames.nodes.shape[1], frames.gradients, self.density_gradients(points),
+            *self._incidences, result,
+        )  # fmt: skip
         return result
 
     def hessian(self, points: Floats) -> scipy.sparse.bsr_matrix:
@@ -211,10 +223,10 @@ class Quaternionic(SurfaceEnergy):
         f1, f2 = self.frames.derivatives(points)
         return np.asarray(self._weights * plane_density(f1, f2, plane_normal(f1, f2)))
 
-    def density_gradients(self, points: Floats) -> tuple[Vector, Vector]:
+    def density_gradients(self, points: Floats) -> Floats:
         f1, f2 = self.frames.derivatives(points)
         g1, g2 = plane_gradient(f1, f2, plane_normal(f1, f2))
-        return scale(self._weights, g1), scale(self._weights, g2)
+        return np.asarray(self._weights[:, None] * np.stack([*g1, *g2], axis=1))
 
     def normals(self, points: Floats) -> Vector:
         """Unit normal of every frame."""
