@@ -51,7 +51,7 @@ def _rendered(mesh: Any, size: float, view: Sequence[float], up: Sequence[float]
     import pyvista as pv
 
     cells = mesh.cells
-    flat = np.concatenate([np.insert(table, 0, table.shape[1], axis=1).ravel() for table in cells.groups()])
+    flat = np.concatenate([np.insert(table, 0, table.shape[1], axis=1).ravel() for table in cells.tables])
     plotter = pv.Plotter(off_screen=True, window_size=(_PIXELS, _PIXELS))
     plotter.set_background("white")
     plotter.add_mesh(
