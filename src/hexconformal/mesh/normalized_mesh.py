@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..common import MeshError, first_ids
 from ..elements import cell_volumes, edge_lengths, is_valid, rows_by_type
 from .hex_mesh import HexMesh
-from .interfaces import region_surfaces
+from .interfaces import Interfaces, find_interfaces, region_surfaces
 from .regions import Regions, find_regions
 from .space import SERIAL, Space
 from .spatial_order import spatial_order
@@ -101,6 +101,10 @@ class NormalizedMesh:
     def surfaces_of(self, regions: Regions) -> list[NDArray[np.int64]]:
         """The closed surface of every region; see :func:`hexconformal.mesh.region_surfaces`."""
         return region_surfaces(self.cells, regions.labels[self.cell_ids])
+
+    def interfaces_of(self, regions: Regions) -> Interfaces:
+        """The faces between every two regions; see :func:`hexconformal.mesh.find_interfaces`."""
+        return find_interfaces(self.cells, regions.labels[self.cell_ids])
 
     @property
     def node_labels(self) -> NDArray[Any]:

@@ -1,7 +1,7 @@
 """Moving a mesh with its boundary, step after step (28).
 
 Belongs here: MeshMotion, the extension of displacements, and runs by a table, pages. Imports `common`, `kernel`,
-`elements`, `mesh`, `energy`, `io`, `geometry`, `page`, `quality`, `runs` and `solver`.
+`elements`, `mesh`, `energy`, `io`, `geometry`, `page`, `quality`, `ranks`, `runs` and `solver`.
 """
 
 from .mesh_motion import MeshMotion

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import NormalizedMesh, find_interfaces, find_regions
+from ..mesh import NormalizedMesh
 from ..solver import AdmissibleDirections
 from .extension import Harmonic
 
@@ -54,24 +54,28 @@ class CarriedInterfaces:
         linear: bool,
         tolerance: float,
     ) -> None:
-        mesh = normalized.mesh
-        regions = find_regions(mesh, interfaces)
-        quads = np.empty((0, 4), np.int64) if regions is None else find_interfaces(mesh.cells, regions.labels).quads
-        self.nodes: Ints = np.setdiff1d(quads, moving)
+        space, regions = normalized.space, normalized.regions(interfaces)
+        quads = np.empty((0, 4), np.int64) if regions is None else normalized.interfaces_of(regions).quads
+        on = np.zeros(len(normalized.points), dtype=bool)
+        on[quads] = True
+        on = space.joined(on)
+        follow = on.copy()
+        follow[moving] = False
         self.notes: tuple[str, ...] = ()
-        if len(quads):
-            given = len(np.unique(quads)) - len(self.nodes)
-            what = f"{regions}, {len(quads)} faces between them move as the displacement is extended"
-            self.notes = (f"interfaces: {what}: {given} of their nodes are given, {len(self.nodes)} follow",)
-        if linear:
-            self.nodes = self.nodes[:0]
+        faces = int(space.total(len(quads)))
+        if faces:
+            nodes, following = (int(space.total(space.own(one).sum())) for one in (on, follow))
+            what = f"{regions}, {faces} faces between them move as the displacement is extended"
+            self.notes = (f"interfaces: {what}: {nodes - following} of their nodes are given, {following} follow",)
+        self.nodes: Ints = np.flatnonzero(follow & (not linear))
         self._start, self._moving = normalized.points, moving
-        if len(self.nodes):
+        self._are_there = space.anywhere(len(self.nodes) > 0)
+        if self._are_there:
             self._extension = Harmonic(normalized, admissible, tolerance)
 
     def places(self, prescribed: Field) -> Field:
         """(c, 3) places of the nodes, for displacements (k, 3) of the moving nodes from the initial mesh."""
-        if len(self.nodes) == 0:
+        if not self._are_there:
             return np.empty((0, 3))
         field = np.zeros_like(self._start)
         field[self._moving] = prescribed

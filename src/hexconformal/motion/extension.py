@@ -41,22 +41,26 @@ class Harmonic:
     """
 
     def __init__(self, normalized: NormalizedMesh, admissible: AdmissibleDirections, tolerance: float) -> None:
-        self._admissible, self._tolerance = admissible, tolerance
+        self._admissible, self._tolerance, self._space = admissible, tolerance, normalized.space
         self._laplacian = DistortionTerm(normalized.cells, len(normalized.points), quadrature="corners").laplacian()
-        self.preconditioner = LaplacePreconditioner(self._laplacian, admissible, normalized.referenced)
+        self.preconditioner = LaplacePreconditioner(
+            self._laplacian, admissible, normalized.referenced, space=self._space
+        )
 
     def __call__(self, field: Field, points: Field) -> Field:
         """The field (n, 3), zero but where it is given, continued to all nodes of the mesh as it is at the points."""
         return self._solve(self._laplacian.__matmul__, self.preconditioner, field)
 
     def _solve(self, product: Callable[[Field], Field], preconditioner: LaplacePreconditioner, field: Field) -> Field:
-        if not field.any():
+        space, project = self._space, self._admissible.project
+        if not space.anywhere(bool(field.any())):
             return field
-        project = self._admissible.project
-        load = project(-product(field))
-        return field + conjugate_gradients(
-            lambda v: project(product(v)), preconditioner, load, self._tolerance, _MAX_ITERATIONS
-        )
+
+        def of_all(v: Field) -> Field:
+            return project(space.add(product(space.update(v))))
+
+        found = conjugate_gradients(of_all, preconditioner, -of_all(field), self._tolerance, _MAX_ITERATIONS, space)
+        return space.update(field + found)
 
 
 class Elastic(Harmonic):
@@ -75,7 +79,7 @@ class Elastic(Harmonic):
 
     def __call__(self, field: Field, points: Field) -> Field:
         volumes = cell_volumes(points, self._cells)
-        matrix = _stiffness(points, self._cells, volumes.mean() / volumes)
+        matrix = _stiffness(points, self._cells, self._space.mean(volumes) / volumes)
         return self._solve(lambda v: np.asarray(matrix @ v.ravel()).reshape(-1, 3), self.preconditioner, field)
 
 

@@ -9,32 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import (
-    MeshError,
-    OptionError,
-    array_of_numbers,
-    as_mask,
-    first_ids,
-    is_number,
-    require_choice,
-    require_number,
-)
+from ..common import OptionError, array_of_numbers, is_number, require_choice, require_number
 from ..elements import all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import DistortionTerm, Objective, inverse_targets
-from ..geometry import kept_edges
-from ..io import as_volume_mesh
-from ..mesh import HexMesh, NormalizedMesh, collapsed_mesh
-from ..quality import require_linear, require_sound
-from ..solver import (
-    AdmissibleDirections,
-    Problem,
-    fixed_components,
-    lbfgs,
-    line_normal_sums,
-    planar_normal_sums,
-)
+from ..ranks import agreed
+from ..solver import AdmissibleDirections, Problem, fixed_components, lbfgs
 from .carried_interfaces import CarriedInterfaces
 from .extension import EXTENSIONS
+from .moving_mesh import MovingMesh, MovingPiece, moving_ids
 from .report import MotionReport, MotionStep
 from .schedule import MotionSchedule
 
@@ -80,12 +62,15 @@ class MeshMotion:
         itself.
     schedule
         Other tuned numbers than those the benchmarks were made with.
+    comm
+        An MPI communicator: every rank hands in its :class:`hexconformal.ranks.MeshPiece`, names those of its nodes
+        that move or are fixed, and gives their displacements; all must make the same steps. A node that several ranks
+        have moves where one of them or more name it, for all of these in the same way.
 
     Attributes
     ----------
     mesh, moving, held
-        The mesh as it came, a HexMesh or MixedMesh, ids (k,) of the moving nodes, and components (n, 3) that are given
-        or stay.
+        The mesh or piece as it came, ids (k,) of the moving nodes, and components (n, 3) that are given or stay.
     notes
         Warnings about the mesh, in words.
 
@@ -117,35 +102,34 @@ class MeshMotion:
         energy_tolerance: float = 1e-6,
         interfaces: Any = "auto",
         schedule: MotionSchedule | None = None,
+        comm: Any = None,
     ) -> None:
         self._schedule = schedule = MotionSchedule() if schedule is None else schedule
-        require_choice("target", target, TARGETS)
-        require_choice("operator", operator, OPERATORS)
-        require_number("energy_tolerance", energy_tolerance)
-        if not 0.0 < energy_tolerance < 1.0:
-            raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
-        self.mesh = as_volume_mesh(mesh)
-        require_linear(self.mesh)
-        self.notes = tuple(finding.message for finding in require_sound(self.mesh))
-        self._normalized = normalized = NormalizedMesh(collapsed_mesh(self.mesh))
-        if not normalized.valid.all():
-            raise MeshError(
-                f"a mesh that moves must be valid at the start: {self._named(~normalized.valid)} are not; "
-                "untangle it first (regularize)"
-            )
-        self.moving = _moving_ids(moving, normalized.mesh)
+        with agreed(comm):
+            require_choice("target", target, TARGETS)
+            require_choice("operator", operator, OPERATORS)
+            require_number("energy_tolerance", energy_tolerance)
+            if not 0.0 < energy_tolerance < 1.0:
+                raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
+        self._whole = whole = MovingMesh(mesh) if comm is None else MovingPiece(mesh, interfaces, comm)
+        self._normalized = normalized = whole.normalized
+        self.mesh, self.notes, self._space = whole.mesh, whole.notes, normalized.space
+        with agreed(comm):
+            self.moving = moving_ids(moving, whole.hexahedra)
+            held = fixed_components(whole.hexahedra, fixed)
+        if self._space.total(len(self.moving)) == 0:
+            raise OptionError("moving must name a node or more: nothing moves")
         self._target, self._operator, self._energy_tolerance = target, operator, energy_tolerance
-        prescribed = np.zeros((len(normalized.points), 1), dtype=bool)
-        prescribed[self.moving] = True
-        self.held = fixed_components(normalized.mesh, fixed) | prescribed
-        sums = planar_normal_sums(normalized.points, normalized.quads, normalized.node_labels)
-        # Both sides of a slit lie in one plane, in which its front must not slide.
-        edges = kept_edges(normalized.points, normalized.quads, normalized.cells)
-        sums += line_normal_sums(normalized.points, edges)
-        admissible = AdmissibleDirections.from_normal_sums(sums, self.held)
+        held[self.moving] = True
+        held = np.column_stack([whole.marked(component) for component in held.T])
+        self.held = whole.given_back(held)
+        moves = np.zeros(len(self.held), dtype=bool)
+        moves[self.moving] = True
+        self._moving = np.flatnonzero(whole.marked(moves))
+        admissible = AdmissibleDirections.from_normal_sums(whole.wall_normals(), held)
         linear = operator != "conformal"
         self._interfaces = CarriedInterfaces(
-            normalized, admissible, self.moving, interfaces, linear, schedule.linear_tolerance
+            normalized, admissible, self._moving, interfaces, linear, schedule.linear_tolerance
         )
         self.notes += self._interfaces.notes
         self._admissible = admissible.with_held(self._interfaces.nodes)
@@ -155,7 +139,7 @@ class MeshMotion:
         self._energy = self._distortion(normalized.points)
         self._types = rows_by_type(normalized.cells)
         self._points = normalized.points
-        self._prescribed = np.zeros((len(self.moving), 3))
+        self._prescribed = np.zeros((len(self._moving), 3))
 
     @property
     def options(self) -> str:
@@ -165,12 +149,14 @@ class MeshMotion:
     @property
     def carried(self) -> NDArray[np.int64]:
         """Ids of the nodes of interfaces that follow the extension of the displacement."""
-        return self._interfaces.nodes
+        on = np.zeros(len(self._points), dtype=bool)
+        on[self._interfaces.nodes] = True
+        return np.flatnonzero(self._whole.given_back(on))
 
     @property
     def points(self) -> Field:
         """(n, 3) positions of the nodes."""
-        return self._normalized.to_user(self._points)
+        return self._whole.given_back(self._normalized.to_user(self._points))
 
     def step(self, displacement: ArrayLike, dt: float | None = None) -> MotionStep:
         """Move the boundary, and the mesh with it.
@@ -178,7 +164,8 @@ class MeshMotion:
         Parameters
         ----------
         displacement
-            (k, 3) displacement of the moving nodes from their initial place, in the order they were given in.
+            (k, 3) displacement of the moving nodes from their initial place, in the order they were given in; on ranks
+            of those that this one has named.
         dt
             Time the step takes, for the velocity.
 
@@ -193,13 +180,15 @@ class MeshMotion:
             If the displacement has another shape or is not finite, or `dt` is not positive and finite.
         """
         began = time.perf_counter()
-        goal = array_of_numbers("displacement", displacement)
-        if goal.shape != self._prescribed.shape or not np.isfinite(goal).all():
-            raise OptionError(f"displacement must be a finite array {self._prescribed.shape}, not {goal.shape}")
-        if dt is not None and not (is_number(dt) and 0 < dt < np.inf):
-            raise OptionError(f"dt must be positive and finite, not {dt!r}")
+        with agreed(self._whole.comm):
+            given = array_of_numbers("displacement", displacement)
+            if given.shape != self.moving.shape + (3,) or not np.isfinite(given).all():
+                raise OptionError(f"displacement must be a finite array {(len(self.moving), 3)}, not {given.shape}")
+            if dt is not None and not (is_number(dt) and 0 < dt < np.inf):
+                raise OptionError(f"dt must be positive and finite, not {dt!r}")
         before, origin = self.points, self._prescribed
-        goal = goal / self._normalized.unit
+        problem = "displacement: copies of a node must go to one place"
+        goal = self._whole.brought(given, self.moving, self._moving, problem) / self._normalized.unit
         if self._target == "current":
             self._energy = self._distortion(self._points)
         reached, share, substeps, iterations = 0.0, 1.0, 0, 0
@@ -218,23 +207,26 @@ class MeshMotion:
                 blocked = found
                 share /= 2
         quality = corner_scaled_jacobian(self._points, self._normalized.cells)
-        points = self.points
+        points, ids = self.points, self._whole.ids(blocked & (reached < 1.0))
         report = MotionReport(
             reached=reached,
             substeps=substeps,
             iterations=iterations,
-            min_scaled_jacobian=float(quality.min()),
-            mean_scaled_jacobian=float(quality.mean()),
-            types={one.cell_type.name: float(quality[one.rows].min()) for one in self._types},
-            blocked=self._ids(blocked & (reached < 1.0)),
-            reason="" if reached == 1.0 else self._refusal(reached, blocked),
+            min_scaled_jacobian=self._space.smallest(quality),
+            mean_scaled_jacobian=self._space.mean(quality),
+            types={one.cell_type.name: self._space.smallest(quality[one.rows]) for one in self._types},
+            blocked=ids,
+            reason="" if reached == 1.0 else self._refusal(reached, ids),
             seconds=time.perf_counter() - began,
         )
         return MotionStep(points, None if dt is None else (points - before) / dt, report)
 
     def state(self) -> dict[str, Field]:
-        """State of the motion, for a restart with :meth:`resume`."""
-        return {"points": self._points.copy(), "prescribed": self._prescribed.copy()}
+        """State of the motion, for a restart with :meth:`resume`; on ranks that of the nodes that this one has."""
+        prescribed = np.zeros_like(self._points)
+        prescribed[self._moving] = self._prescribed
+        back = self._whole.given_back
+        return {"points": back(self._points).copy(), "prescribed": back(prescribed)[self.moving]}
 
     def resume(self, state: Mapping[str, ArrayLike]) -> None:
         """Go on from where another run, of the same mesh and options, stood.
@@ -249,10 +241,14 @@ class MeshMotion:
         OptionError
             If it belongs to another mesh.
         """
-        points, prescribed = (np.asarray(state[name], dtype=np.float64) for name in ("points", "prescribed"))
-        if points.shape != self._points.shape or prescribed.shape != self._prescribed.shape:
-            raise OptionError("state must be that of the same mesh and moving nodes")
-        self._points, self._prescribed = points.copy(), prescribed.copy()
+        whole, count = self._whole, len(self.held)
+        with agreed(whole.comm):
+            points, prescribed = (np.asarray(state[name], dtype=np.float64) for name in ("points", "prescribed"))
+            if points.shape != (count, 3) or prescribed.shape != self.moving.shape + (3,):
+                raise OptionError("state must be that of the same mesh and moving nodes")
+        problem, nodes = "state: copies of a node must be at one place", np.arange(len(self._points))
+        self._points = whole.brought(points, np.arange(count), nodes, problem)
+        self._prescribed = whole.brought(prescribed, self.moving, self._moving, problem)
 
     def _distortion(self, points: Field) -> DistortionTerm:
         normalized = self._normalized
@@ -262,24 +258,24 @@ class MeshMotion:
     def _solve(self, prescribed: Field, tolerance: float) -> tuple[Field, int] | NDArray[np.bool_]:
         """The points with their boundary there, and the iterations that took; or which cells stand in the way."""
         normalized = self._normalized
-        if self._target == "input" and not prescribed.any():
+        if self._target == "input" and not self._space.anywhere(bool(prescribed.any())):
             return normalized.points, 0
         linear = self._operator == "harmonic"
         points, since = (normalized.points, 0.0) if linear else (self._points, self._prescribed)
         carried = self._interfaces.nodes
         field = np.zeros_like(points)
-        field[self.moving] = prescribed - since
+        field[self._moving] = prescribed - since
         field[carried] = self._interfaces.places(prescribed) - points[carried]
         guess = points + self._extension(field, points)
         bad = ~is_valid(guess, normalized.cells)
-        if bad.any():
+        if self._space.anywhere(bool(bad.any())):
             return bad
         return self._minimize(guess, tolerance) if self._operator == "conformal" else (guess, 1)
 
     def _minimize(self, points: Field, tolerance: float) -> tuple[Field, int]:
         cells = self._normalized.cells
         project, preconditioner = self._admissible.project, self._extension.preconditioner
-        problem = Problem(Objective((self._energy,)), project, lambda points: all_valid(points, cells))
+        problem = Problem(Objective((self._energy,)), project, lambda points: all_valid(points, cells), self._space)
         at = problem.at(points)
         taken = 0
         for taken, following in enumerate(lbfgs(at, preconditioner), 1):
@@ -288,29 +284,8 @@ class MeshMotion:
                 break
         return at.points, taken
 
-    def _refusal(self, reached: float, blocked: NDArray[np.bool_]) -> str:
+    def _refusal(self, reached: float, blocked: NDArray[np.int64]) -> str:
         return (
             f"the boundary stopped after {reached:.0%} of the step: going on would invert cells "
-            f"{self._named(blocked)}; take shorter steps, free more of the boundary, or remesh"
+            f"{self._whole.named(blocked)}; take shorter steps, free more of the boundary, or remesh"
         )
-
-    def _ids(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Ids that cells (m,) have in the mesh as it came."""
-        return np.sort(self._normalized.cell_ids[cells])
-
-    def _named(self, cells: NDArray[np.bool_]) -> str:
-        return first_ids(self._ids(cells), self.mesh.cell_labels)
-
-
-def _moving_ids(moving: Any, mesh: HexMesh) -> NDArray[np.int64]:
-    """The moving nodes in the order given."""
-    mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes() if isinstance(moving, str) else None)
-    if mask.ndim != 1:
-        raise OptionError("moving must be whole nodes: ids, or one boolean per point")
-    given = mask if isinstance(moving, str) else np.asarray([] if moving is None else moving)
-    ids = np.flatnonzero(mask) if given.dtype == bool else given.astype(np.int64).ravel()
-    if len(np.unique(ids)) < len(ids):
-        raise OptionError("moving must name every node once")
-    if len(ids) == 0:
-        raise OptionError("moving must name a node or more: nothing moves")
-    return ids

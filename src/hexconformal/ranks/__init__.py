@@ -5,7 +5,7 @@ the same wherever it is. Imports `common`, `elements`, `mesh`,
 `io` and `quality`.
 """
 
-from .distribution import Distribution, distributed
+from .distribution import Distribution, distributed, taken_in
 from .gathered_cells import GatheredCells
 from .gathered_faces import GatheredFaces
 from .halo import Halo, Traffic
@@ -16,7 +16,7 @@ from .normalized_piece import NormalizedPiece
 from .rank_space import RankSpace
 from .rank_summary import rank_summary
 from .reading import read_piece
-from .routes import Routes, dealt, each_once, gathered, rows_by_id
+from .routes import Routes, dealt, each_once, gathered, rows_by_id, rows_of_copies
 from .shared_memory import on_every_machine
 from .writing import check_piece_writable, piece_path, write_piece
 
@@ -46,5 +46,7 @@ __all__ = [
     "rank_summary",
     "read_piece",
     "rows_by_id",
+    "rows_of_copies",
+    "taken_in",
     "write_piece",
 ]

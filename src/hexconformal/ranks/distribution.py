@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, first_ids
 from ..mesh import Regions, curve_positions, find_regions
+from ..quality import cell_errors
 from .halo import Halo
 from .kept_faces import FacesBeside, KeptFaces, faces_beside, kept_faces
 from .mesh_piece import MeshPiece
-from .mpi import agreed, mpi
+from .mpi import agreed, mpi, petsc
 from .rank_space import RankSpace
 from .routes import Routes, homes_of
 
-__all__ = ["Distribution", "distributed"]
+__all__ = ["Distribution", "distributed", "taken_in"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -68,6 +69,36 @@ class Distribution:
         sorted_back = np.empty_like(self.space.own(rows))
         sorted_back[self._order] = self.space.own(rows)
         return self._homes.backward(self._owners.backward(sorted_back)[self._copies])
+
+
+def taken_in(piece: Any, comm: Any, interfaces: Any, rings: int = 0) -> Distribution:
+    """Check the piece of every rank, and share out the mesh; all must call it.
+
+    Parameters
+    ----------
+    piece
+        The :class:`hexconformal.ranks.MeshPiece` of this rank.
+    comm
+        The ranks.
+    interfaces, rings
+        See :func:`hexconformal.ranks.distributed`.
+
+    Raises
+    ------
+    MeshError
+        If there are errors in the mesh, or there are no cells.
+    OptionError
+        If something else than a piece is handed in, `interfaces` makes no sense, or PETSc is not there.
+    """
+    with agreed(comm):
+        petsc()
+        _require_sound(MeshPiece.of(piece))
+        if not isinstance(interfaces, str):
+            find_regions(piece, interfaces)
+    found = distributed(piece, comm, rings, interfaces)
+    with agreed(comm):
+        _require_sound(found.piece)
+    return found
 
 
 def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "ignore") -> Distribution:
@@ -199,3 +230,9 @@ def _require_single_cells(comm: Any, piece: MeshPiece) -> None:
         names, counts = np.unique(ids, return_counts=True)
         if len(names) < len(ids):
             raise MeshError(f"cells must be on one rank each; on several: {first_ids(names[counts > 1])}")
+
+
+def _require_sound(piece: MeshPiece) -> None:
+    errors = cell_errors(piece)
+    if errors:
+        raise MeshError("; ".join(errors))

@@ -57,8 +57,12 @@ def agreed(comm: Any, named: bool = True) -> Iterator[None]:
 
     What no user is to blame for comes as a RuntimeError on the others.
 
-    Inside nothing may be exchanged between ranks. The message names the rank, where that is wanted.
+    Inside nothing may be exchanged between ranks. The message names the rank, where that is wanted. Where
+    `comm` is None, in one process, it is raised as it is.
     """
+    if comm is None:
+        yield
+        return
     problem: Exception | None = None
     try:
         yield

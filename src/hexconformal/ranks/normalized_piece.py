@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..common import MeshError
 from ..elements import cell_volumes, edge_lengths
-from ..mesh import NormalizedMesh, Regions, surfaces_around
+from ..mesh import Interfaces, NormalizedMesh, Regions, surfaces_around
 from .distribution import Distribution
 from .kept_faces import FacesBeside, KeptFaces
 from .mesh_piece import MeshPiece
@@ -96,6 +96,10 @@ class NormalizedPiece(PartOfMesh):
         """What this rank has of the closed surface of every region."""
         skin, owners = self.skin
         return surfaces_around(skin, regions.labels[owners], self.faces.between, len(regions.names))
+
+    def interfaces_of(self, regions: Regions) -> Interfaces:
+        """What this rank has of the faces between every two regions."""
+        return self.faces.between
 
     def cells_at_faces(self) -> NDArray[np.bool_]:
         """(m,) own cells with a node of a kept face of any rank; all must call it."""

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .mpi import mpi
+from ..common import OptionError, first_ids
+from .mpi import agreed, mpi
 
-__all__ = ["Routes", "dealt", "each_once", "gathered", "homes_of", "rows_by_id"]
+__all__ = ["Routes", "dealt", "each_once", "gathered", "homes_of", "rows_by_id", "rows_of_copies"]
 
+Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
@@ -96,6 +98,22 @@ def rows_by_id(comm: Any, wanted: Ints, ids: Ints, rows: NDArray[Any]) -> tuple[
     answers = np.zeros((len(asked), *rows.shape[1:]), rows.dtype)
     answers[found] = held[place[found]]
     return here.backward(answers), here.backward(found)
+
+
+def rows_of_copies(comm: Any, wanted: Ints, ids: Ints, rows: Field, problem: str) -> tuple[Field, NDArray[np.bool_]]:
+    """The same of rows that must be alike wherever an id is several times, NaN but for itself.
+
+    Raises
+    ------
+    OptionError
+        If they are not: the problem in words, and ids.
+    """
+    one_of_each = rows_by_id(comm, ids, ids, rows)[0]
+    with agreed(comm):
+        apart = ((one_of_each != rows) & ~np.isnan(rows)).any(axis=1)
+        if apart.any():
+            raise OptionError(f"{problem} on all ranks: {first_ids(np.unique(ids[apart]))}")
+    return rows_by_id(comm, wanted, ids, rows)
 
 
 def gathered(comm: Any, rows: NDArray[Any]) -> NDArray[Any]:

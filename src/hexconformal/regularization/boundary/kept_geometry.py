@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mesh import NormalizedMesh, face_keys, find_embedded, find_interfaces
+from ...mesh import NormalizedMesh, face_keys, find_embedded
 from ..options import Options
 
 __all__ = ["KeptGeometry", "kept_geometry"]
@@ -69,7 +69,7 @@ def kept_geometry(normalized: NormalizedMesh, options: Options) -> KeptGeometry:
     regions, notes = normalized.regions(options.interfaces), carried.notes
     quads, owners = _none(0, 4), _none(0)
     if regions is not None:
-        between = find_interfaces(normalized.cells, regions.labels[normalized.cell_ids])
+        between = normalized.interfaces_of(regions)
         quads, owners = between.quads, between.owners
         if len(quads):
             notes = (f"interfaces: {regions}, {len(quads)} faces between them are kept", *notes)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError, OptionError, first_ids
+from ...common import OptionError
 from ...formulation import Schedules
 from ...geometry import sharp_length
-from ...mesh import NormalizedMesh, find_regions
-from ...quality import cell_errors, quality
-from ...ranks import MeshPiece, NormalizedPiece, agreed, distributed, petsc, rank_summary, rows_by_id
+from ...mesh import NormalizedMesh
+from ...quality import quality
+from ...ranks import MeshPiece, NormalizedPiece, agreed, rank_summary, rows_of_copies, taken_in
 from ..acceptance import Outcome
 from ..boundary import Boundary
 from ..options import Options, Record
@@ -57,18 +57,12 @@ class MeshOnRanks:
 
     def __init__(self, piece: Any, options: Options, schedules: Schedules, comm: Any) -> None:
         with agreed(comm):
-            petsc()
             require_options(options)
-            _require_sound(MeshPiece.of(piece))
-            if not isinstance(options.interfaces, str):
-                find_regions(piece, options.interfaces)
         curved = options.boundary == "slide" and options.hausdorff > 0.0
         rings = schedules.barrier.copied_rings if curved else 0
+        self._distribution = taken_in(piece, comm, options.interfaces, rings)
         self._options, self._schedules, self._given_ids = options, schedules, piece.node_ids
-        self._distribution = distributed(piece, comm, rings, options.interfaces)
         self.mesh = self._distribution.piece
-        with agreed(comm):
-            _require_sound(self.mesh)
         self.normalized, self.notes = NormalizedPiece(self._distribution), tuple[str, ...]()
         self.boundary = BoundaryOnRanks.of(self.normalized, options, schedules)
 
@@ -95,13 +89,7 @@ class MeshOnRanks:
         with agreed(comm):
             if len(points) != len(ids):
                 raise OptionError(f"start must be the {len(ids)} points of the piece, not {len(points)}")
-        one_of_each = rows_by_id(comm, ids, ids, points)[0]
-        with agreed(comm):
-            apart = (one_of_each != points) & ~np.isnan(points)
-            if apart.any():
-                nodes = np.unique(ids[apart.any(axis=1)])
-                raise OptionError(f"start: copies of a node must be at one place on all ranks: {first_ids(nodes)}")
-        return rows_by_id(comm, self.mesh.node_ids, ids, points)
+        return rows_of_copies(comm, self.mesh.node_ids, ids, points, "start: copies of a node must be at one place")
 
     def with_features(self, features: str) -> Boundary:
         """The boundary with other features, which holds from now on."""
@@ -180,9 +168,3 @@ class MeshOnRanks:
             return sharp, rows, notes
 
         return (None, (), []) if boundary.gathered is None else boundary.measured(points, self.normalized, measure)
-
-
-def _require_sound(piece: MeshPiece) -> None:
-    errors = cell_errors(piece)
-    if errors:
-        raise MeshError("; ".join(errors))
