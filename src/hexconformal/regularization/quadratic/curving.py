@@ -105,12 +105,13 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule |
         far[moved] = ~near
         goal[moved] = np.where(near[:, None], place[moved], start[moved])
     points, less = _placed(straight, goal, [side.nodes for side in sides.of_faces], schedule)
-    points[: len(linear.points)] = linear.points
+    corners = block.cells[:, :8]
+    points[corners] = straight.points[corners]
     result = straight.replaced(points)
-    before, after, corners = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
+    before, after, off = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
     notes = []
-    if corners > schedule.told * before:
-        notes.append(f"corners are up to {corners:.3g} away from the surface: regularize with it first if that is much")
+    if off > schedule.told * before:
+        notes.append(f"corners are up to {off:.3g} away from the surface: regularize with it first if that is much")
     if far.any():
         notes.append(f"nodes that stay between their corners, as the surface is too far there: {int(far.sum())}")
     if len(less):
