@@ -6,6 +6,7 @@ import pyvista as pv
 
 import hexconformal as hc
 from hexconformal.generate import ball, box, cylinder
+from hexconformal.io.pyvista_mesh import grid_from_arrays
 from hexconformal.mesh import boundary_quads
 
 each_number = pytest.mark.parametrize("nodes", [20, 27])
@@ -153,3 +154,23 @@ def test_without_a_surface_it_is_the_other_function_that_is_meant():
         hc.curved(box((1, 1, 1)), pv.Box(bounds=(0, 1, 0, 1, 0, 1)), 20.0)
     with pytest.raises(hc.MeshError, match="not that of the mesh"):
         hc.curved(box((1, 1, 1)), pv.Sphere(radius=10.0))
+
+
+@pytest.mark.parametrize("nodes", [20, 27])
+@pytest.mark.parametrize("inner", [0.3, 0.9])
+def test_a_quarter_of_a_tube_one_cell_around_is_followed(inner, nodes):
+    def tube(around):
+        points, cells = hc.generate.box((1, around, 1))
+        radius, angle = inner + (1 - inner) * points[:, 0], np.pi / 2 * points[:, 1]
+        return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2]]), cells
+
+    surface = grid_from_arrays(hc.HexMesh(*tube(200)))
+    found = hc.curved(tube(1), surface, nodes)
+    assert found.notes == ()
+    # Beyond its chord a parabola bounds two thirds of the chord times the height.
+    height = 1 - np.sqrt(0.5)
+    area = 0.5 + 2 / 3 * np.sqrt(2) * height
+    assert hc.quality(found.mesh).valid.all()
+    assert hc.quality(found.mesh).volume.sum() == pytest.approx((1 - inner**2) * area, rel=1e-4)
+    assert found.distances[0] == pytest.approx(height, rel=1e-3)
+    assert found.distances[1] < 0.03 * found.distances[0]

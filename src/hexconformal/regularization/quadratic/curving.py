@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,9 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _MIDDLES = quadratic_shapes(HEXAHEDRON27.ideal[20:], HEXAHEDRON20)  # of faces and cells, from edges and corners
+
+# Along axes and between two or three of them: no normal is more than 28 degrees away from the nearest one.
+_DIRECTIONS = unit_vectors(np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)]))
 
 
 class Curved(NamedTuple):
@@ -126,26 +130,24 @@ class _Surface:
         self._normalized, self._schedule = NormalizedMesh(linear), schedule
         self._locator = GivenSurface.of(self._normalized, surface).outside_out
 
-    @cached_property
-    def _looking(self) -> dict[tuple[int, int], SurfaceLocator]:
-        """What of it looks along an axis, or against it."""
-        points, faces = self._locator.points, self._locator.faces
-        unit = unit_vectors(face_area_vectors(points, faces))
-        chosen = {
-            (axis, sign): faces[sign * unit[:, axis] > self._schedule.looks] for axis in range(3) for sign in (-1, 1)
-        }
-        return {which: SurfaceLocator(points, some) for which, some in chosen.items() if len(some)}
+        self._found: dict[int, tuple[SurfaceLocator, SurfaceLocator] | None] = {}
 
     @cached_property
-    def _pieces(self) -> dict[tuple[int, int], SurfaceLocator]:
-        """The same in connected pieces."""
-        found = {}
-        for which, one in self._looking.items():
-            links = np.stack([one.faces, np.roll(one.faces, 1, axis=1)], axis=2).reshape(-1, 2)
-            labels = connected_components(links, len(one.points))[one.faces[:, 0]]
-            pieces = np.unique(labels, return_inverse=True)[1].astype(np.int64)
-            found[which] = SurfaceLocator(one.points, one.faces, pieces)
-        return found
+    def _normals(self) -> Field:
+        return unit_vectors(face_area_vectors(self._locator.points, self._locator.faces))
+
+    def _looking(self, direction: int) -> tuple[SurfaceLocator, SurfaceLocator] | None:
+        """What of it looks in a direction, as a whole and in connected pieces; None if nothing does."""
+        if direction not in self._found:
+            points = self._locator.points
+            faces = self._locator.faces[self._normals @ _DIRECTIONS[direction] > self._schedule.looks]
+            self._found[direction] = None
+            if len(faces):
+                links = np.stack([faces, np.roll(faces, 1, axis=1)], axis=2).reshape(-1, 2)
+                labels = connected_components(links, len(points))[faces[:, 0]]
+                pieces = np.unique(labels, return_inverse=True)[1].astype(np.int64)
+                self._found[direction] = SurfaceLocator(points, faces), SurfaceLocator(points, faces, pieces)
+        return self._found[direction]
 
     def on_all(self, turns: list[_Side], start: Field, points: Field, lengths: Field) -> Field:
         """Points (n, 3) with nodes where the surface looks the way of all of their faces, from places (n, 3) on."""
@@ -165,17 +167,18 @@ class _Surface:
         places are returned, and infinite distances.
         """
         found, distances = np.array(places, dtype=np.float64), np.full(len(places), np.inf)
-        axes = np.abs(normals).argmax(axis=1)
-        signs = np.sign(normals[np.arange(len(axes)), axes]).astype(np.int64)
-        for (axis, sign), locator in self._looking.items():
-            some = np.flatnonzero((axes == axis) & (signs == sign))
-            if len(some):
+        directions = (normals @ _DIRECTIONS.T).argmax(axis=1)
+        for direction in np.unique(directions).tolist():
+            looking = self._looking(direction)
+            if looking is not None:
+                whole, pieces = looking
+                some = np.flatnonzero(directions == direction)
                 own = self._normalized.from_user(found[some])
                 if corners is None:
-                    closest = locator.closest(own)
+                    closest = whole.closest(own)
                 else:
-                    near = locator.closest(self._normalized.from_user(corners[some])).faces
-                    closest = self._pieces[axis, sign].closest(own, near)
+                    near = whole.closest(self._normalized.from_user(corners[some])).faces
+                    closest = pieces.closest(own, near)
                 found[some] += self._normalized.unit * (closest.positions - own)
                 distances[some] = self._normalized.unit * closest.distances
         return found, distances

@@ -79,8 +79,9 @@ class CurvingSchedule(Schedule):
     Attributes
     ----------
     looks
-        Cosine to one of the six directions along axes from which on a face looks there. Normals are up to 55 degrees
-        away from the nearest one: 84 leave room for a surface that bends by 29 more, and none for the back of a wall.
+        Cosine to one of the 26 directions of a cube's faces, edges and corners from which on a face looks there.
+        Normals are up to 28 degrees away from the nearest one: 84 leave room for a surface that bends by 56 more, as a
+        quarter of a circle over one edge does by 45, and none for the back of a wall.
     projections, still
         Onto the sides of an edge in turn, at most, and the share of its length by which none that still moves does so:
         two planes at 30 degrees are met to a thousandth in twenty.
