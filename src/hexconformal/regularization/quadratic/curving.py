@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ from ...mesh import HexMesh, MixedMesh, NormalizedMesh, boundary_quads, connecte
 from ...quality import quality
 from ..boundary import GivenSurface
 from .cut_mesh import CutMesh
+from .following import followed
 from .schedule import CurvingSchedule
 
 __all__ = ["Curved", "curved"]
@@ -55,9 +57,9 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule |
 
     Nodes in the middle of edges and faces of the boundary go to the closest place on what of the surface looks the way
     their faces do, those of an edge to where this is so for both of its faces: to sharp curves where the mesh has them,
-    and never to the other side of a wall. Where a valid cell would be folded, or nearly so, these nodes go a part of
-    their way, or stay in the middle. Nodes inside are means of those on edges. Corners do not move: they should lie on
-    the surface.
+    and never to the other side of a wall. Where a valid cell would be folded, or nearly so, as in thin layers, its
+    other edges follow; where that does not help its nodes go a part of their way, or stay in the middle. Nodes in the
+    middle of faces and cells inside are means of those on edges. Corners do not move: they should lie on the surface.
 
     Parameters
     ----------
@@ -108,7 +110,11 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule |
         near = np.linalg.norm(place[moved] - start[moved], axis=1) <= schedule.reach * sides.lengths[moved]
         far[moved] = ~near
         goal[moved] = np.where(near[:, None], place[moved], start[moved])
-    points, less = _placed(straight, goal, [side.nodes for side in sides.of_faces], schedule)
+
+    def behind() -> Field:
+        return np.where(far[:, None], goal, there.following(straight, goal, sides))
+
+    points, less = _placed(straight, goal, behind, [side.nodes for side in sides.of_faces], schedule)
     corners = block.cells[:, :8]
     points[corners] = straight.points[corners]
     result = straight.replaced(points)
@@ -159,6 +165,13 @@ class _Surface:
             if (np.linalg.norm(place - before, axis=1) <= self._schedule.still * lengths).all():
                 break
         return place
+
+    def following(self, straight: MixedMesh, goal: Field, sides: _Sides) -> Field:
+        """Goals (n, 3) with those of edges inside, and of others along their faces, behind those of the boundary."""
+        (block,) = straight.blocks
+        planes = [(side.nodes, unit_vectors(side.normals)) for side in sides.of_edges]
+        behind = straight.points + followed(block.cells, straight.points, goal - straight.points, planes)
+        return self.on_all(sides.of_edges, behind, straight.points, sides.lengths)
 
     def facing(self, places: Field, normals: Field, corners: Field | None = None) -> tuple[Field, Field]:
         """Closest points (k, 3) on what looks where normals (k, 3) do, and distances (k,), in the user's unit.
@@ -261,25 +274,33 @@ def _corners_of(node: int) -> list[int]:
     return np.flatnonzero(apart < apart.min() + 0.1).tolist()
 
 
-def _placed(straight: MixedMesh, goal: Field, of_faces: list[Ints], schedule: CurvingSchedule) -> tuple[Field, Ints]:
-    """The points, as far on their way as cells allow, those of outer faces too; cells that allow not all."""
+def _placed(
+    straight: MixedMesh, goal: Field, behind: Callable[[], Field], of_faces: list[Ints], schedule: CurvingSchedule
+) -> tuple[Field, Ints]:
+    """The points, as far on their way as cells allow, those of outer faces too; cells that allow not all.
+
+    Nodes of cells that would be folded take the goals where other edges are behind those of the boundary, and if that
+    does not help shares of the way there.
+    """
     (block,) = straight.blocks
     cells, first = block.cells, quality(straight)
-    shares, tries = np.ones((len(goal), 1)), np.zeros(len(cells), dtype=np.int64)
-    along, beside = _at(straight.points, goal, cells, shares, np.zeros_like(goal)), np.zeros_like(goal)
+    along, beside = _at(straight.points, goal, cells, np.ones((len(goal), 1)), np.zeros_like(goal)), np.zeros_like(goal)
     for some in of_faces:
         beside[some] = goal[some] - along[some]
+    tries, goals = np.zeros(len(cells), dtype=np.int64), [goal]
     while True:
-        points = _at(straight.points, goal, cells, shares, beside)
+        tried = np.zeros(len(goal), dtype=np.int64)
+        np.maximum.at(tried, cells, tries[:, None])
+        shares = np.asarray(schedule.shares)[np.maximum(tried - 1, 0), None]
+        points = _at(straight.points, np.where(tried[:, None] == 0, goals[0], goals[-1]), cells, shares, beside)
         now = quality(straight.replaced(points))
         poor = ~now.valid | (now.minimum_jacobian < schedule.kept * first.minimum_jacobian)
-        lost = first.valid & poor & (tries < len(schedule.shares) - 1)
+        lost = first.valid & poor & (tries < len(schedule.shares))
         if not lost.any():
-            return points, np.flatnonzero(tries)
+            return points, np.flatnonzero(tries > 1)
         tries[lost] += 1
-        for number, share in enumerate(schedule.shares):
-            nodes = cells[tries == number]
-            shares[nodes] = np.minimum(shares[nodes], share)
+        if len(goals) == 1:
+            goals.append(behind())
 
 
 def _at(start: Field, goal: Field, cells: Ints, shares: Field, beside: Field) -> Field:

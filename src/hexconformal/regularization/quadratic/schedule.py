@@ -88,7 +88,7 @@ class CurvingSchedule(Schedule):
     reach
         Lengths of an edge that its middle may go: half of one is what the half of a circle over it takes.
     shares
-        Of the way that nodes go in turn where cells would be folded, down to none.
+        Of the way that nodes go in turn where cells would be folded, though other edges follow, down to none.
     kept
         Of the smallest det J of a cell relative to its size: with less it is nearly folded, and solvers do not like it.
     told
