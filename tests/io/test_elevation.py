@@ -1,10 +1,13 @@
 """Linear hexahedra made quadratic, and quadratic ones in files."""
 
+import meshio
 import numpy as np
 import pytest
+import pyvista as pv
 from meshes.hexahedra import block, jittered_box
 
 import hexconformal as hc
+from hexconformal.mesh import boundary_quads
 
 each_number = pytest.mark.parametrize("nodes", [20, 27])
 
@@ -72,3 +75,164 @@ def test_a_deck_of_abaqus(tmp_path):
     assert measured.valid.all()
     # One vertical edge bulges out by .5: faces beside it gain a third of .5 * 4 z (1 - z), of which 2/3 on average.
     assert measured.volume[0] == pytest.approx(8 + 0.5 * 2 * (2 / 3) * 2 / 2, rel=1e-12)
+
+
+def _with_company():
+    """Two cells a side, with the faces, an edge and a set of one side, a quadrilateral and a triangle across a cell."""
+    points, cells = block(2)
+    side = np.flatnonzero(points[:, 0] == 0.0)
+    quads = boundary_quads(cells)[0]
+    quads = quads[(points[quads, 0] == 0.0).all(axis=1)]
+    across = [cells[0, [0, 1, 6, 7]]]
+    return meshio.Mesh(
+        points,
+        [("hexahedron", cells), ("quad", np.concatenate([quads, across])), ("line", quads[:1, :2])]
+        + [("triangle", quads[:1, :3])],
+        point_data={"tag": np.arange(27)},
+        cell_data={"n": [np.arange(8), np.arange(5), np.array([7]), np.array([9])]},
+        point_sets={"side": side},
+        cell_sets={"some": [np.array([1, 3]), np.array([0, 4]), np.array([0]), np.array([], dtype=int)]},
+    )
+
+
+@each_number
+def test_sets_and_faces_come_along(nodes):
+    source = _with_company()
+    mesh = hc.elevated(source, nodes)
+    out = mesh.to_source_type()
+    types = [block.type for block in out.cells]
+    assert types == [f"hexahedron{nodes}", "quad8" if nodes == 20 else "quad9", "quad", "line3", "triangle"]
+    # A side of two by two faces has 9 corners, 12 edges and 4 faces.
+    side = np.flatnonzero(out.points[:, 0] == 0.0)
+    assert len(side) == (21 if nodes == 20 else 25)
+    np.testing.assert_array_equal(out.point_sets["side"], side)
+    faces, line = out.points[out.cells[1].data], out.points[out.cells[3].data[0]]
+    np.testing.assert_allclose(faces[:, 4:8], (faces[:, :4] + np.roll(faces[:, :4], -1, axis=1)) / 2)
+    np.testing.assert_allclose(faces[:, 8:], faces[:, None, :4].mean(axis=2)[:, : nodes == 27])
+    np.testing.assert_allclose(line[2], line[:2].mean(axis=0))
+    assert all(np.isin(out.cells[number].data, mesh.cells).all() for number in (1, 3))
+    assert [part.tolist() for part in out.cell_data["n"]] == [list(range(8)), [0, 1, 2, 3], [4], [7], [9]]
+    assert [np.asarray(part).tolist() for part in out.cell_sets["some"]] == [[1, 3], [0], [0], [0], []]
+    told = " ".join(mesh.notes)
+    assert "1 quad cells, no faces of hexahedra, stay as they are" in told
+    assert "1 triangle cells have no nodes between corners" in told
+    assert f"point array 'tag' is 0 at {len(out.points) - 27} nodes between corners where it differs" in told
+    assert source.cells[1].type == "quad", "what was handed in stays"
+    np.testing.assert_array_equal(mesh.origin.cell_groups["some"], np.isin(np.arange(8), [1, 3]))
+
+
+def test_sets_of_the_boundary_stay_there():
+    points, cells = block(1)
+    mesh = hc.elevated(meshio.Mesh(points, [("hexahedron", cells)], point_sets={"all": np.arange(8)}), 27)
+    assert len(mesh.to_source_type().point_sets["all"]) == 26
+    inside = np.array([13])
+    points, cells = block(2)
+    mesh = hc.elevated(
+        meshio.Mesh(points, [("hexahedron", cells)], point_sets={"all": np.arange(27), "in": inside}), 27
+    )
+    found = mesh.to_source_type().point_sets
+    assert len(found["all"]) == 125
+    np.testing.assert_array_equal(found["in"], inside)
+
+
+def test_partners_have_partners_between_them():
+    points, cells = block(2)
+    low, high = (np.flatnonzero(points[:, 0] == x) for x in (points[:, 0].min(), points[:, 0].max()))
+    link = [2, (1, 2), None, np.column_stack([high, low])]
+    source = meshio.Mesh(points, [("hexahedron", cells)], gmsh_periodic=[link])
+    mesh = hc.elevated(source, 27)
+    (pairs,) = mesh.origin.coupled_pairs
+    ways = mesh.points[pairs.nodes[:, 0]] - mesh.points[pairs.nodes[:, 1]]
+    assert len(ways) == 25
+    np.testing.assert_allclose(ways, ways[:1].repeat(25, axis=0), atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", ["meshio", "pyvista"])
+def test_nodes_that_came_between_corners_give_way(kind):
+    curved = hc.elevated(_with_company() if kind == "meshio" else _grid(), 20)
+    source = curved.to_source_type()
+    again = hc.elevated(hc.as_hex_mesh(source, linearize=True), 27)
+    assert len(again.points) == 125
+    assert set(again.cells) == set(range(125))
+    assert "54 nodes between corners that came are replaced" in " ".join(again.notes)
+    lines = again.origin.carried_cells(2).nodes
+    quads = again.origin.carried_cells(4).nodes
+    assert len(lines) == 1
+    assert len(quads) == 5
+    assert hc.quality(again).volume.sum() == pytest.approx(hc.quality(curved).volume.sum())
+
+
+def _grid():
+    mesh = _with_company()
+    flat = np.concatenate([np.insert(b.data, 0, b.data.shape[1], axis=1).ravel() for b in mesh.cells])
+    codes = {"hexahedron": 12, "quad": 9, "line": 3, "triangle": 5}
+    types = np.concatenate([np.full(len(b.data), codes[b.type]) for b in mesh.cells])
+    grid = pv.UnstructuredGrid(flat, types, mesh.points)
+    grid.point_data["x"] = mesh.points[:, 0]
+    grid.cell_data["n"] = np.concatenate(mesh.cell_data["n"])
+    grid.field_data["about"] = np.array([1.5])
+    return grid
+
+
+def test_a_grid_stays_one():
+    out = hc.elevated(_grid(), 27).to_source_type()
+    assert isinstance(out, pv.UnstructuredGrid)
+    assert out.celltypes.tolist() == [29] * 8 + [28] * 4 + [9, 21, 5]
+    np.testing.assert_allclose(out.point_data["x"], out.points[:, 0], atol=1e-15)
+    np.testing.assert_array_equal(out.cell_data["n"], _grid().cell_data["n"])
+    assert out.field_data["about"].tolist() == [1.5]
+
+
+@pytest.mark.parametrize("extension", ["inp", "e", "vtu", "msh"])
+def test_files_have_sets_and_faces_of_order_two(extension, tmp_path):
+    source = _with_company()
+    source.cells[1].data = source.cells[1].data[:4]
+    source.cells, source.point_data, source.cell_data = source.cells[:3], {}, {}
+    source.cell_sets = {"some": [np.array([1, 3]), np.array([], dtype=int), np.array([], dtype=int)]}
+    path = tmp_path / f"linear.{extension}"
+    told = hc.write(path, hc.as_hex_mesh(source))
+    raised = hc.elevated(path, 20)
+    more = hc.write(tmp_path / f"curved.{extension}", raised)
+    back = hc.as_volume_mesh(tmp_path / f"curved.{extension}")
+    assert len(back.points) == 81
+    np.testing.assert_allclose(hc.quality(back).volume, hc.quality(raised).volume)
+    for corners, count in ((2, 1), (4, 4)):
+        assert len(back.origin.carried_cells(corners).nodes) == count
+    sets = {"side": 21} if extension in ("inp", "e") else {}
+    assert {name: mask.sum() for name, mask in back.origin.node_sets.items()} == sets
+    if extension in ("inp", "e"):
+        assert back.origin.cell_groups["some"].tolist() == [False, True, False, True, False, False, False, False]
+    elif extension == "vtu":
+        assert np.count_nonzero(back.point_data["side"]) == 21
+        assert np.count_nonzero(back.cell_data["some"]) == 2
+    else:
+        assert {"point set 'side'", "cell set 'some'"} <= set(told)
+    assert all("all of the file" in text or "integer type" in text for text in more)
+
+
+def test_labels_go_on(tmp_path):
+    points, cells = block(1)
+    rows = "".join(f"{10 * n + 5}, {x}, {y}, {z}\n" for n, (x, y, z) in enumerate(points))
+    path = tmp_path / "deck.inp"
+    path.write_text(f"*NODE\n{rows}*ELEMENT, TYPE=C3D8\n9, {', '.join(str(10 * n + 5) for n in cells[0])}\n*MATERIAL\n")
+    mesh = hc.elevated(path)
+    assert mesh.node_labels.tolist() == [*range(5, 85, 10), *range(76, 88)]
+    assert mesh.cell_labels.tolist() == [9]
+    told = hc.write(tmp_path / "curved.inp", mesh)
+    assert "1 *MATERIAL of the abaqus file" in told
+    again = hc.as_volume_mesh(tmp_path / "curved.inp")
+    np.testing.assert_array_equal(again.node_labels, mesh.node_labels)
+
+
+def test_a_cell_in_two_groups_is_kept_or_told(tmp_path):
+    points, cells = block(2)
+    source = meshio.Mesh(
+        points,
+        [("hexahedron", cells)],
+        cell_data={"gmsh:physical": [np.ones(8, dtype=int)]},
+        field_data={"body": np.array([1, 3]), "half": np.array([2, 3])},
+        cell_sets={"body": [np.arange(8)], "half": [np.arange(4)]},
+    )
+    assert hc.write(tmp_path / "a.msh", source) == ["cell set 'half'"]
+    assert hc.write(tmp_path / "a.e", source) == []
+    assert hc.as_hex_mesh(tmp_path / "a.e").cell_groups()["half"].sum() == 4

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..mesh import CarriedCells
 
-__all__ = ["of_grid", "of_meshio"]
+__all__ = ["corners_of", "of_grid", "of_meshio"]
 
 Ints = NDArray[np.int64]
 
@@ -24,6 +24,15 @@ _MESHIO_TYPES = {
 }
 _VTK_TYPES = {1: (1, 2), 2: (3, 4, 21, 35, 68, 75), 3: (5, 22, 34, 69, 76), 4: (8, 9, 23, 28, 30, 70, 77)}
 _CHAINS = (2, 4)  # vertices and lines of VTK that may have any number of nodes: as many cells as it takes
+
+
+def corners_of(name: str) -> int:
+    """How many corners cells of a type have, by its name in meshio; 0 for cells of three dimensions and polygons.
+
+    >>> corners_of("quad9"), corners_of("line"), corners_of("wedge")
+    (4, 2, 0)
+    """
+    return next((count for count, types in _MESHIO_TYPES.items() if re.fullmatch(types, name)), 0)
 
 
 def of_meshio(mesh: Any, corners: int) -> CarriedCells:

@@ -1,24 +1,40 @@
-"""Linear hexahedra as quadratic ones, straight, whose nodes between corners are shared."""
+"""Linear hexahedra as quadratic ones, straight, with shared nodes between corners, and with all that came along."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elements import QUADRATIC_TYPES
-from ..mesh import CellBlock, MixedMesh, middle_nodes, with_middles
+from ..mesh import CellBlock, HexMesh, MixedMesh
+from .cell_types import MESHIO_TYPES, VTK_TYPES
+from .meshio_mesh import MeshioOrigin, from_meshio, meshio_blocks
+from .pyvista_mesh import cell_offsets, from_pyvista
+from .raised_cells import RaisedCells
 from .read_write import as_hex_mesh
+from .selection import Block
+from .source_file import SourceFile
+from .vtk_mesh import SOLIDS, cell_type_name
 
 __all__ = ["elevated"]
+
+_PIXEL, _PIXEL_NODES = 8, [0, 1, 3, 2]
+_ENTITIES = "gmsh:dim_tags"
 
 
 def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
     """The mesh of quadratic hexahedra that has the same shape.
 
     Nodes keep their numbers; those in the middle of edges, faces and cells come after them, each at the mean of its
-    corners. Arrays on points have the mean there, integers and other values what all of the corners have, or else 0;
-    arrays on cells stay. Sets, and cells of lower dimension, do not come along.
+    corners. Where what came was quadratic, and is taken by its corners, the new nodes take the place of those that were
+    there. All that came along stays: arrays, with the mean of the corners if they are real numbers, otherwise with what
+    all of the corners have, or else 0; sets of cells; sets of points, with the nodes between corners that are all in
+    them, those on the boundary alone where the set is all on it; quadrilaterals and lines on faces and edges of the
+    hexahedra, which become quadratic, too; pairs of nodes that move together; labels, for further nodes numbers after
+    the largest. What has no nodes between corners is told in the notes of the mesh.
 
     Parameters
     ----------
@@ -30,7 +46,7 @@ def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
     Raises
     ------
     MeshError
-        If there are cells of other types than linear hexahedra.
+        If there are cells of other types than linear hexahedra that are not to be kept, or polyhedra.
     OptionError
         If `nodes` is neither.
 
@@ -41,7 +57,120 @@ def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
     (MixedMesh(32 points, 2 hexahedra of 20 nodes), MixedMesh(45 points, 2 hexahedra of 27 nodes))
     """
     linear = as_hex_mesh(mesh)
-    cells, corners = middle_nodes(linear.cells, len(linear.points), nodes)
-    block = CellBlock(QUADRATIC_TYPES[f"hexahedron{nodes}"], cells, np.arange(len(cells)))
-    point_data = {name: with_middles(array, corners) for name, array in linear.point_data.items()}
-    return MixedMesh(with_middles(linear.points, corners), (block,), point_data, linear.cell_data)
+    if linear.origin is None:
+        raised = RaisedCells(linear, [], nodes)
+        block = CellBlock(QUADRATIC_TYPES[f"hexahedron{nodes}"], raised.hexahedra, np.arange(len(raised.hexahedra)))
+        return MixedMesh(raised.points(), (block,), _point_data(linear, raised), linear.cell_data)
+    take_in = _from_meshio if isinstance(linear.origin, MeshioOrigin) else _from_grid
+    raised, result = take_in(linear, nodes)
+    held = raised.on_points(linear.held) | result.held
+    notes = tuple(dict.fromkeys([*linear.notes, *raised.notes, *result.notes]))
+    selection = replace(result.origin.selection, held=held, notes=notes)
+    return replace(result, origin=replace(result.origin, selection=selection))
+
+
+def _point_data(linear: HexMesh, raised: RaisedCells) -> dict[str, NDArray[Any]]:
+    # Gmsh's entities of nodes are not means: without them its files are written in the version that has none.
+    return {name: raised.on_points(array, name) for name, array in linear.point_data.items() if name != _ENTITIES}
+
+
+def _from_meshio(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
+    import meshio
+
+    source = linear.origin.updated_source(linear)
+    before = meshio_blocks(source)
+    raised = RaisedCells(linear, before, nodes)
+    # Of each new block the old one, and its rows there.
+    first = np.array([block.rows[0] if len(block.rows) else -1 for block in before])
+    olds = [int(np.flatnonzero((first >= 0) & (first <= block.rows[0]))[-1]) for block in raised.blocks]
+    places = [block.rows - first[old] for block, old in zip(raised.blocks, olds, strict=True)]
+    result = meshio.Mesh(
+        raised.points(),
+        [
+            meshio.CellBlock(block.name, block.nodes, tags=list(source.cells[old].tags))
+            for block, old in zip(raised.blocks, olds, strict=True)
+        ],
+        point_data=_point_data(linear, raised),
+        cell_data={
+            name: [np.asarray(parts[old])[rows] for old, rows in zip(olds, places, strict=True)]
+            for name, parts in source.cell_data.items()
+        },
+        field_data=source.field_data,
+        point_sets={name: raised.in_set(ids) for name, ids in source.point_sets.items()},
+        cell_sets={name: _parts_of_set(str(name), parts, olds, places) for name, parts in source.cell_sets.items()},
+        gmsh_periodic=None if source.gmsh_periodic is None else [
+            [*link[:-1], raised.pairs(np.asarray(link[-1], dtype=np.int64).reshape(-1, 2))]
+            for link in source.gmsh_periodic
+        ],
+        info=source.info,
+    )  # fmt: skip
+    for name in vars(source).keys() - vars(result).keys():
+        setattr(result, name, getattr(source, name))
+    file = _file(linear, raised, np.concatenate([block.rows for block in raised.blocks]))
+    return raised, from_meshio(result, "keep", False, file, (f"hexahedron{nodes}",))
+
+
+def _parts_of_set(name: str, parts: Any, olds: list[int], places: list[NDArray[np.int64]]) -> list[Any]:
+    """The members of a set of cells block by block."""
+    found: list[Any] = []
+    for old, rows in zip(olds, places, strict=True):
+        part = parts[old] if old < len(parts) else None
+        if part is None or name.startswith("gmsh:"):  # those that Gmsh adds for itself list other things than cells
+            found.append(part)
+        else:
+            found.append(np.flatnonzero(np.isin(rows, np.asarray(part, dtype=np.int64))))
+    return found
+
+
+def _from_grid(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
+    import pyvista as pv
+
+    source = pv.wrap(linear.origin.updated_source(linear)).cast_to_unstructured_grid()
+    raised = RaisedCells(linear, _grid_blocks(source), nodes)
+    types, sizes = source.celltypes.copy(), np.empty(source.n_cells, dtype=np.int64)
+    for block in raised.blocks:
+        types[block.rows] = VTK_TYPES.get(block.name, 0) or types[block.rows]
+        sizes[block.rows] = block.nodes.size // len(block.rows)
+    starts = np.cumsum(sizes) - sizes
+    table = np.empty(int(sizes.sum()), dtype=np.int64)
+    for block in raised.blocks:
+        own = block.nodes.reshape(len(block.rows), -1)
+        table[starts[block.rows][:, None] + np.arange(own.shape[1])] = own
+    result: Any = pv.UnstructuredGrid(np.insert(table, starts, sizes), types, raised.points())
+    for name, array in _point_data(linear, raised).items():
+        result.point_data.set_array(array.reshape(len(array), -1) if array.ndim > 2 else array, name)
+    result.GetCellData().DeepCopy(source.GetCellData())
+    result.GetFieldData().DeepCopy(source.GetFieldData())
+    file = _file(linear, raised, np.arange(source.n_cells))
+    return raised, from_pyvista(result, "keep", False, file, (f"hexahedron{nodes}",))
+
+
+def _grid_blocks(grid: Any) -> list[Block]:
+    """The cells of a grid by their type and number of nodes."""
+    types, offsets = grid.celltypes, cell_offsets(grid)
+    sizes, connectivity = np.diff(offsets), np.asarray(grid.cell_connectivity, dtype=np.int64)
+    kinds, which = np.unique(np.column_stack([types, sizes]), axis=0, return_inverse=True)
+    found = []
+    for kind, (code, size) in enumerate(kinds.tolist()):
+        rows = np.flatnonzero(which.ravel() == kind)
+        nodes = connectivity[offsets[rows][:, None] + np.arange(size)]
+        name = "quad" if code == _PIXEL else MESHIO_TYPES.get(code) or cell_type_name(code)
+        found.append(Block(name, 3 if code in SOLIDS else 2, nodes[:, _PIXEL_NODES] if code == _PIXEL else nodes, rows))
+    return found
+
+
+def _file(linear: HexMesh, raised: RaisedCells, rows: NDArray[np.int64]) -> SourceFile | None:
+    """The file that a mesh came from, with what it says of nodes and cells for those that there are now, from rows."""
+    file = linear.origin.file
+    if file is None:
+        return None
+    return replace(
+        file,
+        text="",
+        data=b"",
+        node_labels=raised.labels(file.node_labels),
+        cell_labels=None if file.cell_labels is None else file.cell_labels[rows],
+        face_sets={name: raised.number[faces] for name, faces in file.face_sets.items()},
+        coupled_pairs=tuple(replace(pairs, nodes=raised.pairs(pairs.nodes)) for pairs in file.coupled_pairs),
+        other_cells=True,
+    )

@@ -18,7 +18,7 @@ from .node_groups import NodeGroups, meshio_groups, meshio_node_sets
 from .selection import HEXAHEDRA, Block, Selection, mesh_of, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
 
-__all__ = ["MeshioOrigin", "from_meshio", "meshio_from_arrays"]
+__all__ = ["MeshioOrigin", "from_meshio", "meshio_blocks", "meshio_from_arrays"]
 
 _QUADS = ("quad", "quad8", "quad9", "VTK_LAGRANGE_QUADRILATERAL")
 
@@ -128,12 +128,7 @@ def from_meshio(
     types: Collection[str] = HEXAHEDRA,
 ) -> HexMesh | MixedMesh:
     """Take in a meshio.Mesh; see :func:`hexconformal.io.read_write.as_hex_mesh`."""
-    blocks, start = [], 0
-    for block in source.cells:
-        rows = np.arange(start, start + len(block.data))
-        blocks.append(Block(block.type, block.dim, _nodes(block), rows))
-        start += len(rows)
-    selection = select(blocks, len(source.points), other_cells, linearize, types=types)
+    selection = select(meshio_blocks(source), len(source.points), other_cells, linearize, types=types)
     cell_data = {}
     for name, parts in source.cell_data.items():
         arrays = [np.asarray(part) for part in parts]
@@ -142,6 +137,16 @@ def from_meshio(
             cell_data[name] = np.concatenate(arrays)[selection.rows]
     origin = MeshioOrigin(source, selection, file)
     return mesh_of(source.points, selection, source.point_data, cell_data, origin)
+
+
+def meshio_blocks(source: Any) -> list[Block]:
+    """The cells of a meshio.Mesh, block by block."""
+    blocks, start = [], 0
+    for block in source.cells:
+        rows = np.arange(start, start + len(block.data))
+        blocks.append(Block(block.type, block.dim, _nodes(block), rows))
+        start += len(rows)
+    return blocks
 
 
 def meshio_from_arrays(mesh: HexMesh | MixedMesh) -> Any:

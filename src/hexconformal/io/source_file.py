@@ -45,6 +45,8 @@ class SourceFile:
         What only this format keeps, by name and count, such as "2 *MATERIAL": told when another is written.
     coupled_pairs
         Pairs of nodes that the file couples, where what is read from it has no place for them.
+    other_cells
+        Whether cells of the mesh have other nodes than the file tells, so that it cannot be written as it came.
     """
 
     path: Path
@@ -60,6 +62,7 @@ class SourceFile:
     sections: tuple[str, ...] = ()
     model: tuple[str, ...] = ()
     coupled_pairs: tuple[NodePairs, ...] = field(default=(), repr=False, compare=False)
+    other_cells: bool = False
 
 
 @dataclass(frozen=True)

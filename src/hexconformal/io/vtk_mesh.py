@@ -25,6 +25,7 @@ __all__ = [
     "VtkOrigin",
     "cell_blocks",
     "cell_table",
+    "cell_type_name",
     "from_vtk",
     "ghost_cells",
     "points_of",
@@ -167,7 +168,7 @@ def cell_blocks(types: NDArray[Any], offsets: NDArray[np.int64], nodes: NDArray[
             corners = nodes[offsets[rows][:, None] + np.arange(size[0])]
         else:
             corners = nodes[np.repeat(types == code, np.diff(offsets))]
-        found.append(Block(_NAMES.get(code) or _name(code), 3 if code in SOLIDS else 2, corners, rows))
+        found.append(Block(_NAMES.get(code) or cell_type_name(code), 3 if code in SOLIDS else 2, corners, rows))
     return found
 
 
@@ -213,7 +214,7 @@ def _cell_types(grid: Any) -> NDArray[np.uint8]:
     return types
 
 
-def _name(code: int) -> str:
+def cell_type_name(code: int) -> str:
     """The name of a type of cells in VTK, in words."""
     from vtkmodules.vtkCommonDataModel import vtkGenericCell
 

@@ -14,7 +14,7 @@ from .embedded import Embedded, find_embedded, same_rows
 from .face_rows import face_keys, triangles_first, turned_over, whole_faces
 from .hex_mesh import HexMesh, NodePairs
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces, surfaces_around
-from .middle_nodes import middle_nodes, with_middles
+from .middle_nodes import middle_nodes, middles_between, with_middles
 from .mixed_mesh import (
     CellBlock,
     MixedMesh,
@@ -83,6 +83,7 @@ __all__ = [
     "find_regions",
     "flat_nodes",
     "middle_nodes",
+    "middles_between",
     "morton_codes",
     "node_pattern",
     "node_rings",

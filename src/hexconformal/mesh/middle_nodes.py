@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from ..common import OptionError
 from ..elements import BETWEEN
+from .embedded import same_rows
 
-__all__ = ["middle_nodes", "with_middles"]
+__all__ = ["middle_nodes", "middles_between", "with_middles"]
 
 Ints = NDArray[np.int64]
 
@@ -73,3 +74,27 @@ def with_middles(values: NDArray[Any], corners: list[Ints]) -> NDArray[Any]:
         else:
             parts.append(np.where((own == own[:, :1]).all(axis=1), own[:, 0], np.zeros((), dtype=values.dtype)))
     return np.concatenate(parts)
+
+
+def middles_between(corners: list[Ints], count: int, between: Ints) -> Ints:
+    """The further nodes (k,) that are in the middle of some corners (k, j), in whatever order; -1 where there is none.
+
+    Parameters
+    ----------
+    corners, count
+        What :func:`middle_nodes` returned, and the number of points that it was given.
+    between
+        Two corners, four, or eight.
+
+    Examples
+    --------
+    >>> corners = middle_nodes(np.arange(8)[None], 8, 27)[1]
+    >>> middles_between(corners, 8, np.array([[0, 3, 2, 1]])), middles_between(corners, 8, np.array([[1, 0], [0, 6]]))
+    (array([20]), array([ 8, -1]))
+    """
+    for members in corners:
+        if members.shape[1] == between.shape[1]:
+            first = same_rows(np.concatenate([members, between]))[len(members) :]
+            return np.where(first < len(members), count + first, -1)
+        count += len(members)
+    return np.full(len(between), -1)

@@ -42,7 +42,7 @@ def run(arguments: Namespace) -> int:
         notes = (f"the boundary is up to {after:.3g} away from the surface; with straight edges {before:.3g}", *told)
     dropped = write(arguments.output, mesh)
     print_line(f"{len(mesh.blocks[0].cells)} hexahedra of {arguments.to} nodes, {len(mesh.points)} points")
-    for note in notes:
+    for note in (*(f"note: {note}" for note in mesh.notes), *notes):
         print_line(note)
     print_line(f"wrote {arguments.output}")
     note_dropped(arguments.output, dropped)

@@ -60,8 +60,8 @@ class Format:
         model = [] if file is None else [f"{what} of the {file.format} file" for what in file.model]
         if self.put_points is None or file is None or file.format != self.name:
             return [*model, *self.write(target, mesh)]
-        if not np.array_equal(mesh.cells, mesh.origin.selection.cells):
-            reason = "because the node order of elements changed"
+        if file.other_cells or not np.array_equal(mesh.cells, mesh.origin.selection.cells):
+            reason = "because elements have other nodes or another node order"
             return [f"all of the file but nodes, elements and sets, {reason}", *model, *self.write(target, mesh)]
         result = self.put_points(file, mesh)
         if result is None:

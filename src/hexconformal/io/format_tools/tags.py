@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TAG_ARRAYS", "cell_tags", "element_numbers", "tag_names"]
+__all__ = ["TAG_ARRAYS", "cell_tags", "element_numbers", "is_told_by_tags", "tag_names"]
 
 TAG_ARRAYS = ("gmsh:physical", "nastran:ref", "medit:ref", "cell_tags")
 
@@ -38,6 +38,31 @@ def tag_names(mesh: Any) -> dict[tuple[int, int], str]:
     for tag, groups in getattr(mesh, "cell_tags", {}).items():
         names.update({(dimension, int(tag)): "_".join(groups) for dimension in range(4) if groups})
     return names
+
+
+def is_told_by_tags(mesh: Any, name: str) -> bool:
+    """Whether a set of cells of a meshio.Mesh is all that has the tag of its name, as where no cell has two tags.
+
+    >>> import meshio
+    >>> tags, names = {"gmsh:physical": [np.array([4, 5])]}, {"a": np.array([4, 1]), "both": np.array([6, 1])}
+    >>> sets = {"a": [np.array([0])], "both": [np.array([0, 1])]}
+    >>> lines = [("line", [[0, 1], [1, 2]])]
+    >>> mesh = meshio.Mesh(np.eye(3), lines, cell_data=tags, field_data=names, cell_sets=sets)
+    >>> is_told_by_tags(mesh, "a"), is_told_by_tags(mesh, "both")
+    (True, False)
+    """
+    tag = next(((tag, dimension) for (dimension, tag), other in tag_names(mesh).items() if other == name), None)
+    if tag is None:
+        return False
+    tags = cell_tags(mesh)[1]
+    told = [(own == tag[0]) & (block.dim == tag[1]) for own, block in zip(tags, mesh.cells, strict=True)]
+    for mask, part in zip(told, mesh.cell_sets[name], strict=False):
+        members = np.zeros(len(mask), dtype=bool)
+        if part is not None and len(part):
+            members[np.asarray(part)] = True
+        if (members & ~mask).any():
+            return False
+    return True
 
 
 def element_numbers(mesh: Any, out: Any) -> list[NDArray[np.int64]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +18,7 @@ from ...mesh import HexMesh, MixedMesh, NormalizedMesh, boundary_quads, connecte
 from ...quality import quality
 from ..boundary import GivenSurface
 from .cut_mesh import CutMesh
+from .following import followed
 from .schedule import CurvingSchedule
 
 __all__ = ["Curved", "curved"]
@@ -25,6 +28,9 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _MIDDLES = quadratic_shapes(HEXAHEDRON27.ideal[20:], HEXAHEDRON20)  # of faces and cells, from edges and corners
+
+# Along axes and between two or three of them: no normal is more than 28 degrees away from the nearest one.
+_DIRECTIONS = unit_vectors(np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)]))
 
 
 class Curved(NamedTuple):
@@ -51,9 +57,9 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule |
 
     Nodes in the middle of edges and faces of the boundary go to the closest place on what of the surface looks the way
     their faces do, those of an edge to where this is so for both of its faces: to sharp curves where the mesh has them,
-    and never to the other side of a wall. Where a valid cell would be folded, or nearly so, these nodes go a part of
-    their way, or stay in the middle. Nodes inside are means of those on edges. Corners do not move: they should lie on
-    the surface.
+    and never to the other side of a wall. Where a valid cell would be folded, or nearly so, as in thin layers, its
+    other edges follow; where that does not help its nodes go a part of their way, or stay in the middle. Nodes in the
+    middle of faces and cells inside are means of those on edges. Corners do not move: they should lie on the surface.
 
     Parameters
     ----------
@@ -104,13 +110,18 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule |
         near = np.linalg.norm(place[moved] - start[moved], axis=1) <= schedule.reach * sides.lengths[moved]
         far[moved] = ~near
         goal[moved] = np.where(near[:, None], place[moved], start[moved])
-    points, less = _placed(straight, goal, [side.nodes for side in sides.of_faces], schedule)
-    points[: len(linear.points)] = linear.points
+
+    def behind() -> Field:
+        return np.where(far[:, None], goal, there.following(straight, goal, sides))
+
+    points, less = _placed(straight, goal, behind, [side.nodes for side in sides.of_faces], schedule)
+    corners = block.cells[:, :8]
+    points[corners] = straight.points[corners]
     result = straight.replaced(points)
-    before, after, corners = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
+    before, after, off = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
     notes = []
-    if corners > schedule.told * before:
-        notes.append(f"corners are up to {corners:.3g} away from the surface: regularize with it first if that is much")
+    if off > schedule.told * before:
+        notes.append(f"corners are up to {off:.3g} away from the surface: regularize with it first if that is much")
     if far.any():
         notes.append(f"nodes that stay between their corners, as the surface is too far there: {int(far.sum())}")
     if len(less):
@@ -125,26 +136,24 @@ class _Surface:
         self._normalized, self._schedule = NormalizedMesh(linear), schedule
         self._locator = GivenSurface.of(self._normalized, surface).outside_out
 
-    @cached_property
-    def _looking(self) -> dict[tuple[int, int], SurfaceLocator]:
-        """What of it looks along an axis, or against it."""
-        points, faces = self._locator.points, self._locator.faces
-        unit = unit_vectors(face_area_vectors(points, faces))
-        chosen = {
-            (axis, sign): faces[sign * unit[:, axis] > self._schedule.looks] for axis in range(3) for sign in (-1, 1)
-        }
-        return {which: SurfaceLocator(points, some) for which, some in chosen.items() if len(some)}
+        self._found: dict[int, tuple[SurfaceLocator, SurfaceLocator] | None] = {}
 
     @cached_property
-    def _pieces(self) -> dict[tuple[int, int], SurfaceLocator]:
-        """The same in connected pieces."""
-        found = {}
-        for which, one in self._looking.items():
-            links = np.stack([one.faces, np.roll(one.faces, 1, axis=1)], axis=2).reshape(-1, 2)
-            labels = connected_components(links, len(one.points))[one.faces[:, 0]]
-            pieces = np.unique(labels, return_inverse=True)[1].astype(np.int64)
-            found[which] = SurfaceLocator(one.points, one.faces, pieces)
-        return found
+    def _normals(self) -> Field:
+        return unit_vectors(face_area_vectors(self._locator.points, self._locator.faces))
+
+    def _looking(self, direction: int) -> tuple[SurfaceLocator, SurfaceLocator] | None:
+        """What of it looks in a direction, as a whole and in connected pieces; None if nothing does."""
+        if direction not in self._found:
+            points = self._locator.points
+            faces = self._locator.faces[self._normals @ _DIRECTIONS[direction] > self._schedule.looks]
+            self._found[direction] = None
+            if len(faces):
+                links = np.stack([faces, np.roll(faces, 1, axis=1)], axis=2).reshape(-1, 2)
+                labels = connected_components(links, len(points))[faces[:, 0]]
+                pieces = np.unique(labels, return_inverse=True)[1].astype(np.int64)
+                self._found[direction] = SurfaceLocator(points, faces), SurfaceLocator(points, faces, pieces)
+        return self._found[direction]
 
     def on_all(self, turns: list[_Side], start: Field, points: Field, lengths: Field) -> Field:
         """Points (n, 3) with nodes where the surface looks the way of all of their faces, from places (n, 3) on."""
@@ -157,6 +166,13 @@ class _Surface:
                 break
         return place
 
+    def following(self, straight: MixedMesh, goal: Field, sides: _Sides) -> Field:
+        """Goals (n, 3) with those of edges inside, and of others along their faces, behind those of the boundary."""
+        (block,) = straight.blocks
+        planes = [(side.nodes, unit_vectors(side.normals)) for side in sides.of_edges]
+        behind = straight.points + followed(block.cells, straight.points, goal - straight.points, planes)
+        return self.on_all(sides.of_edges, behind, straight.points, sides.lengths)
+
     def facing(self, places: Field, normals: Field, corners: Field | None = None) -> tuple[Field, Field]:
         """Closest points (k, 3) on what looks where normals (k, 3) do, and distances (k,), in the user's unit.
 
@@ -164,17 +180,18 @@ class _Surface:
         places are returned, and infinite distances.
         """
         found, distances = np.array(places, dtype=np.float64), np.full(len(places), np.inf)
-        axes = np.abs(normals).argmax(axis=1)
-        signs = np.sign(normals[np.arange(len(axes)), axes]).astype(np.int64)
-        for (axis, sign), locator in self._looking.items():
-            some = np.flatnonzero((axes == axis) & (signs == sign))
-            if len(some):
+        directions = (normals @ _DIRECTIONS.T).argmax(axis=1)
+        for direction in np.unique(directions).tolist():
+            looking = self._looking(direction)
+            if looking is not None:
+                whole, pieces = looking
+                some = np.flatnonzero(directions == direction)
                 own = self._normalized.from_user(found[some])
                 if corners is None:
-                    closest = locator.closest(own)
+                    closest = whole.closest(own)
                 else:
-                    near = locator.closest(self._normalized.from_user(corners[some])).faces
-                    closest = self._pieces[axis, sign].closest(own, near)
+                    near = whole.closest(self._normalized.from_user(corners[some])).faces
+                    closest = pieces.closest(own, near)
                 found[some] += self._normalized.unit * (closest.positions - own)
                 distances[some] = self._normalized.unit * closest.distances
         return found, distances
@@ -257,25 +274,33 @@ def _corners_of(node: int) -> list[int]:
     return np.flatnonzero(apart < apart.min() + 0.1).tolist()
 
 
-def _placed(straight: MixedMesh, goal: Field, of_faces: list[Ints], schedule: CurvingSchedule) -> tuple[Field, Ints]:
-    """The points, as far on their way as cells allow, those of outer faces too; cells that allow not all."""
+def _placed(
+    straight: MixedMesh, goal: Field, behind: Callable[[], Field], of_faces: list[Ints], schedule: CurvingSchedule
+) -> tuple[Field, Ints]:
+    """The points, as far on their way as cells allow, those of outer faces too; cells that allow not all.
+
+    Nodes of cells that would be folded take the goals where other edges are behind those of the boundary, and if that
+    does not help shares of the way there.
+    """
     (block,) = straight.blocks
     cells, first = block.cells, quality(straight)
-    shares, tries = np.ones((len(goal), 1)), np.zeros(len(cells), dtype=np.int64)
-    along, beside = _at(straight.points, goal, cells, shares, np.zeros_like(goal)), np.zeros_like(goal)
+    along, beside = _at(straight.points, goal, cells, np.ones((len(goal), 1)), np.zeros_like(goal)), np.zeros_like(goal)
     for some in of_faces:
         beside[some] = goal[some] - along[some]
+    tries, goals = np.zeros(len(cells), dtype=np.int64), [goal]
     while True:
-        points = _at(straight.points, goal, cells, shares, beside)
+        tried = np.zeros(len(goal), dtype=np.int64)
+        np.maximum.at(tried, cells, tries[:, None])
+        shares = np.asarray(schedule.shares)[np.maximum(tried - 1, 0), None]
+        points = _at(straight.points, np.where(tried[:, None] == 0, goals[0], goals[-1]), cells, shares, beside)
         now = quality(straight.replaced(points))
         poor = ~now.valid | (now.minimum_jacobian < schedule.kept * first.minimum_jacobian)
-        lost = first.valid & poor & (tries < len(schedule.shares) - 1)
+        lost = first.valid & poor & (tries < len(schedule.shares))
         if not lost.any():
-            return points, np.flatnonzero(tries)
+            return points, np.flatnonzero(tries > 1)
         tries[lost] += 1
-        for number, share in enumerate(schedule.shares):
-            nodes = cells[tries == number]
-            shares[nodes] = np.minimum(shares[nodes], share)
+        if len(goals) == 1:
+            goals.append(behind())
 
 
 def _at(start: Field, goal: Field, cells: Ints, shares: Field, beside: Field) -> Field:

@@ -79,15 +79,16 @@ class CurvingSchedule(Schedule):
     Attributes
     ----------
     looks
-        Cosine to one of the six directions along axes from which on a face looks there. Normals are up to 55 degrees
-        away from the nearest one: 84 leave room for a surface that bends by 29 more, and none for the back of a wall.
+        Cosine to one of the 26 directions of a cube's faces, edges and corners from which on a face looks there.
+        Normals are up to 28 degrees away from the nearest one: 84 leave room for a surface that bends by 56 more, as a
+        quarter of a circle over one edge does by 45, and none for the back of a wall.
     projections, still
         Onto the sides of an edge in turn, at most, and the share of its length by which none that still moves does so:
         two planes at 30 degrees are met to a thousandth in twenty.
     reach
         Lengths of an edge that its middle may go: half of one is what the half of a circle over it takes.
     shares
-        Of the way that nodes go in turn where cells would be folded, down to none.
+        Of the way that nodes go in turn where cells would be folded, though other edges follow, down to none.
     kept
         Of the smallest det J of a cell relative to its size: with less it is nearly folded, and solvers do not like it.
     told

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.captured_output import captured_output
 from ...format_tools.meshio_files import permuted_nodes
-from ...format_tools.tags import cell_tags, element_numbers
+from ...format_tools.tags import cell_tags, element_numbers, is_told_by_tags
 from .blocks import CellGroup, cell_groups, with_ids
 from .elements import ELEMENT_NAMES, NODE_ORDERS
 from .netcdf import as_characters, component_names
@@ -106,7 +106,7 @@ class _Writer:
         free = max([0, *(number for number, *_ in sides)])
         for name, parts in self.mesh.cell_sets.items():
             # Names of tags repeat as sets.
-            if name in self.mesh.field_data or name.startswith("gmsh:"):
+            if name.startswith("gmsh:") or is_told_by_tags(self.mesh, name):
                 continue
             rows = {
                 k: np.asarray(part, dtype=np.int64) for k, part in enumerate(parts) if part is not None and len(part)

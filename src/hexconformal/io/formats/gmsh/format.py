@@ -12,6 +12,7 @@ import numpy as np
 from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.format import Format
 from ...format_tools.meshio_files import checked_contents, file_head, parsing, refuse_namesake, write_with_meshio
+from ...format_tools.tags import is_told_by_tags
 from ...source_file import FileContents, SourceFile
 from .reader import read_mesh
 from .rewriting import put_points
@@ -64,7 +65,9 @@ def _write(target: Path, mesh: Any) -> list[str]:
     """Write in the version that the mesh was read from, if meshio's writer can, otherwise as binary 2.2."""
     out, lost = supported_part(mesh, "gmsh", _CAPABILITIES)
     # Names of physical groups repeat as cell sets, which their tags already tell.
-    lost = [text for text in lost if text not in {f"cell set {key!r}" for key in out.field_data}]
+    lost = [
+        text for text in lost if text not in {f"cell set {key!r}" for key in out.cell_sets if is_told_by_tags(out, key)}
+    ]
     arrays = [*out.point_data.items(), *((name, parts[0]) for name, parts in out.cell_data.items())]
     integers = [name for name, array in arrays if array.dtype.kind in "iu" and name not in (*_TAGS, _ENTITIES)]
     if integers:
