@@ -30,7 +30,7 @@ libraries and of own cells; besides, every rank has 2 kB times the number of ran
 evenly."""
 MANY = 10**5, 10**6, 10**7, 10**8
 RANKS = 1, 10, 100, 1000, 10_000
-LEAST = 1000  # cells a rank, below which nothing is predicted: a rank then waits, and there are hardly any levels
+LEAST = 10_000  # cells a rank, below which nothing is predicted: a rank waits more than it works there
 CUBE, PARTS = 64, (8, 64, 512)  # cells along its edge, and ranks, of the cube in which copies are counted
 
 
@@ -149,8 +149,8 @@ def lines(fitted: list[int], checked: list[int], known: dict[tuple[int, int], di
         "",
         ASSUMPTIONS,
         "",
-        f"Fitted to {one[0]['cells']} and {one[1]['cells']} cells. Of a cube of {CUBE}^3 cells, as the program numbers it,",
-        "a rank has at most:",
+        f"Fitted to {one[0]['cells']} and {one[1]['cells']} cells.",
+        f"Of a cube of {CUBE}^3 cells, as the program numbers it, a rank has at most:",
         "",
         "| ranks | copies, over the (2/3)rd power of its cells | ranks that they are of | cells, over the mean |",
         "|" + "--:|" * 4,
@@ -193,8 +193,8 @@ def lines(fitted: list[int], checked: list[int], known: dict[tuple[int, int], di
     sent, messages, reductions = model.sent(*most)
     text += [
         "",
-        f"Of 10^8 cells a rank of a thousand sends {sent / 1e6:.2f} MB in {messages:.0f} messages an iteration, and takes",
-        f"part in {reductions:.0f} reductions; {model.work(*most):.1f} s of {model.seconds(*most):.1f} are work, in",
+        f"Of 10^8 cells a rank of a thousand sends {sent / 1e6:.2f} MB in {messages:.0f} messages an iteration, and",
+        f"takes part in {reductions:.0f} reductions; {model.work(*most):.1f} s of {model.seconds(*most):.1f} are work, in",
         f"{model.iterations(most[0]):.0f} iterations.",
     ]
     return text
