@@ -18,16 +18,16 @@ from typing import Any
 
 import numpy as np
 
-ASSUMED = {"message": 5e-6, "hop": 2e-6, "bandwidth": 0.4e9}
+ASSUMED = {"message": 5e-6, "hop": 2e-6, "bandwidth": 0.4e9, "level": 6.0, "coarser": 27.0}
 ASSUMPTIONS = """\
 Assumed: a core as fast as one of this machine's while both work; 5 microseconds a message, 2 of the network and 3 of
 Python; 2 microseconds times log2(ranks) a reduction; 0.4 GB/s a rank, which is 25 GB/s for 64 ranks of a node; nothing
-is sent while a rank works, and none waits for another but for its share of the cells. Iterations, and messages of a
-cycle, which has more levels on larger meshes, grow with the logarithm of the cells, from two sizes: this is the boldest
-part of it. Set-up counts as work, as it was measured, not as messages: of the multigrid it has some 400 reductions
-once. A fixed boundary needs nothing of rank 0; one that slides does, and is not in this model. Memory is that of
-libraries and of own cells; besides, every rank has 2 kB times the number of ranks for a moment, to share out nodes
-evenly."""
+is sent while a rank works, and none waits for another but for its share of the cells. Iterations grow with the
+logarithm of the cells, from two sizes: this is the boldest part of it. The multigrid has a level more for each factor
+of 27 in cells, with 6 messages more in a cycle to each rank beside. Set-up counts as work, as it was measured, not as
+messages: of the multigrid it has some 400 reductions once. A fixed boundary needs nothing of rank 0; one that slides
+does, and is not in this model. Memory is that of libraries and of own cells; besides, every rank has 2 kB times the
+number of ranks for a moment, to share out nodes evenly."""
 MANY = 10**5, 10**6, 10**7, 10**8
 RANKS = 1, 10, 100, 1000, 10_000
 LEAST = 10_000  # cells a rank, below which nothing is predicted: a rank waits more than it works there
@@ -118,7 +118,9 @@ class Model:
         copies = share.copies * (cells / ranks) ** (2 / 3)
         # Of two ranks one has the copies, and the other the nodes; of many each has both.
         a_copy = (two["bytes of all"] + two["multigrid bytes of all"]) / two["copies"]
-        messages = two["messages of all"] + self._grown(self.two, "multigrid messages of all", cells)
+        levels = max(np.log(cells / two["cells"]) / np.log(ASSUMED["coarser"]), 0.0)
+        further = 2.0 * ASSUMED["level"] * two["cycles"] * levels  # there and back, as those of all are
+        messages = two["messages of all"] + two["multigrid messages of all"] + further
         half = 0.5 if ranks == 2 else 1.0
         return half * a_copy * copies, half * messages * share.beside, two["reductions"] + two["multigrid reductions"]
 
@@ -159,7 +161,8 @@ def lines(fitted: list[int], checked: list[int], known: dict[tuple[int, int], di
             for ranks, found in zip(PARTS, counted, strict=True)
         ),
         "",
-        "The largest of each is taken for ten ranks and more.",
+        "The largest of each is taken for ten ranks and more. Work is that of a rank of two: what it waits for in the",
+        "multigrid counts as work there, so that the model is rather pessimistic where both processors had other work.",
         "",
         "What was measured, of sizes that it is not fitted to, and what it predicts:",
         "",
@@ -194,8 +197,8 @@ def lines(fitted: list[int], checked: list[int], known: dict[tuple[int, int], di
     text += [
         "",
         f"Of 10^8 cells a rank of a thousand sends {sent / 1e6:.2f} MB in {messages:.0f} messages an iteration, and",
-        f"takes part in {reductions:.0f} reductions; {model.work(*most):.1f} s of {model.seconds(*most):.1f} are work,",
-        f"in {model.iterations(most[0]):.0f} iterations.",
+        f"takes part in {reductions:.0f} reductions; in {model.iterations(most[0]):.0f} iterations",
+        f"{model.work(*most):.1f} s of {model.seconds(*most):.1f} are work.",
     ]
     return text
 

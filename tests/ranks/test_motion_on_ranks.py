@@ -85,3 +85,4 @@ def test_what_makes_no_sense_is_refused_on_all_ranks_and_changes_nothing(results
     moving = np.flatnonzero(moves)
     step = MeshMotion(mesh, moving).step(ways[0][moving])
     np.testing.assert_allclose(found["at last"], step.points, rtol=0, atol=1e-3)
+    assert not found["options"].any()

@@ -98,10 +98,6 @@ class DistortionTerm(Term):
         return corner_incidences(self.cells, self.count)
 
     @cached_property
-    def _pattern(self) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-        return node_pattern(self.cells, *self._incidences)
-
-    @cached_property
     def _forces(self) -> Field:
         return np.empty((len(self.cells), 8, 3))
 
@@ -203,4 +199,5 @@ class DistortionTerm(Term):
                 matrices[which] += weight * (b @ b.transpose(0, 2, 1))
         cell_scales = np.ones(1) if self.scales is None else self.scales
         scales = cell_scales if scales is None else scales * cell_scales
-        return scalar_matrix(self.cells, matrices, kinds, scales, *self._incidences, self._pattern)
+        pattern = node_pattern(self.cells, *self._incidences)  # not kept: large, and asked for once in most runs
+        return scalar_matrix(self.cells, matrices, kinds, scales, *self._incidences, pattern)

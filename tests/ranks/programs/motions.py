@@ -6,7 +6,7 @@ from motion_cases import CASES, TIGHT, lid
 from mpi4py import MPI
 
 from hexconformal import MeshError, MeshMotion, OptionError
-from hexconformal.ranks import MeshPiece
+from hexconformal.ranks import MeshPiece, petsc
 
 comm = MPI.COMM_WORLD
 
@@ -102,4 +102,6 @@ for name, act in wrong.items():
     saved[f"refused: {name}"] = said(act)
 # After all that was refused it goes on as if nothing had been.
 saved["at last"] = whole(piece.node_ids, motion.step(way).points, len(mesh.points))
+# What is set while the multigrid is set up is nobody else's business.
+saved["options"] = np.array(comm.allgather(petsc().Options().hasName("mat_product_clear")))
 write(saved)
