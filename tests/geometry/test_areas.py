@@ -63,3 +63,9 @@ def test_vectors_and_angles_are_what_numpy_finds_of_degenerate_faces_too(width):
     angles = np.arctan2(np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2))
     np.testing.assert_allclose(corner_angles(points, faces), angles, rtol=0, atol=1e-14)
     assert not corner_angles(points, faces)[:50, :2].any()
+
+
+def test_angles_of_what_lies_on_a_line_are_nothing_to_the_last_bit():
+    ways = np.random.default_rng(4).normal(size=(500, 3))
+    for way in ways:
+        assert corner_angles(np.stack([0 * way, way, 2 * way]), np.array([[0, 1, 2]])).tolist() == [[0.0, np.pi, 0.0]]

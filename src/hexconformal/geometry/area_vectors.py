@@ -39,28 +39,36 @@ def face_area_vectors(points: Field, faces: Faces | Ints) -> Field:
     >>> face_area_vectors(square, Faces(np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])))[:, 2]
     array([0.5, 1. ])
     """
+    tables: tuple[Ints, ...] = (faces,) if isinstance(faces, np.ndarray) else (faces.triangles, faces.quads)
     # Of a triangle with its last node twice what holds for quadrilaterals is right, too: they may come in any order.
-    mixed = isinstance(faces, Faces) or faces.shape[1] != 4
-    tables = (Faces.of(faces).triangles, Faces.of(faces).quads) if mixed else (faces,)
     result = np.empty((sum(len(table) for table in tables), 3))
-    for table, part in zip(tables, np.split(result, [len(tables[0])]), strict=False):
-        if len(table):
-            parallel_ranges(_area_vectors, len(table), np.asarray(points), np.ascontiguousarray(table), part)
+    start = 0
+    for table in tables:
+        part = result[start : start + len(table)]
+        parallel_ranges(_area_vectors, len(table), np.asarray(points), np.ascontiguousarray(table), part)
+        start += len(table)
     return result
+
+
+@strict_loop
+def strict_cross(u, v):  # type: ignore[no-untyped-def]
+    """Cross product that is not fused: what cancels does so to the last bit, as in numpy."""
+    return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+
+
+@strict_loop
+def strict_way(points, i, j):  # type: ignore[no-untyped-def]
+    """The way from one point to another."""
+    return (points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2])
 
 
 @strict_loop
 def _area_vectors(first, last, points, faces, result):  # type: ignore[no-untyped-def]
     """Half the product of the diagonals, or of two sides of a triangle."""
-    a, b, c = (0, 2, 1) if faces.shape[1] == 4 else (0, 1, 0)
-    last_node = faces.shape[1] - 1
+    a, b, c, d = (0, 2, 1, 3) if faces.shape[1] == 4 else (0, 1, 0, 2)
     for k in range(first, last):
-        i, j, m, n = faces[k, a], faces[k, b], faces[k, c], faces[k, last_node]
-        ux, uy, uz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-        vx, vy, vz = points[n, 0] - points[m, 0], points[n, 1] - points[m, 1], points[n, 2] - points[m, 2]
-        # Written out: algebra that is inlined may be fused, and what cancels then no longer does to the last bit.
-        result[k, 0], result[k, 1] = 0.5 * (uy * vz - uz * vy), 0.5 * (uz * vx - ux * vz)
-        result[k, 2] = 0.5 * (ux * vy - uy * vx)
+        n = strict_cross(strict_way(points, faces[k, a], faces[k, b]), strict_way(points, faces[k, c], faces[k, d]))
+        result[k, 0], result[k, 1], result[k, 2] = 0.5 * n[0], 0.5 * n[1], 0.5 * n[2]
 
 
 def enclosed_volume(points: Field, faces: Faces | Ints, centre: Field | None = None) -> float:

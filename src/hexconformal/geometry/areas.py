@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernel import cross, dot, parallel_ranges, strict_loop
-from .area_vectors import face_area_vectors, unit_vectors
+from ..kernel import dot, parallel_ranges, strict_loop
+from .area_vectors import face_area_vectors, strict_cross, strict_way, unit_vectors
 from .edges import edge_table
 from .faces import Faces
 
@@ -70,9 +70,8 @@ def _corner_angles(first, last, points, table, result):  # type: ignore[no-untyp
     for k in range(first, last):
         for corner in range(width):
             i, j, m = table[k, corner], table[k, (corner + 1) % width], table[k, (corner + width - 1) % width]
-            a = (points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2])
-            b = (points[m, 0] - points[i, 0], points[m, 1] - points[i, 1], points[m, 2] - points[i, 2])
-            c = cross(a, b)
+            a, b = strict_way(points, i, j), strict_way(points, i, m)
+            c = strict_cross(a, b)
             result[k, corner] = np.arctan2(np.sqrt(dot(c, c)), dot(a, b) + 0.0)  # an edge without length has no sign
 
 

@@ -12,8 +12,9 @@ from .format_tools.file_checks.vtk_xml_checks import pieces_of
 from .format_tools.vtu_rows import VtuRows
 from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_named_by, read_contents
 from .formats.vtk import CELL_IDS, NODE_IDS, write_vtk
+from .grid_cells import cell_nodes, cell_offsets
 from .meshio_mesh import MeshioOrigin
-from .pyvista_mesh import PyvistaOrigin, cell_nodes, cell_offsets, triangles, triangles_of
+from .pyvista_mesh import PyvistaOrigin, triangles, triangles_of
 from .read_write import as_hex_mesh, as_volume_mesh, library_of, read, read_surface, write
 from .selection import HEXAHEDRA, Selection
 from .source_file import SourceFile

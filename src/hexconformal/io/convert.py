@@ -9,13 +9,12 @@ import numpy as np
 from ..common import WriteError
 from ..mesh import HexMesh, MixedMesh
 from .cell_types import MESHIO_TYPES, VTK_TYPES
+from .grid_cells import grid_blocks
 from .meshio_mesh import MeshioOrigin, meshio_from_arrays
-from .pyvista_mesh import PyvistaOrigin, cell_offsets, grid_from_arrays
+from .pyvista_mesh import PyvistaOrigin, grid_from_arrays
 from .vtk_mesh import SOLIDS
 
 __all__ = ["grid_from_meshio", "to_meshio", "to_pyvista"]
-
-_PIXEL, _PIXEL_NODES = 8, [0, 1, 3, 2]
 
 
 def to_meshio(mesh: HexMesh | MixedMesh) -> tuple[Any, list[str]]:
@@ -43,24 +42,16 @@ def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
     import meshio
     import pyvista as pv
 
-    types, offsets = grid.celltypes, cell_offsets(grid)
-    sizes, connectivity = np.diff(offsets), np.asarray(grid.cell_connectivity, dtype=np.int64)
     lost, blocks, places = [], [], []
-    # Grouped by type, and by size where a type has cells of several, in the order of first appearance.
-    kinds = np.unique(np.column_stack([types, sizes]), axis=0, return_index=True, return_inverse=True)
-    for kind in np.argsort(kinds[1]):
-        code, size = kinds[0][kind].tolist()
-        rows = np.flatnonzero(kinds[2].ravel() == kind)
-        name = "quad" if code == _PIXEL else MESHIO_TYPES.get(code)
-        if name is None:
+    for code, block in grid_blocks(grid):
+        if block.name != MESHIO_TYPES.get(code, "quad"):  # which a pixel is
             if code in SOLIDS:
                 kind = pv.CellType(code).name.lower()
-                raise WriteError(f"cells that only VTK's formats (.vtu, .vtk) hold: {len(rows)} of type {kind}")
-            lost.append(f"{len(rows)} cells of VTK type {code}")
+                raise WriteError(f"cells that only VTK's formats (.vtu, .vtk) hold: {len(block.rows)} of type {kind}")
+            lost.append(f"{len(block.rows)} cells of VTK type {code}")
             continue
-        nodes = connectivity[offsets[rows][:, None] + np.arange(size)]
-        blocks.append(meshio.CellBlock(name, nodes[:, _PIXEL_NODES] if code == _PIXEL else nodes))
-        places.append(rows)
+        blocks.append(meshio.CellBlock(block.name, block.nodes))
+        places.append(block.rows)
     fields = {}
     for name in grid.field_data:
         value = np.asarray(grid.field_data[name])

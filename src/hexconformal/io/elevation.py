@@ -10,18 +10,16 @@ from numpy.typing import NDArray
 
 from ..elements import QUADRATIC_TYPES
 from ..mesh import CellBlock, HexMesh, MixedMesh
-from .cell_types import MESHIO_TYPES, VTK_TYPES
+from .cell_types import VTK_TYPES
+from .grid_cells import grid_blocks
 from .meshio_mesh import MeshioOrigin, from_meshio, meshio_blocks
-from .pyvista_mesh import cell_offsets, from_pyvista
+from .pyvista_mesh import from_pyvista
 from .raised_cells import RaisedCells
 from .read_write import as_hex_mesh
-from .selection import Block
 from .source_file import SourceFile
-from .vtk_mesh import SOLIDS, cell_type_name
 
 __all__ = ["elevated"]
 
-_PIXEL, _PIXEL_NODES = 8, [0, 1, 3, 2]
 _ENTITIES = "gmsh:dim_tags"
 
 
@@ -126,7 +124,7 @@ def _from_grid(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
     import pyvista as pv
 
     source = pv.wrap(linear.origin.updated_source(linear)).cast_to_unstructured_grid()
-    raised = RaisedCells(linear, _grid_blocks(source), nodes)
+    raised = RaisedCells(linear, [block for _, block in grid_blocks(source)], nodes)
     types, sizes = source.celltypes.copy(), np.empty(source.n_cells, dtype=np.int64)
     for block in raised.blocks:
         types[block.rows] = VTK_TYPES.get(block.name, 0) or types[block.rows]
@@ -143,20 +141,6 @@ def _from_grid(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
     result.GetFieldData().DeepCopy(source.GetFieldData())
     file = _file(linear, raised, np.arange(source.n_cells))
     return raised, from_pyvista(result, "keep", False, file, (f"hexahedron{nodes}",))
-
-
-def _grid_blocks(grid: Any) -> list[Block]:
-    """The cells of a grid by their type and number of nodes."""
-    types, offsets = grid.celltypes, cell_offsets(grid)
-    sizes, connectivity = np.diff(offsets), np.asarray(grid.cell_connectivity, dtype=np.int64)
-    kinds, which = np.unique(np.column_stack([types, sizes]), axis=0, return_inverse=True)
-    found = []
-    for kind, (code, size) in enumerate(kinds.tolist()):
-        rows = np.flatnonzero(which.ravel() == kind)
-        nodes = connectivity[offsets[rows][:, None] + np.arange(size)]
-        name = "quad" if code == _PIXEL else MESHIO_TYPES.get(code) or cell_type_name(code)
-        found.append(Block(name, 3 if code in SOLIDS else 2, nodes[:, _PIXEL_NODES] if code == _PIXEL else nodes, rows))
-    return found
 
 
 def _file(linear: HexMesh, raised: RaisedCells, rows: NDArray[np.int64]) -> SourceFile | None:

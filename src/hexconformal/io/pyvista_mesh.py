@@ -14,6 +14,7 @@ from ..common import MeshError, first_ids, unusable_points
 from ..elements import collapsed_cells
 from ..mesh import CarriedCells, HexMesh, MixedMesh, blocks_of
 from .carried_cells import of_grid
+from .grid_cells import cell_nodes, cell_offsets, node_places
 from .node_groups import NodeGroups, cell_array_groups
 from .selection import HEXAHEDRA, Selection, mesh_of, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
@@ -21,8 +22,6 @@ from .vtk_mesh import SOLIDS, cell_blocks, cell_table, ghost_cells
 
 __all__ = [
     "PyvistaOrigin",
-    "cell_nodes",
-    "cell_offsets",
     "check_cell_nodes",
     "from_pyvista",
     "grid_from_arrays",
@@ -122,7 +121,7 @@ class PyvistaOrigin:
             for size in np.unique(sizes):
                 own = block.cells[sizes == size]
                 own = own if own.shape[1] == size else collapsed_cells(own, block.cell_type)
-                nodes[_node_places(offsets, rows[block.places[sizes == size]])] = own.ravel()
+                nodes[node_places(offsets, rows[block.places[sizes == size]])] = own.ravel()
         types[rows[types[rows] == _VOXEL]] = _HEXAHEDRON
         result = pv.UnstructuredGrid(np.insert(nodes, offsets[:-1], np.diff(offsets)), types, mesh.points.copy())
         result.GetPointData().DeepCopy(grid.GetPointData())
@@ -263,24 +262,6 @@ def triangles_of(source: Any) -> Any:
 def _flat(array: NDArray[Any]) -> NDArray[Any]:
     # VTK knows no arrays of tensors, only of tuples.
     return array.reshape(len(array), -1).copy() if array.ndim > 2 else array.copy()
-
-
-def cell_offsets(grid: Any) -> NDArray[np.int64]:
-    """(m + 1,) where the nodes of each cell start, whatever the version of pyvista calls it."""
-    return np.asarray(grid.cell_offsets if hasattr(type(grid), "cell_offsets") else grid.offset)
-
-
-def cell_nodes(grid: Any, rows: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Sizes of some cells of an unstructured grid, and their nodes, one cell after the other."""
-    offsets = cell_offsets(grid)
-    nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
-    return np.diff(offsets)[rows], nodes[_node_places(offsets, rows)]
-
-
-def _node_places(offsets: NDArray[np.int64], rows: Any) -> NDArray[np.int64]:
-    """Where the nodes of some cells are, one cell after the other."""
-    sizes = np.diff(offsets)[rows]
-    return np.repeat(offsets[rows] - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
 
 
 def to_polydata(grid: Any) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hexconformal.common import Schedule, tuned
 from hexconformal.geometry import Faces
-from hexconformal.kernel import cross, dot, parallel_ranges, plane_normal
+from hexconformal.kernel import parallel_ranges
 
 from ..mesh import Floats
 from . import barrier_kernels
@@ -121,16 +121,12 @@ class Barrier(SurfaceEnergy):
         Frames upside down, or nearly so, are regularized. The worst are kept from outweighing the rest; or, where
         they are emphasized, they count in proportion to how bad they are, which makes the energy of higher order.
         """
-        f1, f2 = self.frames.derivatives(points)
-        n = (
-            plane_normal(f1, f2)
-            if self.normals is None
-            else (self.normals[:, 0], self.normals[:, 1], self.normals[:, 2])
-        )
-        area = np.asarray(dot(n, cross(f1, f2)))
-        size = 0.5 * (dot(f1, f1) + dot(f2, f2))
-        schedule, least = self._schedule, self._schedule.smallest_area * size
-        self.regularization = np.where(area > least, 0.0, np.hypot(schedule.regularization * area, least))
+        frames, schedule, regularization = self.frames, self._schedule, np.empty(len(self.frames.nodes))
+        parallel_ranges(
+            barrier_kernels.regularizations, len(regularization), np.asarray(points), frames.nodes, frames.gradients,
+            self._given_normals, schedule.regularization, schedule.smallest_area, regularization,
+        )  # fmt: skip
+        self.regularization = regularization
         self._weights = self.frames.weights
         relative = self.densities(points) / self._weights
         if self.emphasize_worst:
@@ -149,14 +145,18 @@ class Barrier(SurfaceEnergy):
         stiffness = self._schedule.tilt_stiffness
         return self._evaluated(barrier_kernels.hessians, points, damping, stiffness, shape=(6, 6))
 
+    @property
+    def _given_normals(self) -> Floats:
+        """Those of the frames, or none: compiled loops know no None."""
+        return np.empty((0, 3)) if self.normals is None else self.normals
+
     def _evaluated(
         self, function: Callable[..., None], points: Floats, *more: Any, shape: tuple[int, ...] = ()
     ) -> Floats:
         """What a compiled loop finds for every frame, of a shape."""
         frames, result = self.frames, np.empty((len(self._weights), *shape))
-        normals = np.empty((0, 3)) if self.normals is None else self.normals
         parallel_ranges(
-            function, len(result), np.asarray(points), frames.nodes, frames.gradients, self._weights, normals,
-            self.regularization, float(self.continuation * self._m), float(self._c), *more, result,
+            function, len(result), np.asarray(points), frames.nodes, frames.gradients, self._weights,
+            self._given_normals, self.regularization, float(self.continuation * self._m), float(self._c), *more, result,
         )  # fmt: skip
         return result

@@ -24,7 +24,7 @@ from hexconformal.kernel import (
     subtract,
 )
 
-__all__ = ["densities", "gradients", "hessians"]
+__all__ = ["densities", "gradients", "hessians", "regularizations"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -65,13 +65,32 @@ def _phi(e: float, m: float, c: float) -> tuple[float, float, float]:
     return 2.0 * e / (1.0 + root) + c * e**3 / 3.0, 1.0 / root + c * e**2, 2.0 * c * e - 1.0 / (m * root**3)
 
 
+@algebra
+def _measured(
+    points: Floats, nodes: Ints, shapes: Floats, normals: Floats, regularization: Floats, k: int
+) -> tuple[Vector, Vector, Vector, float, float]:
+    """Of a frame f1, f2, its normal, and its area with the derivative, regularized."""
+    f1, f2 = _frame(points, nodes, shapes, k)
+    n = _normal(f1, f2, normals, k)
+    area, change = _regularized(dot(n, cross(f1, f2)), regularization[k])
+    return f1, f2, n, area, change
+
+
+@loop
+def regularizations(first, last, points, nodes, shapes, normals, factor, smallest, result):  # type: ignore[no-untyped-def]
+    """By how much areas (f,) are regularized: where below a share of the size of the frame, by a factor of them."""
+    for k in range(first, last):
+        f1, f2 = _frame(points, nodes, shapes, k)
+        area = dot(_normal(f1, f2, normals, k), cross(f1, f2))
+        least = smallest * 0.5 * (dot(f1, f1) + dot(f2, f2))
+        result[k] = 0.0 if area > least else np.hypot(factor * area, least)
+
+
 @loop
 def densities(first, last, points, nodes, shapes, weights, normals, regularization, m, c, result):  # type: ignore[no-untyped-def]
     """Weighted densities (f,); infinite where the area is not positive."""
     for k in range(first, last):
-        f1, f2 = _frame(points, nodes, shapes, k)
-        n = _normal(f1, f2, normals, k)
-        area, _ = _regularized(dot(n, cross(f1, f2)), regularization[k])
+        f1, f2, n, area, _ = _measured(points, nodes, shapes, normals, regularization, k)
         result[k] = weights[k] * _phi(plane_density(f1, f2, n) / area, m, c)[0] if area > 0.0 else np.inf
 
 
@@ -79,9 +98,7 @@ def densities(first, last, points, nodes, shapes, weights, normals, regularizati
 def gradients(first, last, points, nodes, shapes, weights, normals, regularization, m, c, result):  # type: ignore[no-untyped-def]
     """Derivatives (f, 6) of the weighted densities with respect to f1 and f2."""
     for k in range(first, last):
-        f1, f2 = _frame(points, nodes, shapes, k)
-        n = _normal(f1, f2, normals, k)
-        area, change = _regularized(dot(n, cross(f1, f2)), regularization[k])
+        f1, f2, n, area, change = _measured(points, nodes, shapes, normals, regularization, k)
         g1, g2 = plane_gradient(f1, f2, n)
         e = plane_density(f1, f2, n) / area
         s = weights[k] * _phi(e, m, c)[1] / area
@@ -123,9 +140,7 @@ def hessians(  # type: ignore[no-untyped-def]
     """
     row = np.empty(6)
     for k in range(first, last):
-        f1, f2 = _frame(points, nodes, shapes, k)
-        n = _normal(f1, f2, normals, k)
-        area, change = _regularized(dot(n, cross(f1, f2)), regularization[k])
+        f1, f2, n, area, change = _measured(points, nodes, shapes, normals, regularization, k)
         _, slope, bend = _phi(plane_density(f1, f2, n) / area, m, c)
         w = weights[k] * slope
         f1, f2 = combine(1.0, f1, -dot(f1, n), n), combine(1.0, f2, -dot(f2, n), n)

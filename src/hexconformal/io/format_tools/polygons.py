@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...common import MeshError, ReadError, first_ids
 from ..convert import to_pyvista
-from ..pyvista_mesh import cell_nodes
+from ..grid_cells import cell_nodes
 from ..source_file import FileContents, SourceFile
 from .format import Format
 from .rewriting import changed_arrays, named

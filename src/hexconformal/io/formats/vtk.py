@@ -17,7 +17,8 @@ from ..format_tools.file_checks.vtk_file_checks import check_last_array, check_r
 from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, check_vtk_xml, pieces_of
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import file_head
-from ..pyvista_mesh import cell_offsets, check_cell_nodes, to_polydata
+from ..grid_cells import cell_offsets
+from ..pyvista_mesh import check_cell_nodes, to_polydata
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["CELL_IDS", "NODE_IDS", "VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]

@@ -18,8 +18,13 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # Opposite edges of the faces of a cell, by their middles.
+_MIDDLES = {frozenset(corners): 8 + number for number, corners in enumerate(BETWEEN[:12])}
 _OPPOSITE = np.array(
-    [(8, 10), (12, 14), (8, 12), (10, 14), (9, 11), (13, 15), (9, 13), (11, 15), (16, 17), (17, 18), (18, 19), (19, 16)]
+    [
+        [_MIDDLES[frozenset((face[k], face[k + 1]))], _MIDDLES[frozenset((face[k + 2], face[(k + 3) % 4]))]]
+        for face in BETWEEN[12:18]
+        for k in (0, 1)
+    ]
 )
 _RANK = 1e-6  # of squared sines between normals, above which they are of different planes
 _AFLOAT = 1e-9  # of weights: holds the edges that no chain of opposite ones leads from to the boundary
