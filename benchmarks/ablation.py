@@ -125,7 +125,8 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "rapid": (1.0, OFF),
         "proportion_weight": (0.0, OFF),
         "slender": (5.0, 10.0),
-        "slenderest": (6.0,),
+        "slenderest": (6.0, 24.0),
+        "least_slender": (1.5, 3.0),
         "least_volume": (0.0, OFF),
         "volume_weight": (0.0, OFF),
         "sizes_weight": (0.0, OFF),
@@ -133,6 +134,7 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     },
     "worst_cells": {
         "distortion_share": (0.0, OFF),
+        "reopened": (0.0, OFF),
         "stiffness": (0.0, OFF),
         "angle_steps": (0, OFF),
         "stiff_steps": (0, OFF),

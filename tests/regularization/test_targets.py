@@ -7,6 +7,7 @@ from meshes.hexahedra import jittered_box
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements.lengths_volumes import cell_volumes
+from hexconformal.regularization import Regularization
 
 
 def test_box_targets_reach_zero_energy_where_cubes_cannot():
@@ -50,6 +51,20 @@ def test_a_boundary_layer_of_aspect_1000_keeps_its_sizes_unless_cubes_are_asked_
     assert any(told in note for note in result.report.notes) == (target == "auto")
     same = hc.regularize((points, cells), target=target)
     assert np.abs(same.points - points).max() < 1e-9
+
+
+def test_cells_with_stretched_targets_may_get_only_a_little_thinner_than_these():
+    points, cells = generate.boundary_layer((4, 4, 8), aspect=10.0)
+    edges = np.ptp(points[cells], axis=1)
+    stretch = edges.max(axis=1) / edges.min(axis=1)
+    assert stretch.max() > 9.0
+    assert stretch.min() < 2.0
+    run = Regularization((points, cells), hc.Options(target=edges))
+    slender = run._setting.formulation(run._boundary).slender
+    expected = np.clip(12.0 / stretch, 2.0, 6.0)[run._normalized.cell_ids]
+    assert np.abs(slender / expected - 1.0).max() < 1e-12
+    cubes = Regularization((points, cells), hc.Options(target="cube"))
+    assert cubes._setting.formulation(cubes._boundary).slender.min() == 6.0
 
 
 def test_what_target_auto_has_decided_is_told():

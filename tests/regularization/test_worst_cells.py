@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from corner_problems import fixed_boundary, formulation_of
+from meshes.flat import flattened
 
 import hexconformal as hc
 from hexconformal import generate
 from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.geometry import find_features
 from hexconformal.mesh import boundary_quads
-from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches
+from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches, reopen_worst
 
 
 def test_lifting_raises_the_worst_cell_step_by_step():
@@ -25,6 +26,19 @@ def test_nothing_is_lifted_once_held_corners_forbid_it():
     held = fixed_boundary(points, cells)
     assert list(raise_worst_patches(held, points)) == []
     assert list(raise_worst_patches(formulation_of(points, cells), points)) != []
+
+
+def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():
+    points, cells = flattened(*generate.jittered(*generate.ball(4, 2), 0.2, seed=1), 1e-3, 4)
+    formulation = fixed_boundary(points, cells)
+    worst = formulation.quality(points).min()
+    assert worst < 2e-3
+    for iteration in reopen_worst(formulation, points, points):
+        assert formulation.quality(iteration.points).min() >= worst
+        assert (formulation.measures(iteration.points).determinant > 0.0).all()
+    assert formulation.quality(iteration.points).min() > 0.3
+    assert np.array_equal(iteration.points[~formulation.free], points[~formulation.free])
+    assert list(reopen_worst(formulation, iteration.points, points)) == []
 
 
 def cylinder_with_a_rough_rim():

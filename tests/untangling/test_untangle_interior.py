@@ -1,7 +1,10 @@
 """Cells that are folded inside, with sound corners."""
 
+import sys
+
 import numpy as np
-from corner_problems import fixed_boundary
+from corner_problems import boundary_held, fixed_boundary, formulation_of
+from meshes.hexahedra import INVALID_INSIDE
 from meshes.linear_cells import renumberings
 
 from hexconformal import generate
@@ -22,6 +25,26 @@ def test_a_cell_folded_inside_with_sound_corners_is_unfolded():
     surface = np.unique(boundary_quads(cells)[0])
     assert np.array_equal(better[surface], points[surface])
     assert untangle_interior(formulation, better) is better
+
+
+def test_steps_at_an_eps_end_where_nothing_falls_any_more(monkeypatch):
+    module, steps = sys.modules[untangle_interior.__module__], 0
+    lbfgs = module.lbfgs
+
+    def counted(*given, **options):
+        nonlocal steps
+        for iterate in lbfgs(*given, **options):
+            steps += 1
+            yield iterate
+
+    monkeypatch.setattr(module, "lbfgs", counted)
+    points, cells = generate.box((2, 2, 2))
+    points[cells[0]] = INVALID_INSIDE
+    # Along this line the node in the middle does not get far enough.
+    projectors, line = boundary_held(points, cells), np.random.default_rng(4).normal(size=3)
+    projectors[13] = np.outer(line, line) / (line @ line)
+    assert np.array_equal(untangle_interior(formulation_of(points, cells, projectors), points), points)
+    assert 0 < steps < 500
 
 
 def test_wedges_folded_inside_are_unfolded_alike_whichever_end_comes_first():

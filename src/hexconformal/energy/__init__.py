@@ -17,6 +17,7 @@ from .target import (
     inverse_targets,
     jacobian_matrices,
     normalized_target,
+    stretch_of,
     stretched_boxes,
     target_volumes,
 )
@@ -43,6 +44,7 @@ __all__ = [
     "inverse_targets",
     "jacobian_matrices",
     "normalized_target",
+    "stretch_of",
     "stretched_boxes",
     "target_volumes",
 ]

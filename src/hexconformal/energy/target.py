@@ -159,6 +159,18 @@ def inverses_of(inverses: Field, one: TypedRows, count: int) -> Field:
     return inverses if one.cell_type is HEXAHEDRON else np.array(one.cell_type.inverse_target)[None, None]
 
 
+def stretch_of(inverses: Field) -> Field:
+    """Ratio (m,) of the longest to the shortest edge that inverse target frames ask for, 1 for cubes.
+
+    Examples
+    --------
+    >>> stretch_of(np.diag([1.0, 0.5, 0.25])[None, None])
+    array([4.])
+    """
+    edges = np.linalg.norm(np.linalg.inv(inverses), axis=2)
+    return np.asarray(edges.max(axis=(1, 2)) / edges.min(axis=(1, 2)))
+
+
 def aspect_ratios(points: Field, cells: NDArray[np.int64]) -> Field:
     """Aspect ratio (m,) of every cell: its longest over its shortest mean edge, of the three directions.
 

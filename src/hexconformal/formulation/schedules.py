@@ -45,9 +45,12 @@ class MinimizationSchedule(Schedule):
         energy by more than this share.
     least_volume
         Smallest volume, relative to the cube of the edges, that the stiffness of a cell takes as it is.
-    proportion_weight, slender, slenderest
-        Weight of the proportions of edges at corners, beside the distortion or the angles, the ratio up to which they
-        cost nothing, whatever it was at first, and that of folded cells where most are folded.
+    proportion_weight, slender
+        Weight of the proportions of edges at corners, beside the distortion or the angles, and the ratio up to which
+        they cost nothing, whatever it was at first.
+    slenderest, least_slender
+        That ratio of folded cells where most are folded, and of the longest to the shortest edge with what a target
+        has of its own; and the least beside a target, however stretched that is.
     volume_weight
         Weight of the volumes of cells beside the angles or the distortion, where the worst cells are raised.
     sizes_weight
@@ -66,7 +69,8 @@ class MinimizationSchedule(Schedule):
     least_volume: float = tuned(0.05, 0.0, 1.0)
     proportion_weight: float = tuned(20.0)
     slender: float = tuned(6.0, 1.0)
-    slenderest: float = tuned(15.0, 1.0)
+    slenderest: float = tuned(12.0, 1.0)
+    least_slender: float = tuned(2.0, 1.0)
     volume_weight: float = tuned(6.0)
     sizes_weight: float = tuned(4.0)
     target_sizes_factor: float = tuned(25.0)
@@ -102,6 +106,8 @@ class WorstCellsSchedule(Schedule):
         Worst scaled Jacobian at which nothing is left to do.
     worth
         By which the worst scaled Jacobian at curves has to rise for these to be let go as far as the surface.
+    reopened, patience
+        Fullness below which a worst cell that stalls is opened as if folded, and rounds of that without success.
     many_cells
         Cells up to which those of the whole mesh are raised first; beyond, patches alone.
     """
@@ -121,6 +127,8 @@ class WorstCellsSchedule(Schedule):
     poor: float = tuned(0.5, 0.0, 1.0)
     good: float = tuned(0.98, 0.0, 1.0)
     worth: float = tuned(0.05, 0.0, 1.0)
+    reopened: float = tuned(0.1, 0.0, 1.0)
+    patience: int = tuned(2)
     many_cells: int = tuned(200_000)
 
 

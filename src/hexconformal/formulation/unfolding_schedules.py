@@ -118,11 +118,17 @@ class InteriorSchedule(Schedule):
         Ratio of one eps to the one before.
     least_eps
         Where cells are hardly folded.
+    slow, alike, patience
+        Relative decrease of the energy, and relative change of the worst determinant inside from one eps to the next,
+        so many of which in a row that are smaller are the end.
     """
 
     widths: tuple[int, ...] = tuned((0, 1, 2))
     rounds: int = tuned(12)
     steps: int = tuned(100)
+    slow: float = tuned(1e-5, 0.0, 1.0)
+    alike: float = tuned(1e-2, 0.0, 1.0)
+    patience: int = tuned(3)
     first_eps: float = tuned(0.5)
     shrink: float = tuned(0.5, 0.0, 1.0)
     least_eps: float = tuned(1e-3)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elements import TypedRows, all_valid, corner_scaled_jacobian, is_valid, rows_by_type
-from ..energy import CornerTerm, DistortionTerm, inverse_targets, normalized_target, target_volumes
+from ..energy import CornerTerm, DistortionTerm, inverse_targets, normalized_target, stretch_of, target_volumes
 from ..formulation import Formulation, Schedules
 from ..mesh import NormalizedMesh, Regions
 from .boundary import Boundary
@@ -100,12 +100,17 @@ class Setting:
     @cached_property
     def _slender(self) -> Field:
         """(m,) slenderness up to which proportions cost nothing: no cell has to get thicker than it is."""
-        schedule, measures = self.schedules.minimization, self._corners.measures(self.normalized.points)
+        schedule, corners = self.schedules.minimization, self._corners
+        measures = corners.measures(self.normalized.points)
         sized = ~self.schedules.untangling.are_flat(measures.fullness)
-        known = np.maximum(measures.slenderness, schedule.slender)
         # How thin a folded cell is meant to be nobody knows; where few are folded, as those around them.
-        unknown = schedule.slender if self.normalized.space.mean(sized) > 0.5 else schedule.slenderest
-        return np.where(sized, known, unknown)
+        few = self.normalized.space.mean(sized) > 0.5
+        allowed = np.where(sized | few, schedule.slender, schedule.slenderest)
+        # Slenderness is relative to the target: what that has of its own counts.
+        if len(corners.inverses):
+            room = np.maximum(schedule.slenderest / stretch_of(corners.inverses), schedule.least_slender)
+            allowed = np.minimum(allowed, room)
+        return np.where(sized, np.maximum(measures.slenderness, allowed), allowed)
 
     @cached_property
     def least_of_types(self) -> Field:

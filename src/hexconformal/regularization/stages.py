@@ -23,7 +23,7 @@ from .on_ranks.unfolding_on_ranks import unfold_on_ranks
 from .return_to_surface import return_to_surface, towards
 from .setting import Setting
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
-from .worst_cells import raise_worst, raise_worst_patches, soften_curves
+from .worst_cells import raise_worst, raise_worst_patches, reopen_worst, soften_curves
 
 __all__ = ["Stages", "State"]
 
@@ -185,6 +185,10 @@ class Stages:
             formulation.release()
         bounded = formulation.within(schedules.work.patches)
         for iteration in raise_cells(bounded, points):
+            points = iteration.points
+            yield iteration
+        again = formulation.within(schedules.work.patches)
+        for iteration in reopen_worst(again, points, self._setting.first):
             points = iteration.points
             yield iteration
         if options.features == "auto" and options.surface is None:

@@ -9,6 +9,7 @@ below one over the worst density forbids any corner to get worse and pushes hard
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from dataclasses import replace
 from itertools import islice
 from typing import NamedTuple
 
@@ -21,8 +22,9 @@ from ..formulation import Formulation, Iteration, convex_newton, on_one_rank, st
 from ..geometry import DistanceBarrier
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobians
+from ..untangling import untangle
 
-__all__ = ["Softened", "raise_worst", "raise_worst_patches", "soften_curves", "stiffened"]
+__all__ = ["Softened", "raise_worst", "raise_worst_patches", "reopen_worst", "soften_curves", "stiffened"]
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -97,6 +99,37 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
             stalled = True
             aside |= quality < worst + schedule.alike
         aside |= quality >= limits
+
+
+def reopen_worst(formulation: Formulation, points: Field, first: Field) -> Iterator[Iteration]:
+    """Open the worst cells as folded ones are, where they stall next to flat, and raise them again.
+
+    The barrier of equation (12) keeps a cell on the way it is on. chi_eps of equation (9) lets it go, and finds others
+    from where the patch was at first, and from harmonic positions.
+    """
+    schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
+    flat, fullness = schedule.reopened, formulation.fullness(points)
+    if space.smallest(fullness) >= flat:
+        return
+    if space.is_shared:
+        region = node_rings(cells, len(points), fullness < flat, formulation.schedules.untangling.rounds, space)
+
+        def work(whole: Formulation, start: Field, _: Mask) -> Iterator[Iteration]:
+            return reopen_worst(whole, start, start)
+
+        yield from steps_on_one_rank(formulation, points, region, work)
+        return
+    schedules = replace(formulation.schedules, untangling=replace(formulation.schedules.untangling, flat=flat))
+    worst, trial = formulation.quality(points).min(), points
+    for iteration in untangle(replace(formulation, schedules=schedules), points, schedule.patience, first):
+        trial = iteration.points
+        yield Iteration("reopen worst cells", points)
+    if trial is points:
+        return
+    for iteration in raise_worst_patches(formulation, trial):
+        trial = iteration.points
+        better = formulation.quality(trial).min() > worst
+        yield Iteration("reopen worst cells", trial if better else points)
 
 
 def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteration, None, Softened | None]:

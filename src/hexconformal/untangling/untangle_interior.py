@@ -19,7 +19,7 @@ from ..elements import CORNERS, HEXAHEDRON, WEDGE, CellType, collapsed_cells, is
 from ..energy import ComposedTerm, DistortionTerm
 from ..formulation import Formulation, on_one_rank
 from ..mesh import connected_regions, node_rings
-from ..solver import lbfgs
+from ..solver import Iterate, lbfgs
 
 __all__ = ["untangle_interior"]
 
@@ -65,20 +65,30 @@ def _unfold(patch: Formulation, points: Field) -> Field:
     schedule = patch.schedules.interior
     valid, folded = is_valid(points, patch.cells), patch.measures(points).determinant <= 0.0
     weights, parts = _parts(patch.cells[~folded], len(points))
-    moved = points
+    moved, last, stalled = points, 0.0, 0
     for k in range(schedule.rounds):
         worst = max(0.0, -float(minimum_jacobian(weights @ moved, parts)[0].min()))
-        eps = max(schedule.least_eps, schedule.first_eps * worst) * schedule.shrink**k
+        stalled = stalled + 1 if abs(worst - last) < schedule.alike * last else 0
+        if stalled == schedule.patience:
+            break
+        last, eps = worst, max(schedule.least_eps, schedule.first_eps * worst) * schedule.shrink**k
         inside = ComposedTerm(DistortionTerm(parts, weights.shape[0], eps=eps, quadrature="corners"), weights)
-        at = patch.problem(patch.with_distortion(inside, 0.0)).at(moved)
-        for iterate in islice(lbfgs(at, np.copy, scaled=True), schedule.steps):
-            if iterate.step == 0.0 or not patch.work.take(len(patch.cells)):
-                break
-            moved = iterate.points
+        moved = _lowered(patch.problem(patch.with_distortion(inside, 0.0)).at(moved), patch)
         now = is_valid(moved, patch.cells)
         unfolded = (patch.measures(moved).determinant > 0.0) | folded
         if now.sum() > valid.sum() and now[valid].all() and unfolded.all():
             return moved
+    return points
+
+
+def _lowered(at: Iterate, patch: Formulation) -> Field:
+    """Points with less energy, by L-BFGS until that hardly falls any more."""
+    schedule, points, slow = patch.schedules.interior, at.points, 0
+    for iterate in islice(lbfgs(at, np.copy, scaled=True), schedule.steps):
+        slow = slow + 1 if iterate.decrease < schedule.slow * abs(iterate.energy) else 0
+        if iterate.step == 0.0 or slow == schedule.patience or not patch.work.take(len(patch.cells)):
+            break
+        points = iterate.points
     return points
 
 
