@@ -147,6 +147,35 @@ def test_partners_have_partners_between_them():
     np.testing.assert_allclose(ways, ways[:1].repeat(25, axis=0), atol=1e-15)
 
 
+def test_partners_that_are_replaced_are_none_any_more():
+    points, cells = block(2)
+    low, high = (np.flatnonzero(points[:, 0] == x) for x in (points[:, 0].min(), points[:, 0].max()))
+    link = [2, (1, 2), None, np.column_stack([high, low])]
+    curved = hc.elevated(meshio.Mesh(points, [("hexahedron", cells)], gmsh_periodic=[link]), 27).to_source_type()
+    assert len(curved.gmsh_periodic[0][-1]) == 25
+    mesh = hc.elevated(hc.as_hex_mesh(curved, linearize=True), 20)
+    (pairs,) = mesh.origin.coupled_pairs
+    ways = mesh.points[pairs.nodes[:, 0]] - mesh.points[pairs.nodes[:, 1]]
+    # A side of two by two faces has 9 corners and 12 edges.
+    assert len(np.unique(pairs.nodes, axis=0)) == len(ways) == 21
+    np.testing.assert_allclose(ways, ways[:1].repeat(21, axis=0), atol=1e-15)
+    np.testing.assert_array_equal(mesh.to_source_type().gmsh_periodic[0][-1], pairs.nodes)
+
+
+def test_a_set_that_loses_nodes_between_corners_is_told():
+    curved = hc.elevated(block(2), 20)
+    middles, side = np.arange(27, 81), np.flatnonzero(curved.points[:, 0] == curved.points[:, 0].min())
+    source = meshio.Mesh(
+        curved.points, [("hexahedron20", curved.blocks[0].cells)], point_sets={"middles": middles, "side": side}
+    )
+    mesh = hc.elevated(hc.as_hex_mesh(source, linearize=True), 27)
+    found = mesh.to_source_type().point_sets
+    assert len(found["middles"]) == 0
+    assert len(found["side"]) == 25
+    assert "point set 'middles' has 54 nodes fewer, as not all of their corners are in it" in mesh.notes
+    assert not any("'side'" in note for note in mesh.notes)
+
+
 @pytest.mark.parametrize("kind", ["meshio", "pyvista"])
 def test_nodes_that_came_between_corners_give_way(kind):
     curved = hc.elevated(_with_company() if kind == "meshio" else _grid(), 20)

@@ -94,7 +94,7 @@ def _from_meshio(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
             for name, parts in source.cell_data.items()
         },
         field_data=source.field_data,
-        point_sets={name: raised.in_set(ids) for name, ids in source.point_sets.items()},
+        point_sets={name: raised.in_set(name, ids) for name, ids in source.point_sets.items()},
         cell_sets={name: _parts_of_set(str(name), parts, olds, places) for name, parts in source.cell_sets.items()},
         gmsh_periodic=None if source.gmsh_periodic is None else [
             [*link[:-1], raised.pairs(np.asarray(link[-1], dtype=np.int64).reshape(-1, 2))]
