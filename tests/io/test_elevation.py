@@ -47,6 +47,17 @@ def test_what_is_not_linear_is_refused():
         hc.elevated(hc.elevated(block(1), 20), 27)
 
 
+def test_cells_that_have_no_order_two_are_refused():
+    points, cells = block(1)
+    with pytest.raises(hc.MeshError, match=r"outside 0\.\.7: 1 \(ids 0\); ids start at 1 here, subtract 1"):
+        hc.elevated((points, cells + 1))
+    with pytest.raises(hc.MeshError, match=r"outside 0\.\.7: 1 \(ids 0\)"):
+        hc.elevated((points, cells - 1))
+    wedge = cells[:, [0, 1, 2, 2, 4, 5, 6, 6]]
+    with pytest.raises(hc.MeshError, match=r"a repeated node, such as wedges, have no order 2 here: 1 \(ids 1\)"):
+        hc.elevated((points, np.concatenate([cells, wedge])))
+
+
 @pytest.mark.parametrize(
     ("nodes", "extension"),
     [(20, "vtu"), (20, "vtk"), (20, "inp"), (20, "e"), (20, "msh"), (20, "med"), (20, "bdf"), (20, "xdmf")]

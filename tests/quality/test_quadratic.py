@@ -115,3 +115,15 @@ def test_real_meshes(shared):
         summary = hc.quality(folder / f"{name}.vtu").summary()
         assert (summary.count, summary.invalid) == (count, invalid)
         assert "higher order" in kinds(folder / f"{name}.vtu")
+
+
+@pytest.mark.parametrize("shift", [1, -1, 10**9])
+@pytest.mark.parametrize("name", ["hexahedron", "hexahedron20"])
+def test_nodes_that_there_are_none_of_are_refused_and_not_looked_for(shift, name):
+    points, cells = jittered_box(2)
+    if name == "hexahedron20":
+        mesh = hc.elevated((points, cells), 20)
+        points, cells = mesh.points, mesh.blocks[0].cells
+    for work in (hc.quality, hc.orient):
+        with pytest.raises(hc.MeshError, match=rf"node ids outside 0\.\.{len(points) - 1}: \d"):
+            work((points, {name: cells + shift}))
