@@ -276,3 +276,49 @@ def test_a_cell_in_two_groups_is_kept_or_told(tmp_path):
     assert hc.write(tmp_path / "a.msh", source) == ["cell set 'half'"]
     assert hc.write(tmp_path / "a.e", source) == []
     assert hc.as_hex_mesh(tmp_path / "a.e").cell_groups()["half"].sum() == 4
+
+
+def _bent(kind, nodes):
+    """A mesh whose nodes between corners are elsewhere, as an object of a kind."""
+    mesh = hc.elevated(block(2), nodes)
+    points = mesh.points + np.random.default_rng(0).uniform(-0.03, 0.03, mesh.points.shape)
+    cells = mesh.blocks[0].cells
+    return {
+        "meshio": lambda: meshio.Mesh(points, [(f"hexahedron{nodes}", cells)]),
+        "pyvista": lambda: pv.UnstructuredGrid({{20: 25, 27: 29}[nodes]: cells}, points),
+        "arrays": lambda: (points, {f"hexahedron{nodes}": cells}),
+        "ours": lambda: mesh.replaced(points),
+        "taken in": lambda: hc.as_volume_mesh(meshio.Mesh(points, [(f"hexahedron{nodes}", cells)])),
+    }[kind](), points
+
+
+KINDS = ["meshio", "pyvista", "arrays", "ours", "taken in"]
+
+
+@each_number
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_written_stays_curved(kind, nodes, tmp_path):
+    source, points = _bent(kind, nodes)
+    assert hc.write(tmp_path / "curved.vtu", source) == []
+    np.testing.assert_array_equal(hc.as_volume_mesh(tmp_path / "curved.vtu").points, points)
+
+
+@each_number
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_mesh_can_be_taken_by_its_corners(kind, nodes):
+    source, points = _bent(kind, nodes)
+    linear = hc.as_hex_mesh(source, linearize=True)
+    np.testing.assert_array_equal(linear.points, points)
+    np.testing.assert_array_equal(linear.cells, hc.elevated(block(2), nodes).blocks[0].cells[:, :8])
+    assert "edges straightened" in " ".join(linear.notes)
+    back = hc.as_volume_mesh(linear.to_source_type())
+    assert isinstance(back, hc.MixedMesh)
+    straight = hc.elevated((points[:27], linear.cells), nodes)
+    np.testing.assert_allclose(hc.quality(back).volume, hc.quality(straight).volume, rtol=1e-12)
+    assert hc.as_volume_mesh(linear, linearize=True) is linear
+    assert len(hc.elevated(linear, 27).points) == 125
+
+
+def test_the_way_to_take_corners_is_told():
+    with pytest.raises(hc.MeshError, match="has 8 hexahedra of 20 nodes; linearize=True"):
+        hc.elevated(hc.elevated(block(2), 20), 27)
