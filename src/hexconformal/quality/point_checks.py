@@ -35,7 +35,7 @@ def check_places(mesh: HexMesh | MixedMesh, what: str) -> list[Finding]:
     node_labels = mesh.node_labels
     used = np.zeros(len(mesh.points), dtype=bool)
     used[mesh.cells] = True
-    unused = np.flatnonzero(~used)
+    unused = np.flatnonzero(~(used | mesh.straightened))
     if len(unused):
         found.append(
             warning("unreferenced points", unused, f"points in no {what} (kept): {first_ids(unused, node_labels)}")
