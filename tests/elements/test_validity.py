@@ -177,7 +177,7 @@ def test_the_number_of_threads_changes_nothing(monkeypatch):
 
 
 def test_bounds_after_bisection_are_bounds():
-    x, points, cells = random_hexes(20_000, 0.3)
+    x, points, cells = random_hexes(20_000, 0.4)
     lower, upper = hexahedron_bounds(points, cells)
     bisected = (lower > 0) & (bernstein_coefficients(x).reshape(len(x), -1).min(axis=1) <= 0)
     assert bisected.sum() > 10

@@ -5,6 +5,7 @@ import pytest
 
 import hexconformal as hc
 from hexconformal.regularization import Options
+from hexconformal.regularization.quadratic import sliding
 from hexconformal.regularization.quadratic.schedule import QuadraticSchedule
 from hexconformal.regularization.quadratic.setting import QuadraticSetting
 
@@ -13,10 +14,15 @@ BEND = 0.3
 
 
 def parabola(nodes):
-    """A box whose bottom and top are z = BEND x^2, and that plus one: cells of order two have them exactly."""
+    """A box whose bottom and top are z = BEND x^2, and that plus one: cells of order two have them exactly.
+
+    Nodes are numbered anyhow.
+    """
     mesh = hc.elevated(hc.generate.box((3, 3, 2)), nodes)
-    x, y, z = mesh.points.T
-    return mesh.replaced(np.column_stack([x, y, z + BEND * x * x])), mesh.points
+    order = np.random.default_rng(3).permutation(len(mesh.points))
+    x, y, z = flat = mesh.points[order].T
+    cells = {f"hexahedron{nodes}": np.argsort(order)[mesh.blocks[0].cells]}
+    return hc.MixedMesh.of_types(np.column_stack([x, y, z + BEND * x * x]), cells), flat.T
 
 
 def setting_of(nodes):
@@ -55,6 +61,16 @@ def test_nodes_are_brought_to_the_closest_place_of_their_face_or_edge(nodes):
 
 
 @each_number
+def test_what_moves_along_one_axis_is_brought_back_too(nodes):
+    setting, flat = setting_of(nodes)
+    top = np.flatnonzero((flat[:, 2] == 1.0) & (np.abs(flat[:, :2] - 0.5) < 0.4).all(axis=1))
+    field = setting.start.copy()
+    field[top, 0] += 0.1
+    np.testing.assert_allclose(heights(setting.to_user(setting.on_surface(field)))[top], 1.0, atol=1e-12)
+    assert np.abs(heights(setting.to_user(field))[top] - 1.0).min() > 1e-4
+
+
+@each_number
 def test_what_has_not_moved_stays_to_the_last_bit(nodes):
     setting, _ = setting_of(nodes)
     np.testing.assert_array_equal(setting.on_surface(setting.start), setting.start)
@@ -63,10 +79,9 @@ def test_what_has_not_moved_stays_to_the_last_bit(nodes):
 @each_number
 def test_nobody_slides_over_the_end(nodes):
     setting, _ = setting_of(nodes)
-    sliding = setting.boundary.sliding
     parts = setting.boundary.parts
     low, high = setting.start.min(axis=0), setting.start.max(axis=0)
-    for kind in sliding._kinds:
+    for kind in setting.boundary.sliding._kinds:
         for far in (-5.0, 5.0):
             positions = kind.found(parts * (setting.start[kind.nodes] + far))[0] / parts
             assert (positions >= low - 1e-9).all()
@@ -91,3 +106,13 @@ def test_directions_are_tangents_and_none_for_what_is_held(nodes):
     less = setting.boundary.sliding.with_held(held).admissible(setting.start).project(ways)
     assert not less[held].any()
     np.testing.assert_array_equal(np.delete(less, held, axis=0), np.delete(free, held, axis=0))
+
+
+@each_number
+def test_walks_alone_tell_where_on_a_face_nodes_are(nodes, monkeypatch):
+    monkeypatch.setattr(sliding, "_CORRECTIONS", 0)
+    setting, _ = setting_of(nodes)
+    parts = setting.boundary.parts
+    for kind in setting.boundary.sliding._kinds:
+        there = setting.start[kind.nodes]
+        np.testing.assert_allclose(kind.found(parts * there)[0] / parts, there, atol=1e-12)
