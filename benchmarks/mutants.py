@@ -513,6 +513,20 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("np.argsort(np.argsort(rows, axis=1), axis=1)", "np.argsort(rows, axis=1)"),
         ],
     ),
+    "hexconformal.io.raised_cells": (
+        ("io/test_elevation.py",),
+        [
+            ("nodes[self._kept[nodes].all(axis=1)]", "nodes"),
+            ("self._kept[block.nodes] = False", "self._kept[block.nodes] = True"),
+            ("np.cumsum(self._kept) - 1", "np.cumsum(self._kept)"),
+            ("(both >= 0).all(axis=1)", "(both >= -1).all(axis=1)"),
+            ("whole = (quadratic >= 0).all(axis=1)", "whole = (quadratic >= -1).all(axis=1)"),
+            ("outer[self._first_cells] = False", "outer[self._first_cells] = True"),
+            ("if fewer > 0:", "if fewer > 99:"),
+            ("labels.max(initial=0) + 1 + np", "labels.max(initial=0) + np"),
+            ("block.rows[whole])", "block.rows[~whole])"),
+        ],
+    ),
     "hexconformal.regularization.minimize": (
         (
             "regularization/test_minimization.py",

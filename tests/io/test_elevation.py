@@ -173,6 +173,16 @@ def test_partners_that_are_replaced_are_none_any_more():
     np.testing.assert_array_equal(mesh.to_source_type().gmsh_periodic[0][-1], pairs.nodes)
 
 
+@each_number
+def test_where_partners_have_no_edge_between_them_there_is_no_further_pair(nodes):
+    points, cells = block(1)
+    own = cells[0]
+    pairs = own[[[4, 0], [6, 1]]]  # an edge, and the diagonal of a face
+    source = meshio.Mesh(points, [("hexahedron", cells)], gmsh_periodic=[[2, (1, 2), None, pairs]])
+    (found,) = hc.elevated(source, nodes).origin.coupled_pairs
+    np.testing.assert_array_equal(found.nodes, pairs)
+
+
 def test_a_set_that_loses_nodes_between_corners_is_told():
     curved = hc.elevated(block(2), 20)
     middles, side = np.arange(27, 81), np.flatnonzero(curved.points[:, 0] == curved.points[:, 0].min())
