@@ -177,7 +177,7 @@ def test_partners_that_are_replaced_are_none_any_more():
 def test_where_partners_have_no_edge_between_them_there_is_no_further_pair(nodes):
     points, cells = block(1)
     own = cells[0]
-    pairs = own[[[4, 0], [6, 1]]]  # an edge, and the diagonal of a face
+    pairs = own[[[0, 4], [1, 6]]]  # an edge, and the diagonal of a face
     source = meshio.Mesh(points, [("hexahedron", cells)], gmsh_periodic=[[2, (1, 2), None, pairs]])
     (found,) = hc.elevated(source, nodes).origin.coupled_pairs
     np.testing.assert_array_equal(found.nodes, pairs)
