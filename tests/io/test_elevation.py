@@ -40,6 +40,15 @@ def test_arrays_come_along():
     np.testing.assert_array_equal(raised.cell_data["p"], mesh.cell_data["p"])
 
 
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.complex64])
+def test_the_largest_number_stays_what_it_is_between_corners(kind):
+    points, cells = block(1)
+    largest = np.full(8, np.finfo(kind).max, dtype=kind)
+    raised = hc.elevated(hc.HexMesh(points, cells, {"none": largest}), 27).point_data["none"]
+    assert raised.dtype == kind
+    np.testing.assert_array_equal(raised, largest[0])
+
+
 def test_what_is_not_linear_is_refused():
     with pytest.raises(hc.OptionError, match="must be 20 or 27, not 21"):
         hc.elevated(block(1), 21)
