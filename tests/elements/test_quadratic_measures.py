@@ -15,6 +15,7 @@ from meshes.quadratic_cells import (
 )
 
 from hexconformal.elements import (
+    BETWEEN,
     EDGE_NODES,
     HEXAHEDRON,
     HEXAHEDRON20,
@@ -114,3 +115,15 @@ def test_measures_do_not_depend_on_size_place_and_turn(cell_type):
     for name in MEASURES:
         factor = 1e9 if name == "volume" else 1.0
         np.testing.assert_allclose(other[name], factor * one[name], rtol=1e-9, atol=1e-9)
+
+
+def test_of_linear_cells_nodes_between_corners_are_their_mean():
+    expected = np.eye(8)[[*range(8)]].tolist() + [np.eye(8)[list(among)].mean(axis=0).tolist() for among in BETWEEN]
+    np.testing.assert_allclose(from_nodes(HEXAHEDRON), expected, atol=1e-15)
+
+
+@each_type
+def test_a_cell_that_is_negative_everywhere_has_the_worst_minimum(cell_type):
+    found = measured(cell_type, (cell_type.ideal * [1.0, 1.0, -1.0])[None])
+    np.testing.assert_allclose(found["minimum_jacobian"], -1.0)
+    np.testing.assert_allclose(found["volume"], -1.0)

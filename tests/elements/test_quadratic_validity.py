@@ -10,6 +10,7 @@ from meshes.quadratic_cells import QUADRATIC, lattice, random_cells, sampled_det
 from hexconformal.elements import HEXAHEDRON, determinant_bounds, quadratic_coefficients, valid_cells
 from hexconformal.elements.hexahedron import CORNERS
 from hexconformal.elements.quadratic import control_vectors
+from hexconformal.elements.quadratic.validity import fill_quadratic, room_for_cell
 
 each_type = pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.name)
 COUNT = 20_000
@@ -145,3 +146,23 @@ def test_what_touches_zero_is_given_up(cell_type):
     assert not valid_cells(x, np.array([cell_type.nodes]), cell_type)[0]
     x[:, 0] += 1e-6 * cell_type.ideal[:, 0]
     assert valid_cells(x, np.array([cell_type.nodes]), cell_type)[0]
+
+
+@each_type
+def test_rounding_is_measured_by_the_sizes_of_the_control_vectors(cell_type):
+    # Those of a brick are its edges, and differences of nodes are half as long.
+    tables, out = control_vectors(cell_type), np.empty(216)
+    points = cell_type.ideal * [1.0, 2.0, 3.0]
+    cells = np.arange(len(points))[None]
+    assert fill_quadratic(points, cells, 0, tables.for_loops, room_for_cell(), out) == pytest.approx(
+        6 * tables.rounding
+    )
+    np.testing.assert_allclose(out, 6.0)
+
+
+@each_type
+def test_the_other_side_of_a_cell_is_named_by_its_mirrored_nodes(cell_type):
+    x = random_cells(cell_type, 10, 0.05)
+    there = determinant_bounds(*separate(x), cell_type)
+    back = determinant_bounds(*separate((x * [1.0, 1.0, -1.0])[:, list(cell_type.mirrored)]), cell_type)
+    np.testing.assert_allclose(back, there, rtol=1e-9)

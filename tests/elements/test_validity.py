@@ -174,3 +174,13 @@ def test_the_number_of_threads_changes_nothing(monkeypatch):
     together = minimum_jacobian(points, cells)
     monkeypatch.setattr("hexconformal.kernel.threads.thread_count", lambda: 1)
     np.testing.assert_array_equal(minimum_jacobian(points, cells), together)
+
+
+def test_bounds_after_bisection_are_bounds():
+    x, points, cells = random_hexes(20_000, 0.4)
+    lower, upper = hexahedron_bounds(points, cells)
+    bisected = (lower > 0) & (bernstein_coefficients(x).reshape(len(x), -1).min(axis=1) <= 0)
+    assert bisected.sum() > 10
+    assert (lower <= upper).all()
+    assert (lower[bisected] <= det(x[bisected], lattice(9)).min(axis=1)).all()
+    assert np.isfinite(lower).all()

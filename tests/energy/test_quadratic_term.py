@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from meshes.quadratic_cells import QUADRATIC, frames, lattice, random_cells
 
-from hexconformal.energy import CornerWeights, QuadraticTerm
+import hexconformal as hc
+from hexconformal.energy import CornerWeights, Patch, QuadraticTerm
 from hexconformal.kernel import barrier_gradient
 
 each_type = pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.name)
@@ -156,3 +157,38 @@ def test_laplacian_is_that_of_cubes_as_large_as_the_cells(cell_type):
         weights = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
         slopes = frames(cell_type, np.stack([y, y, y], axis=1)[None], lattice(3))[0, :, 0]
         assert y @ matrix @ y == pytest.approx(weights @ (slopes**2 @ expected) / scale**2, rel=1e-11)
+
+
+@each_type
+def test_the_cells_of_a_stretched_cell_are_as_large_as_its_edges_are_on_average(cell_type):
+    long = term_of(cell_type).laplacian(cell_type.ideal * [1.0, 1.0, 3.0])
+    cube = term_of(cell_type).laplacian(cell_type.ideal)
+    np.testing.assert_allclose(long.toarray(), cube.toarray() / ((1 + 1 + 9) / 3), atol=1e-13)
+
+
+@each_type
+@pytest.mark.parametrize("with_boxes", [False, True])
+def test_of_a_patch_its_own_cells_count(cell_type, with_boxes):
+    mesh = hc.elevated(hc.generate.box((4, 1, 1)), len(cell_type.nodes))
+    rng = np.random.default_rng(5)
+    points, cells = mesh.points + rng.uniform(-0.01, 0.01, mesh.points.shape), mesh.blocks[0].cells
+    boxes = rng.uniform(0.5, 2.0, (4, 3)) if with_boxes else None
+    moving = np.zeros(len(points), dtype=bool)
+    moving[cells[2, 8]] = True
+    patch = Patch.around(moving, cells, points)
+    own = QuadraticTerm(cells, cell_type, len(points), boxes).restricted(patch)
+    alone = [
+        term_of(cell_type, None if boxes is None else boxes[[row]]).value(points[cells[row]]) for row in patch.cells
+    ]
+    assert 0 < len(alone) < 4
+    assert own.value(points[patch.nodes]) == pytest.approx(sum(alone), rel=1e-11)
+    assert own.value_gradient(points[patch.nodes])[1].shape == (len(patch.nodes), 3)
+
+
+@each_type
+def test_scaled_jacobians_are_the_smallest_at_the_points(cell_type):
+    x = random_cells(cell_type, 5, 0.2)
+    f = frames(cell_type, x, lattice(3))
+    expected = (np.linalg.det(f) / np.linalg.norm(f, axis=2).prod(axis=2)).min(axis=1)
+    for one, smallest in zip(x, expected, strict=True):
+        np.testing.assert_allclose(term_of(cell_type).scaled_jacobians(one), smallest, rtol=1e-11)

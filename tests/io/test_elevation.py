@@ -40,11 +40,31 @@ def test_arrays_come_along():
     np.testing.assert_array_equal(raised.cell_data["p"], mesh.cell_data["p"])
 
 
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.complex64])
+def test_the_largest_number_stays_what_it_is_between_corners(kind):
+    points, cells = block(1)
+    largest = np.full(8, np.finfo(kind).max, dtype=kind)
+    raised = hc.elevated(hc.HexMesh(points, cells, {"none": largest}), 27).point_data["none"]
+    assert raised.dtype == kind
+    np.testing.assert_array_equal(raised, largest[0])
+
+
 def test_what_is_not_linear_is_refused():
     with pytest.raises(hc.OptionError, match="must be 20 or 27, not 21"):
         hc.elevated(block(1), 21)
     with pytest.raises(hc.MeshError, match="hexahedra alone"):
         hc.elevated(hc.elevated(block(1), 20), 27)
+
+
+def test_cells_that_have_no_order_two_are_refused():
+    points, cells = block(1)
+    with pytest.raises(hc.MeshError, match=r"outside 0\.\.7: 1 \(ids 0\); ids start at 1 here, subtract 1"):
+        hc.elevated((points, cells + 1))
+    with pytest.raises(hc.MeshError, match=r"outside 0\.\.7: 1 \(ids 0\)"):
+        hc.elevated((points, cells - 1))
+    wedge = cells[:, [0, 1, 2, 2, 4, 5, 6, 6]]
+    with pytest.raises(hc.MeshError, match=r"a repeated node, such as wedges, have no order 2 here: 1 \(ids 1\)"):
+        hc.elevated((points, np.concatenate([cells, wedge])))
 
 
 @pytest.mark.parametrize(
@@ -147,6 +167,45 @@ def test_partners_have_partners_between_them():
     np.testing.assert_allclose(ways, ways[:1].repeat(25, axis=0), atol=1e-15)
 
 
+def test_partners_that_are_replaced_are_none_any_more():
+    points, cells = block(2)
+    low, high = (np.flatnonzero(points[:, 0] == x) for x in (points[:, 0].min(), points[:, 0].max()))
+    link = [2, (1, 2), None, np.column_stack([high, low])]
+    curved = hc.elevated(meshio.Mesh(points, [("hexahedron", cells)], gmsh_periodic=[link]), 27).to_source_type()
+    assert len(curved.gmsh_periodic[0][-1]) == 25
+    mesh = hc.elevated(hc.as_hex_mesh(curved, linearize=True), 20)
+    (pairs,) = mesh.origin.coupled_pairs
+    ways = mesh.points[pairs.nodes[:, 0]] - mesh.points[pairs.nodes[:, 1]]
+    # A side of two by two faces has 9 corners and 12 edges.
+    assert len(np.unique(pairs.nodes, axis=0)) == len(ways) == 21
+    np.testing.assert_allclose(ways, ways[:1].repeat(21, axis=0), atol=1e-15)
+    np.testing.assert_array_equal(mesh.to_source_type().gmsh_periodic[0][-1], pairs.nodes)
+
+
+@each_number
+def test_where_partners_have_no_edge_between_them_there_is_no_further_pair(nodes):
+    points, cells = block(1)
+    own = cells[0]
+    pairs = own[[[0, 4], [1, 6]]]  # an edge, and the diagonal of a face
+    source = meshio.Mesh(points, [("hexahedron", cells)], gmsh_periodic=[[2, (1, 2), None, pairs]])
+    (found,) = hc.elevated(source, nodes).origin.coupled_pairs
+    np.testing.assert_array_equal(found.nodes, pairs)
+
+
+def test_a_set_that_loses_nodes_between_corners_is_told():
+    curved = hc.elevated(block(2), 20)
+    middles, side = np.arange(27, 81), np.flatnonzero(curved.points[:, 0] == curved.points[:, 0].min())
+    source = meshio.Mesh(
+        curved.points, [("hexahedron20", curved.blocks[0].cells)], point_sets={"middles": middles, "side": side}
+    )
+    mesh = hc.elevated(hc.as_hex_mesh(source, linearize=True), 27)
+    found = mesh.to_source_type().point_sets
+    assert len(found["middles"]) == 0
+    assert len(found["side"]) == 25
+    assert "point set 'middles' has 54 nodes fewer, as not all of their corners are in it" in mesh.notes
+    assert not any("'side'" in note for note in mesh.notes)
+
+
 @pytest.mark.parametrize("kind", ["meshio", "pyvista"])
 def test_nodes_that_came_between_corners_give_way(kind):
     curved = hc.elevated(_with_company() if kind == "meshio" else _grid(), 20)
@@ -236,3 +295,49 @@ def test_a_cell_in_two_groups_is_kept_or_told(tmp_path):
     assert hc.write(tmp_path / "a.msh", source) == ["cell set 'half'"]
     assert hc.write(tmp_path / "a.e", source) == []
     assert hc.as_hex_mesh(tmp_path / "a.e").cell_groups()["half"].sum() == 4
+
+
+def _bent(kind, nodes):
+    """A mesh whose nodes between corners are elsewhere, as an object of a kind."""
+    mesh = hc.elevated(block(2), nodes)
+    points = mesh.points + np.random.default_rng(0).uniform(-0.03, 0.03, mesh.points.shape)
+    cells = mesh.blocks[0].cells
+    return {
+        "meshio": lambda: meshio.Mesh(points, [(f"hexahedron{nodes}", cells)]),
+        "pyvista": lambda: pv.UnstructuredGrid({{20: 25, 27: 29}[nodes]: cells}, points),
+        "arrays": lambda: (points, {f"hexahedron{nodes}": cells}),
+        "ours": lambda: mesh.replaced(points),
+        "taken in": lambda: hc.as_volume_mesh(meshio.Mesh(points, [(f"hexahedron{nodes}", cells)])),
+    }[kind](), points
+
+
+KINDS = ["meshio", "pyvista", "arrays", "ours", "taken in"]
+
+
+@each_number
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_written_stays_curved(kind, nodes, tmp_path):
+    source, points = _bent(kind, nodes)
+    assert hc.write(tmp_path / "curved.vtu", source) == []
+    np.testing.assert_array_equal(hc.as_volume_mesh(tmp_path / "curved.vtu").points, points)
+
+
+@each_number
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_mesh_can_be_taken_by_its_corners(kind, nodes):
+    source, points = _bent(kind, nodes)
+    linear = hc.as_hex_mesh(source, linearize=True)
+    np.testing.assert_array_equal(linear.points, points)
+    np.testing.assert_array_equal(linear.cells, hc.elevated(block(2), nodes).blocks[0].cells[:, :8])
+    assert "edges straightened" in " ".join(linear.notes)
+    back = hc.as_volume_mesh(linear.to_source_type())
+    assert isinstance(back, hc.MixedMesh)
+    straight = hc.elevated((points[:27], linear.cells), nodes)
+    np.testing.assert_allclose(hc.quality(back).volume, hc.quality(straight).volume, rtol=1e-12)
+    assert hc.as_volume_mesh(linear, linearize=True) is linear
+    assert len(hc.elevated(linear, 27).points) == 125
+
+
+def test_the_way_to_take_corners_is_told():
+    with pytest.raises(hc.MeshError, match="has 8 hexahedra of 20 nodes; linearize=True"):
+        hc.elevated(hc.elevated(block(2), 20), 27)

@@ -115,3 +115,22 @@ def test_real_meshes(shared):
         summary = hc.quality(folder / f"{name}.vtu").summary()
         assert (summary.count, summary.invalid) == (count, invalid)
         assert "higher order" in kinds(folder / f"{name}.vtu")
+
+
+@pytest.mark.parametrize("shift", [1, -1, 10**9])
+@pytest.mark.parametrize("name", ["hexahedron", "hexahedron20"])
+def test_nodes_that_there_are_none_of_are_refused_and_not_looked_for(shift, name):
+    points, cells = jittered_box(2)
+    if name == "hexahedron20":
+        mesh = hc.elevated((points, cells), 20)
+        points, cells = mesh.points, mesh.blocks[0].cells
+    for work in (hc.quality, hc.orient):
+        with pytest.raises(hc.MeshError, match=rf"node ids outside 0\.\.{len(points) - 1}: \d"):
+            work((points, {name: cells + shift}))
+
+
+def test_nodes_between_corners_of_what_is_taken_as_linear_are_no_points_in_no_cell():
+    mesh = hc.elevated(hc.generate.box((2, 1, 1)), 27)
+    points = np.vstack([mesh.points, [[5.0, 5.0, 5.0]]])
+    linear = hc.as_hex_mesh((points, {"hexahedron27": mesh.blocks[0].cells}), linearize=True)
+    assert [finding.message for finding in hc.check(linear)] == ["points in no hexahedron (kept): 1 (ids 45)"]

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import MeshError, first_ids
 from ..elements import QUADRATIC_TYPES
-from ..mesh import CellBlock, HexMesh, MixedMesh
+from ..mesh import CellBlock, HexMesh, MixedMesh, require_nodes
 from .cell_types import VTK_TYPES
 from .grid_cells import grid_blocks
 from .meshio_mesh import MeshioOrigin, from_meshio, meshio_blocks
@@ -44,7 +45,8 @@ def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
     Raises
     ------
     MeshError
-        If there are cells of other types than linear hexahedra that are not to be kept, or polyhedra.
+        If there are cells of other types than linear hexahedra that are not to be kept, or polyhedra; or cells with a
+        repeated node, or of nodes that there are none of.
     OptionError
         If `nodes` is neither.
 
@@ -55,6 +57,12 @@ def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
     (MixedMesh(32 points, 2 hexahedra of 20 nodes), MixedMesh(45 points, 2 hexahedra of 27 nodes))
     """
     linear = as_hex_mesh(mesh)
+    require_nodes(linear)
+    ordered = np.sort(linear.cells, axis=1)
+    collapsed = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+    if len(collapsed):
+        ids = first_ids(collapsed, linear.cell_labels)
+        raise MeshError(f"cells with a repeated node, such as wedges, have no order 2 here: {ids}")
     if linear.origin is None:
         raised = RaisedCells(linear, [], nodes)
         block = CellBlock(QUADRATIC_TYPES[f"hexahedron{nodes}"], raised.hexahedra, np.arange(len(raised.hexahedra)))
@@ -94,7 +102,7 @@ def _from_meshio(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
             for name, parts in source.cell_data.items()
         },
         field_data=source.field_data,
-        point_sets={name: raised.in_set(ids) for name, ids in source.point_sets.items()},
+        point_sets={name: raised.in_set(name, ids) for name, ids in source.point_sets.items()},
         cell_sets={name: _parts_of_set(str(name), parts, olds, places) for name, parts in source.cell_sets.items()},
         gmsh_periodic=None if source.gmsh_periodic is None else [
             [*link[:-1], raised.pairs(np.asarray(link[-1], dtype=np.int64).reshape(-1, 2))]

@@ -137,17 +137,21 @@ class RaisedCells:
                 self.notes.append(f"point array {name!r} is 0 at {lost} nodes between corners where it differs")
         return out[self._kept]
 
-    def in_set(self, ids: Any) -> Ints:
-        """The members of a set of points: with those between corners that are all in it."""
+    def in_set(self, name: str, ids: Any) -> Ints:
+        """The members of a set of points: with those between corners that are all in it, without those left out."""
         mask = np.zeros(self._count, dtype=bool)
         mask[np.asarray(ids, dtype=np.int64)] = True
-        return np.flatnonzero(self.on_points(mask))
+        found = np.flatnonzero(self.on_points(mask))
+        fewer = int(mask.sum()) - len(found)
+        if fewer > 0:
+            self.notes.append(f"point set {name!r} has {fewer} nodes fewer, as not all of their corners are in it")
+        return found
 
     def pairs(self, nodes: Ints) -> Ints:
         """Pairs (k, 2) of nodes that move together, and those between corners whose partners have one between them."""
         other = np.full(self._count, -1, dtype=np.int64)
         other[nodes[:, 0]] = nodes[:, 1]
-        found = [nodes]
+        found = [nodes[self._kept[nodes].all(axis=1)]]
         for members in self._corners:
             mine = members[(other[members] >= 0).all(axis=1)]
             both = np.column_stack([self._find(mine), self._find(other[mine])])

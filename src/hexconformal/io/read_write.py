@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from ..common import MeshError, OptionError, check_writable, reading, save_atomically
-from ..elements import SOLID_TYPES
-from ..mesh import HexMesh, MixedMesh, counts_by_type
+from ..elements import QUADRATIC_TYPES, SOLID_TYPES
+from ..mesh import HexMesh, MixedMesh, blocks_of, counts_by_type
 from .convert import grid_from_meshio
 from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS, read_contents
-from .meshio_mesh import from_meshio
+from .meshio_mesh import MeshioOrigin, from_meshio, meshio_from_arrays
 from .pyvista_mesh import from_pyvista, triangles
 from .selection import HEXAHEDRA
 
@@ -41,7 +41,7 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = F
         Tetrahedra, wedges, pyramids, ...: "refuse" raises, "keep" carries them along; then
         :attr:`HexMesh.held` tells their nodes, which must stay where they are.
     linearize
-        Take the corners of hexahedra with 20 or 27 nodes.
+        Take the corners of hexahedra with 20 or 27 nodes; of a mesh as :func:`as_volume_mesh` returns it, too.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def _taken_in(source: Any, other_cells: str, linearize: bool, types: Collection[
     if other_cells not in ("refuse", "keep"):
         raise OptionError(f"other_cells must be 'refuse' or 'keep', not {other_cells!r}")
     if isinstance(source, HexMesh | MixedMesh):
-        return source
+        return _by_corners(source, other_cells, types) if linearize else source
     if isinstance(source, (str, os.PathLike)):
         return _read(Path(source), other_cells, linearize, types)
     if isinstance(source, tuple) and len(source) == 2:
@@ -109,7 +109,10 @@ def _taken_in(source: Any, other_cells: str, linearize: bool, types: Collection[
                 advice = "give others by the name of their type, (points, {'tetra': cells})"
                 raise MeshError(f"cells must be an (m, 8) array of hexahedra, not {cells.shape}; {advice}")
             return HexMesh(points, cells)
-        return HexMesh(points, *cells.values()) if set(cells) == set(HEXAHEDRA) else MixedMesh.of_types(points, cells)
+        if set(cells) == set(HEXAHEDRA):
+            return HexMesh(points, *cells.values())
+        mesh = MixedMesh.of_types(points, cells)
+        return _by_corners(mesh, other_cells, types) if linearize else mesh
     library = library_of(source)
     if library == "meshio":
         return from_meshio(source, other_cells, linearize, types=types)
@@ -121,10 +124,25 @@ def _taken_in(source: Any, other_cells: str, linearize: bool, types: Collection[
     )
 
 
+def _by_corners(mesh: HexMesh | MixedMesh, other_cells: str, types: Collection[str]) -> HexMesh | MixedMesh:
+    """The mesh with the corners of its quadratic hexahedra; itself if it has none."""
+    if not _is_curved(mesh):
+        return mesh
+    if mesh.origin is None:
+        return from_meshio(meshio_from_arrays(mesh), other_cells, True, types=types)
+    take_in = from_meshio if isinstance(mesh.origin, MeshioOrigin) else from_pyvista
+    return take_in(mesh.origin.updated_source(mesh), other_cells, True, mesh.origin.file, types)
+
+
 def _only_hexahedra(mesh: HexMesh | MixedMesh) -> HexMesh:
     if isinstance(mesh, MixedMesh):
-        raise MeshError(f"a mesh must be of hexahedra alone here, and has {counts_by_type(mesh.blocks)}")
+        advice = "; linearize=True (--linearize) takes quadratic ones by their corners" if _is_curved(mesh) else ""
+        raise MeshError(f"a mesh must be of hexahedra alone here, and has {counts_by_type(mesh.blocks)}{advice}")
     return mesh
+
+
+def _is_curved(mesh: HexMesh | MixedMesh) -> bool:
+    return any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(mesh))
 
 
 def library_of(mesh: Any) -> str:
@@ -221,7 +239,7 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
         A file with one of `WRITE_EXTENSIONS`, in a folder that exists. Files that carry a model are written as
         they came, with other coordinates; other Gmsh files as binary 2.2, other .vtk files as binary 4.2.
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes.
+        Anything :func:`hexconformal.as_volume_mesh` takes.
 
     Returns
     -------
@@ -235,5 +253,5 @@ def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:
     """
     path = Path(path)
     check_writable(path, WRITE_EXTENSIONS)
-    whole = mesh if isinstance(mesh, MixedMesh) else as_hex_mesh(mesh, other_cells="keep", linearize=True)
+    whole = as_volume_mesh(mesh, other_cells="keep")
     return save_atomically(path, lambda target: FORMATS[path.suffix.lower()].save(target, whole))

@@ -20,10 +20,12 @@ from .mixed_mesh import (
     MixedMesh,
     blocks_of,
     cells_in_rows,
+    cells_of_no_nodes,
     collapsed_mesh,
     collapsed_table,
     counts_by_type,
     flat_nodes,
+    require_nodes,
     with_wedges_upright,
 )
 from .normalized_mesh import NormalizedMesh
@@ -62,6 +64,7 @@ __all__ = [
     "boundary_depths",
     "boundary_quads",
     "cells_in_rows",
+    "cells_of_no_nodes",
     "checked_cells",
     "checked_data",
     "checked_points",
@@ -90,6 +93,7 @@ __all__ = [
     "read_only",
     "region_arrays",
     "region_surfaces",
+    "require_nodes",
     "same_rows",
     "scalar_matrix",
     "surfaces_around",

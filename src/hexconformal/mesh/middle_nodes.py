@@ -70,7 +70,8 @@ def with_middles(values: NDArray[Any], corners: list[Ints]) -> NDArray[Any]:
     for members in corners:
         own = values[members]
         if values.dtype.kind in "fc":
-            parts.append(own.mean(axis=1, dtype=values.dtype))
+            # In double precision: the largest number of single precision, which stands for none, has no sum there.
+            parts.append(own.mean(axis=1, dtype=np.result_type(values.dtype, np.float64)).astype(values.dtype))
         else:
             parts.append(np.where((own == own[:, :1]).all(axis=1), own[:, 0], np.zeros((), dtype=values.dtype)))
     return np.concatenate(parts)

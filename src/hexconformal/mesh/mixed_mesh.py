@@ -9,14 +9,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import MeshError, first_names
+from ..common import MeshError, first_ids, first_names
 from ..elements import HEXAHEDRON, SOLID_TYPES, WEDGE, CellType, cell_volumes, collapsed_cells
 from .arrays import checked_cells, checked_data, checked_points, read_only
 from .hex_mesh import HexMesh
 from .volume_mesh import VolumeMesh
 
-__all__ = ["CellBlock", "MixedMesh", "blocks_of", "cells_in_rows", "collapsed_mesh", "collapsed_table"]
-__all__ += ["counts_by_type", "flat_nodes", "with_wedges_upright"]
+__all__ = [
+    "CellBlock",
+    "MixedMesh",
+    "blocks_of",
+    "cells_in_rows",
+    "cells_of_no_nodes",
+    "collapsed_mesh",
+    "collapsed_table",
+]
+__all__ += ["counts_by_type", "flat_nodes", "require_nodes", "with_wedges_upright"]
 
 Ints = NDArray[np.int64]
 
@@ -171,6 +179,37 @@ def blocks_of(mesh: HexMesh | MixedMesh) -> tuple[CellBlock, ...]:
     if isinstance(mesh, MixedMesh):
         return mesh.blocks
     return (CellBlock(HEXAHEDRON, mesh.cells, np.arange(len(mesh.cells))),)
+
+
+def cells_of_no_nodes(mesh: HexMesh | MixedMesh) -> tuple[Ints, str]:
+    """Cells with ids of nodes that there are none of, and what is wrong with them, for an error message.
+
+    >>> from hexconformal.elements.hexahedron import CORNERS
+    >>> cells_of_no_nodes(HexMesh(CORNERS, [range(1, 9)]))[1]
+    'cells with node ids outside 0..7: 1 (ids 0); ids start at 1 here, subtract 1'
+    """
+    cells, count = mesh.cells, len(mesh.points)
+    if not len(cells) or (cells.min() >= 0 and cells.max() < count):
+        return np.empty(0, dtype=np.int64), ""
+    bad = [one.places[((one.cells < 0) | (one.cells >= count)).any(axis=1)] for one in blocks_of(mesh)]
+    ids = np.sort(np.concatenate(bad))
+    text = f"cells with node ids outside 0..{count - 1}: {first_ids(ids, mesh.cell_labels)}"
+    if cells.min() == 1 and cells.max() == count:
+        text += "; ids start at 1 here, subtract 1"
+    return ids, text
+
+
+def require_nodes(mesh: HexMesh | MixedMesh) -> None:
+    """Refuse cells of nodes that there are none of, which compiled loops would look for elsewhere in memory.
+
+    Raises
+    ------
+    MeshError
+        If there are any.
+    """
+    bad, text = cells_of_no_nodes(mesh)
+    if len(bad):
+        raise MeshError(text)
 
 
 def collapsed_table(blocks: Sequence[CellBlock]) -> Ints:

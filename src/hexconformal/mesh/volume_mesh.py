@@ -32,6 +32,14 @@ class VolumeMesh:
         return np.zeros(len(self.points), dtype=bool) if self.origin is None else self.origin.selection.held
 
     @property
+    def straightened(self) -> NDArray[np.bool_]:
+        """(n,) nodes between corners of cells that are taken as linear: they will be put on straight edges."""
+        found = np.zeros(len(self.points), dtype=bool)
+        for nodes in () if self.origin is None else self.origin.selection.higher_order:
+            found[nodes[:, 8:]] = True
+        return found
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on what was changed or set aside when the mesh was read."""
         return () if self.origin is None else self.origin.selection.notes

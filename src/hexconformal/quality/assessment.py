@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..common import Serializable
 from ..elements import HEXAHEDRON, MEASURES, SOLID_TYPES, cell_measures, contiguous, measures_of
 from ..io import as_volume_mesh
-from ..mesh import CellBlock, MixedMesh, with_wedges_upright
+from ..mesh import CellBlock, MixedMesh, require_nodes, with_wedges_upright
 from .statistics import Statistics, as_table, statistics
 
 __all__ = ["MEASURES", "MixedQuality", "MixedSummary", "Quality", "Summary", "TypedCell", "WorstCell", "quality"]
@@ -264,7 +264,7 @@ def quality(mesh: Any) -> Quality:
     Raises
     ------
     MeshError
-        If it has no cells of these types, or solid cells of others.
+        If it has no cells of these types, solid cells of others, or cells of nodes that there are none of.
     ReadError
         If a file cannot be read.
 
@@ -278,6 +278,7 @@ def quality(mesh: Any) -> Quality:
     (array([ True]), array([2.]), array([0.1667]))
     """
     mesh = as_volume_mesh(mesh)
+    require_nodes(mesh)
     if isinstance(mesh, MixedMesh):
         return _measure_types(with_wedges_upright(mesh))
     points, cells = contiguous(mesh.points, mesh.cells)

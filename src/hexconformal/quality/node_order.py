@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..common import MeshError, first_ids
 from ..elements import CORNER_NEIGHBOURS, CORNERS, cell_volumes
 from ..io import as_volume_mesh
-from ..mesh import CellBlock, FaceTable, HexMesh, MixedMesh, connected_components, face_table
+from ..mesh import CellBlock, FaceTable, HexMesh, MixedMesh, connected_components, face_table, require_nodes
 
 __all__ = ["NO_BOUNDARY", "Order", "OrientReport", "centre_determinants", "detect_order", "mirrored_cells"]
 __all__ += ["orient"]
@@ -96,6 +96,7 @@ def orient(mesh: Any) -> tuple[HexMesh | MixedMesh, OrientReport]:
     (array([[0, 1, 2, 3, 4, 5, 6, 7]]), array([0]))
     """
     mesh = as_volume_mesh(mesh)
+    require_nodes(mesh)
     if isinstance(mesh, MixedMesh):
         turned = mirrored_cells(mesh, face_table(mesh.table))
         blocks = tuple(_turned_round(block, turned[block.places]) for block in mesh.blocks)

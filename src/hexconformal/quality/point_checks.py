@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import first_ids, unusable_points
-from ..mesh import HexMesh, MixedMesh, blocks_of
+from ..mesh import HexMesh, MixedMesh, cells_of_no_nodes
 from .finding import Finding, error, warning
 
 __all__ = ["check_numbers", "check_places", "repeated_rows"]
@@ -22,16 +22,10 @@ def _check_finite(mesh: HexMesh | MixedMesh) -> list[Finding]:
 
 def check_numbers(mesh: HexMesh | MixedMesh) -> list[Finding]:
     """Points that cannot be worked with, and cells of nodes that are none."""
-    found, count = _check_finite(mesh), len(mesh.points)
-    cells = mesh.cells
-    if len(cells) and (cells.min() < 0 or cells.max() >= count):
-        blocks = blocks_of(mesh)
-        bad = [block.places[((block.cells < 0) | (block.cells >= count)).any(axis=1)] for block in blocks]
-        ids = np.sort(np.concatenate(bad))
-        text = f"cells with node ids outside 0..{count - 1}: {first_ids(ids, mesh.cell_labels)}"
-        if cells.min() == 1 and cells.max() == count:
-            text += "; ids start at 1 here, subtract 1"
-        found.append(error("bad index", ids, text))
+    found = _check_finite(mesh)
+    bad, text = cells_of_no_nodes(mesh)
+    if len(bad):
+        found.append(error("bad index", bad, text))
     return found
 
 
@@ -41,7 +35,7 @@ def check_places(mesh: HexMesh | MixedMesh, what: str) -> list[Finding]:
     node_labels = mesh.node_labels
     used = np.zeros(len(mesh.points), dtype=bool)
     used[mesh.cells] = True
-    unused = np.flatnonzero(~used)
+    unused = np.flatnonzero(~(used | mesh.straightened))
     if len(unused):
         found.append(
             warning("unreferenced points", unused, f"points in no {what} (kept): {first_ids(unused, node_labels)}")

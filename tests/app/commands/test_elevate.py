@@ -48,3 +48,21 @@ def test_between_corners_the_boundary_follows_a_surface(tmp_path, monkeypatch, c
         assert run(f"quality curved.vtu {flag}") == 0
         assert f"volume {hc.quality('straight.vtu').volume.sum():.6g}" in capsys.readouterr().out
     assert run("elevate straight.vtu part.stl --surface part.stl") != 0
+
+
+def test_what_is_not_valid_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    points, cells = hc.generate.box((2, 2, 2))
+    hc.write("mirrored.vtu", (points * [1.0, 1.0, -1.0], cells))
+    assert run("elevate mirrored.vtu curved.vtu") == 0
+    out = capsys.readouterr().out
+    assert "note: cells that are not valid: 8 (first ids 0, 1, 2, 3, 4)" in out
+    assert "orient() turns them round" in out
+    points[13] = [0.5, 0.5, 1.2]
+    hc.write("folded.vtu", (points, cells))
+    assert run("elevate folded.vtu curved.vtu --overwrite") == 0
+    out = capsys.readouterr().out
+    assert "note: cells that are not valid: 4 (ids 4, 5, 6, 7)" in out
+    assert "orient" not in out
+    assert run("elevate curved.vtu straight.vtu --linearize --to 27") == 0
+    assert "note: cells that are not valid: 4 (ids 4, 5, 6, 7)" in capsys.readouterr().out

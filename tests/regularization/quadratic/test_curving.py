@@ -69,6 +69,18 @@ def test_a_plane_box_stays_as_it_is():
     assert max(distances) < 1e-12
 
 
+@pytest.mark.parametrize("size", [0.1, 3e7])
+def test_the_rounding_of_a_file_is_no_distance_to_tell_of(size, tmp_path):
+    points, cells = box((3, 3, 3))
+    pv.Box(bounds=(0, 0.7, 0, 0.7, 0, 0.7)).triangulate().scale(size, inplace=False).save(tmp_path / "box.stl")
+    mesh = 0.7 * size * points, cells
+    found = hc.curved(mesh, tmp_path / "box.stl")
+    assert 0.0 < found.distances[0] < 1e-7 * size
+    assert not found.notes
+    moved = 0.7 * size * (points + [1e-6, 0.0, 0.0]), cells
+    assert "corners are up to" in hc.curved(moved, tmp_path / "box.stl").notes[0]
+
+
 def rings(radii, around):
     """Nodes of circles around the third axis, at both ends of a tube."""
     angles = np.linspace(0.0, 2 * np.pi, around, endpoint=False)

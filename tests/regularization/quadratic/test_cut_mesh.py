@@ -87,3 +87,12 @@ def test_types_that_do_not_fit_are_refused():
     mesh = hc.MixedMesh.of_types(points, cells)
     with pytest.raises(hc.MeshError, match="faces of cells do not fit"):
         CutMesh(mesh, 4)
+
+
+@pytest.mark.parametrize("parts", [2, 4])
+def test_parts_of_faces_look_out_of_the_cell(parts):
+    table = cell_parts(parts)
+    x = table.places[table.faces]
+    areas = np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]) / 2
+    away = x.mean(axis=(1, 2)) - 0.5
+    np.testing.assert_allclose(areas.sum(axis=1), 2 * away, atol=1e-14)

@@ -207,8 +207,21 @@ def test_where_a_linear_face_meets_a_quadratic_one_both_are_refused():
     mesh = hc.elevated(hc.generate.box((2, 1, 1)), 20)
     cells = mesh.blocks[0].cells
     both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": cells[:1], "hexahedron": cells[1:, :8]})
-    with pytest.raises(hc.MeshError, match="neighbours have other nodes in their middles, or none"):
+    with pytest.raises(
+        hc.MeshError, match=r"another node in their middle, or none, .*: 2 \(ids 0, 1\): give all cells"
+    ):
         hc.regularize(both, boundary="fixed")
+
+
+def test_where_a_linear_edge_meets_a_quadratic_one_both_are_refused():
+    points, cells = hc.generate.box((2, 2, 1))
+    mesh = hc.elevated((points, cells), 20)
+    # The first and the last of two by two cells have one edge in common.
+    both = {"hexahedron": cells[:1], "hexahedron20": mesh.blocks[0].cells[3:]}
+    with pytest.raises(
+        hc.MeshError, match=r"cells with edges that have another node .*: 2 \(ids 0, 1\): give all cells"
+    ):
+        hc.regularize((mesh.points, both))
 
 
 @each_number

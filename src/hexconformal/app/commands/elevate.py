@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ...common import check_writable
+import numpy as np
+
+from ...common import check_writable, first_ids
 from ...io import WRITE_EXTENSIONS, elevated, write
+from ...quality import check, quality
 from ..terminal import print_line
 from .arguments import add_input, add_output, note_dropped, read_hexahedra
 from .results.outputs import check_paths, named_inputs
@@ -32,18 +35,24 @@ def run(arguments: Namespace) -> int:
     check_paths([arguments.output], named_inputs(arguments.input, surface=arguments.surface), arguments.overwrite)
     check_writable(arguments.output, WRITE_EXTENSIONS)
     linear = read_hexahedra(arguments)
-    notes: tuple[str, ...] = ()
+    far = ""
     if arguments.surface is None:
-        mesh = elevated(linear, arguments.to)
+        mesh, notes = elevated(linear, arguments.to), list[str]()
     else:
         from ...regularization import curved  # not loaded where edges stay straight
 
         mesh, (before, after), told = curved(linear, arguments.surface, arguments.to)
-        notes = (f"the boundary is up to {after:.3g} away from the surface; with straight edges {before:.3g}", *told)
+        far, notes = f"{after:.3g} away from the surface; with straight edges {before:.3g}", list(told)
+    invalid = np.flatnonzero(~quality(mesh).valid)
+    if len(invalid):
+        wrong = [finding.message for finding in check(linear) if finding.severity == "error"]
+        notes += [f"cells that are not valid: {first_ids(invalid, mesh.cell_labels)}", *wrong]
     dropped = write(arguments.output, mesh)
     print_line(f"{len(mesh.blocks[0].cells)} hexahedra of {arguments.to} nodes, {len(mesh.points)} points")
-    for note in (*(f"note: {note}" for note in mesh.notes), *notes):
-        print_line(note)
+    if far:
+        print_line(f"the boundary is up to {far}")
+    for note in (*mesh.notes, *notes):
+        print_line(f"note: {note}")
     print_line(f"wrote {arguments.output}")
     note_dropped(arguments.output, dropped)
     return 0

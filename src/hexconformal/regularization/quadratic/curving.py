@@ -120,7 +120,7 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule |
     result = straight.replaced(points)
     before, after, off = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
     notes = []
-    if off > schedule.told * before:
+    if off > max(schedule.told * before, there.rounding):
         notes.append(f"corners are up to {off:.3g} away from the surface: regularize with it first if that is much")
     if far.any():
         notes.append(f"nodes that stay between their corners, as the surface is too far there: {int(far.sum())}")
@@ -195,6 +195,11 @@ class _Surface:
                 found[some] += self._normalized.unit * (closest.positions - own)
                 distances[some] = self._normalized.unit * closest.distances
         return found, distances
+
+    @property
+    def rounding(self) -> float:
+        """How far points are off in files that store them in single precision, as .stl does, in the user's unit."""
+        return float(np.abs(self._normalized.mesh.points).max() * np.finfo(np.float32).eps)
 
     def farthest(self, mesh: MixedMesh) -> float:
         """Largest distance of the boundary of a mesh from it."""

@@ -86,7 +86,12 @@ class QuadraticRegularization:
             raise OptionError(f"for hexahedra of 20 or 27 nodes there is no {first_names(meant)}: leave the default")
         self.mesh: MixedMesh = taken
         self.history: list[Record] = []
-        found = [finding.message for finding in require_sound(taken) if finding.kind != "higher order"]
+        findings = require_sound(taken)
+        torn = [finding.message for finding in findings if finding.kind in ("torn edges", "torn faces")]
+        if torn:
+            advice = "give all cells the same, or work on their corners, linearize=True (--linearize)"
+            raise MeshError(f"{'; '.join(torn)}: {advice}")
+        found = [finding.message for finding in findings if finding.kind != "higher order"]
         self._notes = (*found, *taken.notes)
         self._setting = QuadraticSetting.of(taken, options, QuadraticSchedule() if schedule is None else schedule)
         self._points = self._before_raising = self._setting.start

@@ -92,7 +92,8 @@ class CurvingSchedule(Schedule):
     kept
         Of the smallest det J of a cell relative to its size: with less it is nearly folded, and solvers do not like it.
     told
-        Share of what straight edges miss that corners may be away from the surface without a note.
+        Share of what straight edges miss that corners may be away from the surface without a note; so may they by the
+        rounding of files in single precision.
     parts
         Of an edge, between whose nodes distances are measured: a power of two.
     """
