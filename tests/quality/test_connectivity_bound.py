@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 import hexconformal as hc
 from hexconformal.generate import ball, box, cylinder
 from hexconformal.mesh import boundary_quads
-from hexconformal.quality import connectivity_bound, scaled_jacobian_around_a_node
+from hexconformal.quality import connectivity_bound, connectivity_bounds, scaled_jacobian_around_a_node
 
 
 def determinants(directions, triangles):
@@ -75,6 +75,17 @@ def test_the_fewest_cells_at_a_node_inside_count():
     assert (cells == node).sum() == 4
     points, cells = cylinder(2, 2, 3)
     assert connectivity_bound(cells, on_boundary(points, cells))[::2] == (pytest.approx(np.sqrt(0.75)), 6)
+
+
+def test_every_cell_has_the_least_bound_of_its_nodes():
+    points, cells = ball(2, 2)
+    boundary = on_boundary(points, cells)
+    counts = np.bincount(cells.ravel())
+    of_nodes = [
+        1.0 if at else scaled_jacobian_around_a_node(k) for at, k in zip(boundary, counts.tolist(), strict=True)
+    ]
+    assert np.array_equal(connectivity_bounds(cells, boundary), np.array(of_nodes)[cells].min(axis=1))
+    assert (connectivity_bounds(cells, boundary) < 1.0).any()
 
 
 def test_nodes_of_the_boundary_and_of_other_cells_say_nothing():

@@ -1,5 +1,7 @@
 """The worst cells are raised step by step, as far as held nodes allow."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from corner_problems import fixed_boundary, formulation_of
@@ -10,6 +12,7 @@ from hexconformal import generate
 from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.geometry import find_features
 from hexconformal.mesh import boundary_quads
+from hexconformal.regularization import Regularization, worst_cells
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches, reopen_worst
 
 
@@ -26,6 +29,22 @@ def test_nothing_is_lifted_once_held_corners_forbid_it():
     held = fixed_boundary(points, cells)
     assert list(raise_worst_patches(held, points)) == []
     assert list(raise_worst_patches(formulation_of(points, cells), points)) != []
+
+
+def test_nothing_is_tried_once_the_worst_cell_is_what_the_connections_allow(monkeypatch):
+    mesh = generate.jittered(*generate.ball(4, 2), 0.1, seed=1)
+    run = Regularization(mesh)
+    for _ in run:
+        pass
+    formulation = run._setting.formulation(run._boundary)
+    quality = formulation.quality(run._points)
+    assert 0.999 * formulation.attainable.min() < quality.min() < formulation.attainable.min() < 0.77
+    tried = []
+    monkeypatch.setattr(worst_cells, "_raised", lambda seen, points, region: tried.append(region) or points)
+    assert list(raise_worst_patches(formulation, run._points)) == []
+    assert not tried
+    assert list(raise_worst_patches(replace(formulation, attainable=np.ones(len(quality))), run._points)) == []
+    assert tried
 
 
 def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():

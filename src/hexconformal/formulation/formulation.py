@@ -66,6 +66,9 @@ class Formulation:
     least
         (m,) smallest scaled Jacobian that the type of each cell had at first: where there are several, what is below
         counts as worst. Empty where there is one.
+    attainable
+        (m,) what the smallest scaled Jacobian around each cell cannot exceed, as the cells are connected (12b); empty
+        where that does not count.
     constraint
         The compatible constraint, where it is asked for.
     schedules
@@ -87,6 +90,7 @@ class Formulation:
     scales: Field = field(default_factory=lambda: np.empty(0))
     slender: Field = field(default_factory=lambda: np.empty(0))
     least: Field = field(default_factory=lambda: np.empty(0))
+    attainable: Field = field(default_factory=lambda: np.empty(0))
     constraint: CompatibleConstraint | None = None
     schedules: Schedules = field(default_factory=Schedules)
     work: Work = field(default_factory=Work)
@@ -257,6 +261,7 @@ class Formulation:
             scales=self.scales[cells] if len(self.scales) else self.scales,
             slender=self.slender[cells] if len(self.slender) else self.slender,
             least=self.least[cells] if len(self.least) else self.least,
+            attainable=self.attainable[cells] if len(self.attainable) else self.attainable,
         )
 
 

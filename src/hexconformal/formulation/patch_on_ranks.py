@@ -94,7 +94,7 @@ def _of_ranks(space: Space) -> RankSpace:
 
 def _values_of_cells(formulation: Formulation) -> dict[str, Field]:
     """What a formulation has for each cell, or has not, or has for all of them."""
-    names = ("inverses", "target_volumes", "scales", "slender", "least")
+    names = ("inverses", "target_volumes", "scales", "slender", "least", "attainable")
     return {name: getattr(formulation, name) for name in names}
 
 

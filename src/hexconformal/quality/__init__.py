@@ -7,7 +7,7 @@ Belongs here: measures with their statistics, checks, node order, what no valid 
 from .assessment import MEASURES, MixedQuality, MixedSummary, Quality, Summary, WorstCell, quality
 from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians
 from .checks import cell_errors, check, require_sound
-from .connectivity_bound import connectivity_bound, scaled_jacobian_around_a_node
+from .connectivity_bound import connectivity_bound, connectivity_bounds, scaled_jacobian_around_a_node
 from .node_order import orient
 from .quadratic_checks import require_linear
 from .region_measures import RegionMeasures, measure_regions
@@ -29,6 +29,7 @@ __all__ = [
     "cell_errors",
     "check",
     "connectivity_bound",
+    "connectivity_bounds",
     "distributions",
     "inside_out",
     "measure_regions",

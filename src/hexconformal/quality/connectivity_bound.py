@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..elements import HEXAHEDRON, rows_by_type
 from ..mesh import SERIAL, Space
 
-__all__ = ["connectivity_bound", "scaled_jacobian_around_a_node"]
+__all__ = ["connectivity_bound", "connectivity_bounds", "scaled_jacobian_around_a_node"]
 
 
 def scaled_jacobian_around_a_node(count: int) -> float:
@@ -63,6 +63,38 @@ def connectivity_bound(
     >>> connectivity_bound(cells, (points != 0.5).any(axis=1))
     (1.0, 13, 8)
     """
+    around, bounds = _around_nodes(cells, boundary, space)
+    around, bounds = space.own(around), space.own(bounds)
+    lowest = space.smallest(bounds)
+    if not np.isfinite(lowest):
+        return 1.0, None, 0
+    at = np.flatnonzero(bounds == lowest)
+    count = -int(space.smallest(-around[at].astype(np.float64)))
+    return lowest, int(at[0]) if len(at) else None, count
+
+
+def connectivity_bounds(
+    cells: NDArray[np.int64], boundary: NDArray[np.bool_], space: Space = SERIAL
+) -> NDArray[np.float64]:
+    """The same bound for every cell (m,), of the nodes that it has; 1 where these say nothing.
+
+    Of the cells around a node one stays at or below it.
+
+    Examples
+    --------
+    >>> from hexconformal.generate import box
+    >>> points, cells = box((2, 2, 2))
+    >>> np.unique(connectivity_bounds(cells, (points != 0.5).any(axis=1)))
+    array([1.])
+    """
+    bounds = _around_nodes(cells, boundary, space)[1]
+    return np.minimum(bounds[cells].min(axis=1, initial=np.inf), 1.0)
+
+
+def _around_nodes(
+    cells: NDArray[np.int64], boundary: NDArray[np.bool_], space: Space
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(n,) hexahedra around each node, 0 where others are, or the boundary; and the bounds, infinite there."""
     counts, other = np.zeros((len(boundary), 1)), np.array(boundary)
     for one in rows_by_type(cells):
         own = one.own_nodes(cells)
@@ -70,13 +102,8 @@ def connectivity_bound(
             counts[:, 0] += np.bincount(own.ravel(), minlength=len(counts))
         else:
             other[own] = True
-    around = space.own(space.add(counts))[:, 0].astype(np.int64)
-    around[space.own(space.joined(other))] = 0
+    around = space.update(space.add(counts))[:, 0].astype(np.int64)
+    around[space.joined(other)] = 0
     kinds, which = np.unique(around, return_inverse=True)
     bounds = np.array([scaled_jacobian_around_a_node(count) if count > 0 else np.inf for count in kinds.tolist()])
-    lowest = space.smallest(bounds)
-    if not np.isfinite(lowest):
-        return 1.0, None, 0
-    at = np.flatnonzero(bounds[which] == lowest)
-    count = -int(space.smallest(-around[at].astype(np.float64)))
-    return lowest, int(at[0]) if len(at) else None, count
+    return around, bounds[which]

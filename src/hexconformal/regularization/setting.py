@@ -12,6 +12,7 @@ from ..elements import TypedRows, all_valid, corner_scaled_jacobian, is_valid, r
 from ..energy import CornerTerm, DistortionTerm, inverse_targets, normalized_target, stretch_of, target_volumes
 from ..formulation import Formulation, Schedules
 from ..mesh import NormalizedMesh, Regions
+from ..quality import connectivity_bounds
 from .boundary import Boundary
 from .minimize import distortion_term
 from .options import Options
@@ -86,6 +87,7 @@ class Setting:
             np.empty(0) if scales is None else scales,
             self._slender,
             self.least_of_types,
+            self._attainable,
             schedules=self.schedules,
             space=normalized.space,
         )
@@ -111,6 +113,16 @@ class Setting:
             room = np.maximum(schedule.slenderest / stretch_of(corners.inverses), schedule.least_slender)
             allowed = np.minimum(allowed, room)
         return np.where(sized, np.maximum(measures.slenderness, allowed), allowed)
+
+    @cached_property
+    def _attainable(self) -> Field:
+        """(m,) what the smallest scaled Jacobian around each cell cannot exceed; empty where that does not count."""
+        if not self.options.raises_worst:
+            return np.empty(0)
+        normalized = self.normalized
+        boundary = np.zeros(len(normalized.points), dtype=bool)
+        boundary[normalized.quads] = True
+        return connectivity_bounds(normalized.cells, normalized.space.joined(boundary), normalized.space)
 
     @cached_property
     def least_of_types(self) -> Field:

@@ -74,11 +74,12 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
     """
     schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
+    attainable = (1.0 - schedule.least_gain) * space.smallest(formulation.attainable)
     quality = formulation.quality(points)
     aside, stalled = quality >= limits, False
     for _ in range(schedule.patch_rounds):
         # Once the worst of all cannot get better, the others matter as long as they are poor.
-        stalled |= space.at_smallest(quality, aside)
+        stalled |= space.at_smallest(quality, aside) or space.smallest(quality) >= attainable
         worst = min(space.smallest(quality[~aside]), 1.0)
         if worst >= (schedule.poor if stalled else schedule.good):
             return
