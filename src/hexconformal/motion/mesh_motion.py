@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import OptionError, array_of_numbers, is_number, require_choice, require_number
+from ..common import OptionError, array_of_numbers, first_ids, is_number, require_choice, require_number
 from ..elements import all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import DistortionTerm, Objective, inverse_targets
-from ..ranks import agreed
+from ..ranks import agreed, require_alike
 from ..solver import AdmissibleDirections, Problem, fixed_components, lbfgs
 from .carried_interfaces import CarriedInterfaces
 from .extension import EXTENSIONS
@@ -111,6 +111,14 @@ class MeshMotion:
             require_number("energy_tolerance", energy_tolerance)
             if not 0.0 < energy_tolerance < 1.0:
                 raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
+        require_alike(
+            comm,
+            target=target,
+            operator=operator,
+            energy_tolerance=energy_tolerance,
+            interfaces=interfaces,
+            schedule=schedule,
+        )
         self._whole = whole = MovingMesh(mesh) if comm is None else MovingPiece(mesh, interfaces, comm)
         self._normalized = normalized = whole.normalized
         self.mesh, self.notes, self._space = whole.mesh, whole.notes, normalized.space
@@ -182,10 +190,15 @@ class MeshMotion:
         began = time.perf_counter()
         with agreed(self._whole.comm):
             given = array_of_numbers("displacement", displacement)
-            if given.shape != self.moving.shape + (3,) or not np.isfinite(given).all():
+            if given.shape != self.moving.shape + (3,):
                 raise OptionError(f"displacement must be a finite array {(len(self.moving), 3)}, not {given.shape}")
+            odd = self.moving[~np.isfinite(given).all(axis=1)]
+            if len(odd):
+                named = first_ids(odd, self.mesh.node_labels)
+                raise OptionError(f"displacement must be a finite array; NaN or infinite at nodes: {named}")
             if dt is not None and not (is_number(dt) and 0 < dt < np.inf):
                 raise OptionError(f"dt must be positive and finite, not {dt!r}")
+        require_alike(self._whole.comm, dt=dt)
         before, origin = self.points, self._prescribed
         problem = "displacement: copies of a node must go to one place"
         goal = self._whole.brought(given, self.moving, self._moving, problem) / self._normalized.unit

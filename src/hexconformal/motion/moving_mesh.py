@@ -12,7 +12,7 @@ from ..geometry import kept_edges
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh
 from ..quality import require_linear, require_sound
-from ..ranks import GatheredFaces, MeshPiece, NormalizedPiece, agreed, rows_of_copies, taken_in
+from ..ranks import GatheredFaces, NormalizedPiece, agreed, rows_of_copies, taken_in
 from ..solver import line_normal_sums, planar_normal_sums
 
 __all__ = ["MovingMesh", "MovingPiece", "moving_ids"]
@@ -115,7 +115,8 @@ class MovingPiece(MovingMesh):
 
     def __init__(self, piece: Any, interfaces: Any, comm: Any) -> None:
         self._distribution = taken_in(piece, comm, interfaces)
-        self.mesh, self.hexahedra, self._piece = piece, piece, MeshPiece.of(piece)
+        self.mesh, self._piece = piece, self._distribution.given
+        self.hexahedra = self._piece
         self.comm, self.notes = comm, ()
         self.normalized = NormalizedPiece(self._distribution)
         self._require_valid()

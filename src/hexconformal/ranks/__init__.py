@@ -11,7 +11,7 @@ from .gathered_faces import GatheredFaces
 from .halo import Halo, Traffic
 from .kept_faces import FacesBeside, KeptFaces
 from .mesh_piece import MeshPiece
-from .mpi import agreed, is_agreed, mpi, petsc
+from .mpi import agreed, is_agreed, mpi, petsc, require_alike
 from .normalized_piece import NormalizedPiece
 from .rank_space import RankSpace
 from .rank_summary import rank_summary
@@ -45,6 +45,7 @@ __all__ = [
     "piece_path",
     "rank_summary",
     "read_piece",
+    "require_alike",
     "rows_by_id",
     "rows_of_copies",
     "taken_in",

@@ -20,7 +20,7 @@ from ..quality import cell_errors
 from .halo import Halo
 from .kept_faces import FacesBeside, KeptFaces, faces_beside, kept_faces
 from .mesh_piece import MeshPiece
-from .mpi import agreed, mpi, petsc
+from .mpi import agreed, mpi, petsc, without_petsc
 from .rank_space import RankSpace
 from .routes import Routes, homes_of
 
@@ -39,6 +39,8 @@ class Distribution:
 
     Attributes
     ----------
+    given
+        What this rank has handed in, with the arrays that others have where it has nothing.
     piece
         The own cells, and the nodes here [own | ghosts].
     space
@@ -53,6 +55,7 @@ class Distribution:
         (n,) nodes that belong to a cell of any rank.
     """
 
+    given: MeshPiece
     piece: MeshPiece
     space: RankSpace
     faces: KeptFaces
@@ -90,8 +93,9 @@ def taken_in(piece: Any, comm: Any, interfaces: Any, rings: int = 0) -> Distribu
     OptionError
         If something else than a piece is handed in, `interfaces` makes no sense, or PETSc is not there.
     """
+    beginning = without_petsc(comm)
     with agreed(comm):
-        petsc()
+        petsc(beginning)
         _require_sound(MeshPiece.of(piece))
         if not isinstance(interfaces, str):
             find_regions(piece, interfaces)
@@ -119,7 +123,8 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "
     point_data = _with_all_arrays(comm, piece.point_data, len(piece.points), "point_data")
     cell_data = _with_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
     _require_single_cells(comm, piece)
-    regions = _regions(replace(piece, cell_data=cell_data), interfaces, comm)
+    piece = replace(piece, point_data=point_data, cell_data=cell_data)
+    regions = _regions(piece, interfaces, comm)
     labels = np.zeros(len(piece.cells), np.int64) if regions is None else regions.labels
     # Each id has a home, where the copies of its node meet.
     homes = Routes(comm, homes_of(comm, piece.node_ids))
@@ -165,8 +170,8 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "
     mine = MeshPiece(
         at_nodes(piece.points),
         halo.local(cells),
-        {name: at_nodes(rows) for name, rows in point_data.items()},
-        {name: to.forward(rows)[in_order] for name, rows in cell_data.items()},
+        {name: at_nodes(rows) for name, rows in piece.point_data.items()},
+        {name: to.forward(rows)[in_order] for name, rows in piece.cell_data.items()},
         node_ids=at_nodes(piece.node_ids),
         cell_ids=cell_ids,
     )
@@ -174,7 +179,7 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "
     used[mine.cells] = True
     faces, referenced = faces.at(halo.local), space.joined(used)
     regions = None if regions is None else replace(regions, labels=labels)
-    return Distribution(mine, space, faces, beside, regions, referenced, homes, copies, owners, order)
+    return Distribution(piece, mine, space, faces, beside, regions, referenced, homes, copies, owners, order)
 
 
 def _regions(piece: MeshPiece, interfaces: Any, comm: Any) -> Regions | None:

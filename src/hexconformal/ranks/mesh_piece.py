@@ -31,7 +31,7 @@ class MeshPiece(HexMesh):
     Raises
     ------
     MeshError
-        If shapes or types make no sense, or ids are negative or there twice.
+        If shapes or types make no sense, or ids are no whole numbers, negative, or there twice.
 
     Examples
     --------
@@ -87,7 +87,10 @@ class MeshPiece(HexMesh):
 
 
 def _checked_ids(ids: Any, count: int, name: str) -> Ints:
-    found = np.array(ids, dtype=np.int64).reshape(-1)
+    given = np.asarray(ids)
+    if given.size and given.dtype.kind not in "iu":
+        raise MeshError(f"{name} must be whole numbers, not {given.dtype}")
+    found = np.array(given, dtype=np.int64).reshape(-1)
     if len(found) != count:
         raise MeshError(f"{name} must be {count} numbers, one for each, not {len(found)}")
     if len(found) and found.min() < 0:

@@ -101,7 +101,7 @@ def rows_by_id(comm: Any, wanted: Ints, ids: Ints, rows: NDArray[Any]) -> tuple[
 
 
 def rows_of_copies(comm: Any, wanted: Ints, ids: Ints, rows: Field, problem: str) -> tuple[Field, NDArray[np.bool_]]:
-    """The same of rows that must be alike wherever an id is several times, NaN but for itself.
+    """The same of rows that must be alike wherever an id is several times; NaN is like NaN.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def rows_of_copies(comm: Any, wanted: Ints, ids: Ints, rows: Field, problem: str
     """
     one_of_each = rows_by_id(comm, ids, ids, rows)[0]
     with agreed(comm):
-        apart = ((one_of_each != rows) & ~np.isnan(rows)).any(axis=1)
+        apart = ((one_of_each != rows) & ~(np.isnan(one_of_each) & np.isnan(rows))).any(axis=1)
         if apart.any():
             raise OptionError(f"{problem} on all ranks: {first_ids(np.unique(ids[apart]))}")
     return rows_by_id(comm, wanted, ids, rows)
