@@ -84,6 +84,7 @@ def test_what_makes_no_sense_is_refused_on_all_ranks_and_changes_nothing(results
         ("shape", "OptionError: .*displacement must be a finite array"),
         ("copies", "OptionError: .*displacement: copies of a node must go to one place on all ranks"),
         ("state", "OptionError: .*state must be that of the same mesh and moving nodes"),
+        ("other state", "OptionError: .*state must be that of the same mesh and moving nodes; nodes without: "),
     ):
         if ranks > 1 or name not in (
             "copies",

@@ -234,12 +234,20 @@ class MeshMotion:
         )
         return MotionStep(points, None if dt is None else (points - before) / dt, report)
 
-    def state(self) -> dict[str, Field]:
-        """State of the motion, for a restart with :meth:`resume`; on ranks that of the nodes that this one has."""
+    def state(self) -> dict[str, NDArray[Any]]:
+        """State of the motion, for a restart with :meth:`resume`.
+
+        Places of all nodes, and displacements of those that move, with ids; on ranks of the nodes that this one has.
+        """
         prescribed = np.zeros_like(self._points)
         prescribed[self._moving] = self._prescribed
-        back = self._whole.given_back
-        return {"points": back(self._points).copy(), "prescribed": back(prescribed)[self.moving]}
+        back, ids = self._whole.given_back, self._whole.node_ids
+        return {
+            "ids": ids.copy(),
+            "points": back(self._points).copy(),
+            "moving": ids[self.moving],
+            "prescribed": back(prescribed)[self.moving],
+        }
 
     def resume(self, state: Mapping[str, ArrayLike]) -> None:
         """Go on from where another run, of the same mesh and options, stood.
@@ -247,21 +255,20 @@ class MeshMotion:
         Parameters
         ----------
         state
-            What :meth:`state` gave.
+            What :meth:`state` gave; on ranks each may have any part of it, also from another number of ranks.
 
         Raises
         ------
         OptionError
             If it belongs to another mesh.
         """
-        whole, count = self._whole, len(self.held)
+        whole, nodes = self._whole, np.arange(len(self.held))
         with agreed(whole.comm):
-            points, prescribed = (np.asarray(state[name], dtype=np.float64) for name in ("points", "prescribed"))
-            if points.shape != (count, 3) or prescribed.shape != self.moving.shape + (3,):
-                raise OptionError("state must be that of the same mesh and moving nodes")
-        problem, nodes = "state: copies of a node must be at one place", np.arange(len(self._points))
-        self._points = whole.brought(points, np.arange(count), nodes, problem)
-        self._prescribed = whole.brought(prescribed, self.moving, self._moving, problem)
+            points, ids, prescribed, moving = (state[name] for name in ("points", "ids", "prescribed", "moving"))
+        points = whole.rows_of_state(points, ids, nodes)
+        prescribed = whole.rows_of_state(prescribed, moving, self.moving)
+        self._points = whole.brought(points, nodes, np.arange(len(self._points)))
+        self._prescribed = whole.brought(prescribed, self.moving, self._moving)
 
     def _distortion(self, points: Field) -> DistortionTerm:
         normalized = self._normalized

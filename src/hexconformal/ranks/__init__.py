@@ -10,7 +10,7 @@ from .gathered_cells import GatheredCells
 from .gathered_faces import GatheredFaces
 from .halo import Halo, Traffic
 from .kept_faces import FacesBeside, KeptFaces
-from .mesh_piece import MeshPiece
+from .mesh_piece import MeshPiece, cell_ids_of, node_ids_of
 from .mpi import agreed, is_agreed, mpi, petsc, require_alike
 from .normalized_piece import NormalizedPiece
 from .rank_space import RankSpace
@@ -33,6 +33,7 @@ __all__ = [
     "Routes",
     "Traffic",
     "agreed",
+    "cell_ids_of",
     "check_piece_writable",
     "dealt",
     "distributed",
@@ -40,6 +41,7 @@ __all__ = [
     "gathered",
     "is_agreed",
     "mpi",
+    "node_ids_of",
     "on_every_machine",
     "petsc",
     "piece_path",

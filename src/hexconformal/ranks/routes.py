@@ -86,18 +86,26 @@ def each_once(comm: Any, ids: Ints, rows: NDArray[Any]) -> tuple[Ints, NDArray[A
 
 
 def rows_by_id(comm: Any, wanted: Ints, ids: Ints, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
-    """Rows (w, ...) of wanted ids (w,), wherever they are among those (k, ...) of all ranks, and which there are."""
+    """Rows (w, ...) of wanted ids (w,), wherever they are among those (k, ...) of all ranks, and which there are.
+
+    Where `comm` is None they are in one process.
+    """
+    if comm is None:
+        return _found(wanted, ids, rows)
     homes = homes_of(comm, np.concatenate([wanted, ids]))
-    there = Routes(comm, homes[len(wanted) :])
-    known, first = np.unique(there.forward(ids), return_index=True)
-    held, here = there.forward(rows)[first], Routes(comm, homes[: len(wanted)])
-    asked = here.forward(wanted)
+    there, here = Routes(comm, homes[len(wanted) :]), Routes(comm, homes[: len(wanted)])
+    answers, found = _found(here.forward(wanted), there.forward(ids), there.forward(rows))
+    return here.backward(answers), here.backward(found)
+
+
+def _found(asked: Ints, ids: Ints, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    known, first = np.unique(ids, return_index=True)
     place = np.searchsorted(known, asked)
     found = place < len(known)
     found[found] = known[place[found]] == asked[found]
     answers = np.zeros((len(asked), *rows.shape[1:]), rows.dtype)
-    answers[found] = held[place[found]]
-    return here.backward(answers), here.backward(found)
+    answers[found] = rows[first[place[found]]]
+    return answers, found
 
 
 def rows_of_copies(comm: Any, wanted: Ints, ids: Ints, rows: Field, problem: str) -> tuple[Field, NDArray[np.bool_]]:
@@ -112,7 +120,8 @@ def rows_of_copies(comm: Any, wanted: Ints, ids: Ints, rows: Field, problem: str
     with agreed(comm):
         apart = ((one_of_each != rows) & ~(np.isnan(one_of_each) & np.isnan(rows))).any(axis=1)
         if apart.any():
-            raise OptionError(f"{problem} on all ranks: {first_ids(np.unique(ids[apart]))}")
+            where = "" if comm is None else " on all ranks"
+            raise OptionError(f"{problem}{where}: {first_ids(np.unique(ids[apart]))}")
     return rows_by_id(comm, wanted, ids, rows)
 
 

@@ -104,7 +104,8 @@ wrong = {
     "schedule": lambda: MeshMotion(piece, moving, schedule=TIGHT["schedule"] if last else None, comm=comm),
     "dt": lambda: motion.step(way, dt=0.1 if last else 0.2),
     "ids": lambda: MeshPiece(piece.points, piece.cells, node_ids=piece.node_ids + 0.5, cell_ids=piece.cell_ids),
-    "state": lambda: motion.resume({"points": piece.points[int(last) :], "prescribed": way}),
+    "state": lambda: motion.resume({**motion.state(), "prescribed": way[int(last) :]}),
+    "other state": lambda: motion.resume({**motion.state(), "ids": piece.node_ids + 1000}),
 }
 for name, act in wrong.items():
     saved[f"refused: {name}"] = said(act)
