@@ -51,8 +51,9 @@ def test_a_file_is_regularized_and_measured_as_in_one_process(mpiexec, folder):
 
 
 def test_arrays_are_kept_where_the_first_rank_has_nothing(mpiexec, folder):
-    mpiexec(1, *program("quality part.vtu --out one.pvtu --mpi"))
-    mpiexec(3, *program("quality one.pvtu --out three.pvtu --mpi"))  # the piece goes to the last rank
+    Path("sub").mkdir()
+    mpiexec(1, *program("quality part.vtu --out sub/one.pvtu --mpi"))
+    mpiexec(3, *program("quality sub/one.pvtu --out three.pvtu --mpi"))  # the piece goes to the last rank
     assert not Path("three_0000.vtu").exists()
     told = Path("three.pvtu").read_text()
     for name in ("height", "number", "scaled_jacobian", "GlobalNodeId", "GlobalCellId"):

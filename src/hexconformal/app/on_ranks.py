@@ -13,25 +13,16 @@ from ..common import (
     MeshError,
     OptionError,
     WriteError,
+    agreed,
     interruption_waits,
+    is_agreed,
     uninterrupted,
     unusable_points,
     write_text,
 )
 from ..kernel import use_threads
 from ..quality import quality
-from ..ranks import (
-    MeshPiece,
-    RankSpace,
-    agreed,
-    check_piece_writable,
-    is_agreed,
-    mpi,
-    piece_path,
-    rank_summary,
-    read_piece,
-    write_piece,
-)
+from ..ranks import MeshPiece, RankSpace, check_piece_writable, mpi, piece_path, rank_summary, read_piece, write_piece
 from ..runs import HistoryFile
 from .commands.arguments import STDOUT, check_checkpoint
 from .commands.results.outputs import check_paths, named_inputs, print_summary
@@ -41,7 +32,7 @@ from .terminal import print_line, print_text
 if TYPE_CHECKING:
     from ..regularization import Checkpoint, Options, Regularization
 
-__all__ = ["quality_on_ranks", "regularize_on_ranks"]
+__all__ = ["finished_first", "on_all_ranks", "quality_on_ranks", "refuse", "regularize_on_ranks"]
 
 _HEADSTART = 1.0  # seconds: where all ranks fail alike rank 0 says so before another ends them all
 
@@ -54,9 +45,9 @@ def regularize_on_ranks(arguments: Namespace, options_of: Callable[[Namespace], 
         with agreed(comm, named=False):
             options = options_of(arguments)
         for flag in ("frames", "plot", "picture", "worst_picture", "html"):
-            _refuse(getattr(arguments, flag) is not None, f"--{flag.replace('_', '-')}")
-        _refuse(arguments.other_cells != "refuse", "--other-cells keep")
-        _refuse(arguments.linearize, "--linearize")
+            refuse(getattr(arguments, flag) is not None, f"--{flag.replace('_', '-')}")
+        refuse(arguments.other_cells != "refuse", "--other-cells keep")
+        refuse(arguments.linearize, "--linearize")
         _check(arguments, [arguments.output, arguments.history, _file(arguments.report), arguments.checkpoint], comm)
         check_piece_writable(arguments.output, comm)
         with agreed(comm, named=False):
@@ -80,7 +71,7 @@ def regularize_on_ranks(arguments: Namespace, options_of: Callable[[Namespace], 
                 _tell(arguments, result.report, interrupted)
         return 130 if interrupted else 0
 
-    return _on_ranks(arguments, work)
+    return on_all_ranks(arguments, work)
 
 
 def quality_on_ranks(arguments: Namespace, check: Callable[[], None]) -> int:
@@ -90,7 +81,7 @@ def quality_on_ranks(arguments: Namespace, check: Callable[[], None]) -> int:
         with agreed(comm, named=False):
             check()
         for flag in ("plot", "picture", "html"):
-            _refuse(getattr(arguments, flag) is not None, f"--{flag}")
+            refuse(getattr(arguments, flag) is not None, f"--{flag}")
         _check(arguments, [arguments.output, _file(arguments.json)], comm)
         if arguments.output is not None:
             check_piece_writable(arguments.output, comm)
@@ -111,10 +102,10 @@ def quality_on_ranks(arguments: Namespace, check: Callable[[], None]) -> int:
                 _write_or_print(arguments.json, summary.to_json())
         return 0
 
-    return _on_ranks(arguments, work)
+    return on_all_ranks(arguments, work)
 
 
-def _on_ranks(arguments: Namespace, work: Callable[[Any], int]) -> int:
+def on_all_ranks(arguments: Namespace, work: Callable[[Any], int]) -> int:
     """Do something on all ranks: what one of them cannot go on from ends all, with its message."""
     comm = mpi().COMM_WORLD
     try:
@@ -167,7 +158,8 @@ def is_interrupted(comm: Any) -> bool:
     return bool(comm.allreduce(int(interruption_waits()), mpi().MAX))
 
 
-def _refuse(asked: bool, what: str) -> None:
+def refuse(asked: bool, what: str) -> None:
+    """Raise an OptionError where something is asked for that is not there on ranks."""
     if asked:
         raise OptionError(f"{what} must go without --mpi: it is not there on ranks yet")
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import OptionError, array_of_numbers, first_ids, is_number, require_choice, require_number
+from ..common import OptionError, agreed, array_of_numbers, first_ids, is_number, require_choice, require_number
 from ..elements import all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import DistortionTerm, Objective, inverse_targets
-from ..ranks import agreed, require_alike
+from ..ranks import require_alike
 from ..solver import AdmissibleDirections, Problem, fixed_components, lbfgs
 from .carried_interfaces import CarriedInterfaces
 from .extension import EXTENSIONS
@@ -69,8 +69,10 @@ class MeshMotion:
 
     Attributes
     ----------
-    mesh, moving, held
-        The mesh or piece as it came, ids (k,) of the moving nodes, and components (n, 3) that are given or stay.
+    mesh, moving
+        The mesh or piece as it came, and ids (k,) of the moving nodes.
+    moves, held
+        Nodes (n,) that move, on ranks where any of them says so, and components (n, 3) that are given or stay.
     notes
         Warnings about the mesh, in words.
 
@@ -133,7 +135,8 @@ class MeshMotion:
         self.held = whole.given_back(held)
         moves = np.zeros(len(self.held), dtype=bool)
         moves[self.moving] = True
-        self._moving = np.flatnonzero(whole.marked(moves))
+        moves = whole.marked(moves)
+        self.moves, self._moving = whole.given_back(moves), np.flatnonzero(moves)
         admissible = AdmissibleDirections.from_normal_sums(whole.wall_normals(), held)
         linear = operator != "conformal"
         self._interfaces = CarriedInterfaces(
@@ -148,6 +151,24 @@ class MeshMotion:
         self._types = rows_by_type(normalized.cells)
         self._points = normalized.points
         self._prescribed = np.zeros((len(self._moving), 3))
+
+    @property
+    def comm(self) -> Any:
+        """The ranks; None in one process."""
+        return self._whole.comm
+
+    @property
+    def cell_ids(self) -> NDArray[np.int64]:
+        """(m,) what reports call the hexahedra, or cells of any type: on all ranks, or by their places."""
+        return self._whole.cell_ids
+
+    def at_nodes(self, rows: ArrayLike, ids: ArrayLike) -> Field:
+        """Rows (n, 3) at the nodes, of those that all ranks have together of the ids in :meth:`state`."""
+        return self._whole.rows_of_state(rows, ids, np.arange(len(self.held)))
+
+    def at_moving_nodes(self, rows: ArrayLike, ids: ArrayLike) -> Field:
+        """The same, (k, 3), at those that move."""
+        return self._whole.rows_of_state(rows, ids, self.moving)
 
     @property
     def options(self) -> str:
@@ -265,8 +286,7 @@ class MeshMotion:
         whole, nodes = self._whole, np.arange(len(self.held))
         with agreed(whole.comm):
             points, ids, prescribed, moving = (state[name] for name in ("points", "ids", "prescribed", "moving"))
-        points = whole.rows_of_state(points, ids, nodes)
-        prescribed = whole.rows_of_state(prescribed, moving, self.moving)
+        points, prescribed = self.at_nodes(points, ids), self.at_moving_nodes(prescribed, moving)
         self._points = whole.brought(points, nodes, np.arange(len(self._points)))
         self._prescribed = whole.brought(prescribed, self.moving, self._moving)
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, OptionError, array_of_numbers, as_mask, first_ids
+from ..common import MeshError, OptionError, agreed, array_of_numbers, as_mask, first_ids
 from ..geometry import kept_edges
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh
 from ..quality import require_linear, require_sound
-from ..ranks import GatheredFaces, MeshPiece, NormalizedPiece, agreed, node_ids_of, rows_by_id, rows_of_copies, taken_in
+from ..ranks import GatheredFaces, MeshPiece, NormalizedPiece, node_ids_of, rows_by_id, rows_of_copies, taken_in
 from ..solver import line_normal_sums, planar_normal_sums
 
 __all__ = ["MovingMesh", "MovingPiece", "moving_ids"]

@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, OptionError, first_ids
+from ..common import MeshError, OptionError, agreed, first_ids
 from ..mesh import Regions, curve_positions, find_regions
 from ..quality import cell_errors
 from .halo import Halo
 from .kept_faces import FacesBeside, KeptFaces, faces_beside, kept_faces
 from .mesh_piece import MeshPiece
-from .mpi import agreed, mpi, petsc, without_petsc
+from .mpi import mpi, petsc, without_petsc
 from .rank_space import RankSpace
 from .routes import Routes, homes_of
 
-__all__ = ["Distribution", "distributed", "taken_in"]
+__all__ = ["Distribution", "distributed", "taken_in", "with_all_arrays"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -120,10 +120,8 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "
     """
     if comm.allreduce(len(piece.cells)) == 0:
         raise MeshError("there are no hexahedra on any rank")
-    point_data = _with_all_arrays(comm, piece.point_data, len(piece.points), "point_data")
-    cell_data = _with_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
+    piece = with_all_arrays(piece, comm)
     _require_single_cells(comm, piece)
-    piece = replace(piece, point_data=point_data, cell_data=cell_data)
     regions = _regions(piece, interfaces, comm)
     labels = np.zeros(len(piece.cells), np.int64) if regions is None else regions.labels
     # Each id has a home, where the copies of its node meet.
@@ -212,7 +210,21 @@ def _cuts(comm: Any, keys: Ints) -> Ints:
     return sample[len(sample) * np.arange(1, comm.size) // comm.size]
 
 
-def _with_all_arrays(comm: Any, data: Mapping[str, NDArray[Any]], count: int, name: str) -> Data:
+def with_all_arrays(piece: MeshPiece, comm: Any) -> MeshPiece:
+    """The piece with the arrays that others have where it has nothing; all must call it.
+
+    Raises
+    ------
+    MeshError
+        If arrays are not the same on all ranks, or not of numbers.
+    """
+    point_data = _all_arrays(comm, piece.point_data, len(piece.points), "point_data")
+    return replace(
+        piece, point_data=point_data, cell_data=_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
+    )
+
+
+def _all_arrays(comm: Any, data: Mapping[str, NDArray[Any]], count: int, name: str) -> Data:
     """The arrays of a piece, with those that others have where this one is empty."""
     kinds = {key: (array.dtype.str, array.shape[1:]) for key, array in data.items()}
     known = [kinds for kinds, rows in comm.allgather((kinds, count)) if rows]

@@ -1,20 +1,17 @@
-"""MPI and PETSc, which are there where they are installed, and errors that all ranks raise together."""
+"""MPI and PETSc, which are there where they are installed, and what all ranks must have the same."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from ..common import MeshError, OptionError, ReadError, WriteError
+from ..common import OptionError, agreed
 
-__all__ = ["agreed", "is_agreed", "mpi", "petsc", "require_alike", "without_petsc"]
+__all__ = ["mpi", "petsc", "require_alike", "without_petsc"]
 
 _SHORT = 100  # characters of two values that are shown
-_OF_ALL = "of_all_ranks"  # attribute of errors that all ranks have raised
 _ADVICE = "see 'More than one machine' in docs/install.md"
 
 
@@ -68,33 +65,6 @@ def petsc(beginning: Any = None) -> Any:
     return PETSc
 
 
-@contextmanager
-def agreed(comm: Any, named: bool = True) -> Iterator[None]:
-    """An error that a rank raises inside is raised by all of them afterwards: none waits for one that has given up.
-
-    What no user is to blame for comes as a RuntimeError on the others.
-
-    Inside nothing may be exchanged between ranks. The message names the rank, where that is wanted. Where
-    `comm` is None, in one process, it is raised as it is.
-    """
-    if comm is None:
-        yield
-        return
-    problem: Exception | None = None
-    try:
-        yield
-    except Exception as raised:
-        problem = raised
-    told = None if problem is None else (_kind(problem), str(problem))
-    found = [(rank, one) for rank, one in enumerate(comm.allgather(told)) if one is not None]
-    if found:
-        rank, (kind, text) = found[0]
-        where = f"on rank {rank}: " if named and len(found) < comm.size else ""
-        error = _KINDS[kind](where + (text or "not enough memory"))
-        setattr(error, _OF_ALL, True)
-        raise error from problem
-
-
 def require_alike(comm: Any, **values: Any) -> None:
     """Raise an OptionError on all ranks unless each has the same values, by name; all must call it.
 
@@ -111,24 +81,7 @@ def require_alike(comm: Any, **values: Any) -> None:
                 raise OptionError(f"{name} must be the same on all ranks{pair}")
 
 
-def is_agreed(problem: BaseException) -> bool:
-    """True of an error that all ranks have raised by :func:`agreed`."""
-    return hasattr(problem, _OF_ALL)
-
-
-_ERRORS: tuple[type[Exception], ...] = (ReadError, MeshError, OptionError, WriteError, RuntimeError)
-_KINDS = {kind.__name__: kind for kind in _ERRORS}
-
-
 def _told(value: Any) -> str:
     if isinstance(value, np.ndarray | list | tuple):
         return "an array"
     return repr(value.item() if isinstance(value, np.generic) else value)
-
-
-def _kind(problem: Exception) -> str:
-    """The name of what is raised everywhere: other than our own errors are those of files, or of memory."""
-    name = type(problem).__name__
-    if isinstance(problem, OSError):
-        return "WriteError"
-    return name if name in _KINDS else "MeshError" if isinstance(problem, MemoryError) else "RuntimeError"

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import OptionError, first_ids
-from .mpi import agreed, mpi
+from ..common import OptionError, agreed, first_ids
+from .mpi import mpi
 
 __all__ = ["Routes", "dealt", "each_once", "gathered", "homes_of", "rows_by_id", "rows_of_copies"]
 

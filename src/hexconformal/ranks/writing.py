@@ -10,11 +10,10 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import check_writable, write_text
+from ..common import agreed, check_writable, write_text
 from ..io import CELL_IDS, NODE_IDS, write
 from ..mesh import HexMesh
 from .mesh_piece import MeshPiece
-from .mpi import agreed
 
 __all__ = ["check_piece_writable", "piece_path", "write_piece"]
 

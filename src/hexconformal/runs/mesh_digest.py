@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import HexMesh, MixedMesh, blocks_of
-from ..ranks import cell_ids_of, each_once, mpi, node_ids_of
 from .row_digests import row_digest
 
 __all__ = ["mesh_digest"]
@@ -28,6 +27,8 @@ def mesh_digest(
     at_nodes
         What else counts; copies of a node have the same.
     """
+    from ..ranks import cell_ids_of, each_once, mpi, node_ids_of  # not loaded by commands that need none
+
     names, cells = node_ids_of(mesh), cell_ids_of(mesh)
     # A node is on all ranks with cells at it, a cell on one.
     nodes = [(names, rows) for rows in (mesh.points, at_nodes) if rows is not None]

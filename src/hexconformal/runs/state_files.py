@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..common import MeshError, OptionError, ReadError, check_writable
-from ..ranks import agreed
+from ..common import MeshError, OptionError, ReadError, agreed, check_writable
 from .checkpoint import load_state, save_state
 
 __all__ = ["StateFiles", "damage_told"]

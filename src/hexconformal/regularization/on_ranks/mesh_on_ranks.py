@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import OptionError
+from ...common import OptionError, agreed
 from ...formulation import Schedules
 from ...geometry import sharp_length
 from ...mesh import NormalizedMesh
 from ...quality import quality
-from ...ranks import MeshPiece, NormalizedPiece, agreed, rank_summary, require_alike, rows_of_copies, taken_in
+from ...ranks import MeshPiece, NormalizedPiece, rank_summary, require_alike, rows_of_copies, taken_in
 from ..acceptance import Outcome
 from ..boundary import Boundary
 from ..options import Options, Record

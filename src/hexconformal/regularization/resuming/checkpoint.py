@@ -11,11 +11,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import OptionError
+from ...common import OptionError, agreed
 from ...elements import QUADRATIC_TYPES
 from ...io import as_volume_mesh
 from ...mesh import HexMesh, MixedMesh, blocks_of
-from ...ranks import agreed, node_ids_of
+from ...ranks import node_ids_of
 from ...runs import StateFiles, damage_told, mesh_digest, run_fingerprint
 from ..options import Options
 from .schedule import CheckpointSchedule

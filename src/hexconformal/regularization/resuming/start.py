@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError, OptionError, array_of_numbers, first_ids, unusable_points
+from ...common import MeshError, OptionError, agreed, array_of_numbers, first_ids, unusable_points
 from ...elements import is_valid
 from ...io import as_volume_mesh
 from ...mesh import HexMesh, MixedMesh, NormalizedMesh
-from ...ranks import agreed, node_ids_of
+from ...ranks import node_ids_of
 from ...solver import fixed_components
 from ..acceptance import distances
 from ..boundary import Boundary, boundary_of
