@@ -102,6 +102,7 @@ def test_an_interrupted_run_goes_on_on_other_ranks_or_in_one_process(mpiexec, fo
     else:
         assert run(f"{again} --quiet") == 0
         runs_are_alike("parts", "one", "last.vtu")
+        assert not Path("parts/last.pvtu").exists()
     said = mpiexec(2, *program(f"{again} --operator harmonic --mpi"), fails=True).stderr
     assert said.count("belongs to another mesh, or to other options") == 1
 
@@ -117,6 +118,7 @@ def test_ranks_go_on_from_what_one_process_has_left(mpiexec, folder):
     assert said.count("the table must be that of the run up to step 2: there it is another one") == 1
     mpiexec(2, *program(f"move box.vtu parts {WORDS} --mpi --resume"))
     runs_are_alike("parts", "one")
+    assert not Path("parts/last.vtu").exists()
 
 
 def test_a_refused_step_leaves_the_mesh_as_far_as_it_went(mpiexec, folder, capsys):

@@ -132,6 +132,11 @@ class RunFolder:
         return self.path / ("last.vtu" if self.comm is None else "last.pvtu")
 
     @property
+    def _other_last(self) -> Path:
+        """What ranks call the mesh at the end, where this is one process, or the other way round."""
+        return self.path / ("last.pvtu" if self.comm is None else "last.vtu")
+
+    @property
     def plot(self) -> Path:
         """The history drawn, by a command that does so."""
         return self.path / "history.png"
@@ -177,7 +182,9 @@ class RunFolder:
             raise WriteError(f"cannot make the folder {self.path}: {problem}") from problem
 
     def _is_of_last(self, other: Path) -> bool:
-        """Whether a path is that of a piece of the mesh at the end."""
+        """Whether a path is that of a piece of the mesh at the end, or of an older one that is removed with it."""
+        if same_file(self._other_last, other):
+            return True
         if self.comm is None:
             return False
         from ..ranks import piece_path  # not loaded in one process
@@ -262,6 +269,9 @@ class RunFolder:
                     if stopped is None and (not series.frames or series.frames[-1][0] < run.time):
                         series.add(run.time, run.frame())
                     run.write(self.last)
+                    with agreed(self.comm, named=False):
+                        if self._is_first:
+                            self._other_last.unlink(missing_ok=True)  # of the run before it went on in another way
             except KeyboardInterrupt as problem:
                 stopped = stopped or problem
         return stopped
