@@ -31,8 +31,8 @@ def mpiexec():
     if reason:
         pytest.skip(reason)
 
-    def run(ranks, *words, fails=False, **more):
-        command = ["mpiexec", "-n", str(ranks), sys.executable, "-m", "mpi4py", *map(str, words)]
+    def run(ranks, *words, fails=False, module=("-m", "mpi4py"), **more):
+        command = ["mpiexec", "-n", str(ranks), sys.executable, *module, *map(str, words)]
         more = {"capture_output": True, "text": True, "timeout": SECONDS, **more}
         done = subprocess.run(command, env={**os.environ, **SETTINGS}, **more)
         assert (done.returncode != 0) == fails, done.stdout + done.stderr

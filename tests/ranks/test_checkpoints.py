@@ -120,5 +120,8 @@ def test_runs_begin_where_they_are_told_or_say_why_not_on_all_ranks(results, ran
         ("far", "MeshError: start: the surface is .* more than hausdorff = 0.005 allows"),
         ("nan", "MeshError: .*start: points with NaN"),
         ("apart", rf"OptionError: .*copies of a node must be at one place .*: 1 \(ids {found['inner']}\)"),
-    )[: None if ranks > 1 else -1]:
+        ("not everywhere", rf"OptionError: .*copies of a node must be at one place .*: 1 \(ids {found['inner']}\)"),
+        ("boundary", "OptionError: .*boundary must be the same on all ranks, not 'fixed', and 'slide' on rank 0"),
+        ("none on a rank", "OptionError: .*start must be the same on all ranks, not an array, and None on rank 0"),
+    )[: None if ranks > 1 else 5]:  # the others are of several ranks
         assert [re.match(said, one) is not None for one in found[f"refused: {name}"]] == [True] * ranks, name

@@ -74,11 +74,26 @@ def test_what_makes_no_sense_is_refused_on_all_ranks_and_changes_nothing(results
         ("outside", r"OptionError: .*moving must .*outside: 1 .ids 10000."),
         ("no piece", "OptionError: .*every rank must hand in a hexconformal.ranks.MeshPiece"),
         ("invalid", r"MeshError: a mesh that moves must be valid at the start: \d+ \((first )?ids \d+"),
+        ("not finite", r"OptionError: .*displacement must be a finite array; NaN or infinite at nodes: 1 \(ids \d+\)"),
+        ("target", "OptionError: .*target must be the same on all ranks, not 'current', and 'input' on rank 0"),
+        ("operator", "OptionError: .*operator must be the same on all ranks, not 'elastic', and 'conformal' on rank 0"),
+        ("interfaces", "OptionError: .*interfaces must be the same on all ranks, not 'auto', and 'ignore' on rank 0"),
+        ("schedule", "OptionError: .*schedule must be the same on all ranks"),
+        ("dt", "OptionError: .*dt must be the same on all ranks, not 0.1, and 0.2 on rank 0"),
+        ("ids", "MeshError: node_ids must be whole numbers, not float64"),
         ("shape", "OptionError: .*displacement must be a finite array"),
         ("copies", "OptionError: .*displacement: copies of a node must go to one place on all ranks"),
         ("state", "OptionError: .*state must be that of the same mesh and moving nodes"),
+        ("other state", "OptionError: .*state must be that of the same mesh and moving nodes; nodes without: "),
     ):
-        if ranks > 1 or name != "copies":  # one rank has no copies
+        if ranks > 1 or name not in (
+            "copies",
+            "target",
+            "operator",
+            "interfaces",
+            "schedule",
+            "dt",
+        ):  # of several ranks
             told = found[f"refused: {name}"].tolist()
             assert [re.match(said, one) is not None for one in told] == [True] * ranks, told
     mesh, moves, _, ways = lid()
@@ -86,3 +101,19 @@ def test_what_makes_no_sense_is_refused_on_all_ranks_and_changes_nothing(results
     step = MeshMotion(mesh, moving).step(ways[0][moving])
     np.testing.assert_allclose(found["at last"], step.points, rtol=0, atol=1e-3)
     assert not found["options"].any()
+
+
+@pytest.mark.parametrize("ranks", RANKS)
+def test_nodes_are_named_where_a_rank_has_nothing(results, ranks):
+    mesh, moves, _, ways = lid()
+    moving = np.flatnonzero(moves)
+    motion = MeshMotion(mesh, moving, np.flatnonzero(mesh.points[:, 2] == 0.0), **TIGHT)
+    expected = motion.step(ways[0][moving]).points
+    np.testing.assert_allclose(results("motions", ranks)["by name"], expected, rtol=0, atol=1e-8)
+
+
+def test_some_of_the_ranks_work_while_others_do_something_else(results):
+    mesh, moves, _, ways = lid()
+    moving = np.flatnonzero(moves)
+    expected = MeshMotion(mesh, moving, **TIGHT).step(ways[0][moving]).points
+    np.testing.assert_allclose(results("some_ranks", 3)["points"], expected, rtol=0, atol=1e-8)

@@ -50,6 +50,16 @@ def test_a_file_is_regularized_and_measured_as_in_one_process(mpiexec, folder):
     assert (pv.read("measured.pvtu").cell_data["valid"] == 1).all()
 
 
+def test_arrays_are_kept_where_the_first_rank_has_nothing(mpiexec, folder):
+    Path("sub").mkdir()
+    mpiexec(1, *program("quality part.vtu --out sub/one.pvtu --mpi"))
+    mpiexec(3, *program("quality sub/one.pvtu --out three.pvtu --mpi"))  # the piece goes to the last rank
+    assert not Path("three_0000.vtu").exists()
+    told = Path("three.pvtu").read_text()
+    for name in ("height", "number", "scaled_jacobian", "GlobalNodeId", "GlobalCellId"):
+        assert f'Name="{name}"' in told, name
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -57,6 +67,9 @@ def test_a_file_is_regularized_and_measured_as_in_one_process(mpiexec, folder):
         ("regularize part.vtu better.pvtu --surface part.vtu", "cannot slide on another surface yet"),
         ("regularize part.vtu better.vtu --boundary fixed", "unknown extension .vtu"),
         ("regularize part.vtu better.pvtu --plot a.png", "--plot must go without --mpi"),
+        ("regularize part.vtu better.pvtu --boundary soap", "boundary must be"),
+        ("quality part.vtu --threads 0", "threads must be a positive number"),
+        ("quality part.vtu --worst -1", "worst must be 0 or more"),
         ("quality nowhere.vtu", "nowhere.vtu does not exist"),
     ],
 )
@@ -101,3 +114,11 @@ def test_a_signal_to_one_rank_leaves_the_last_valid_mesh(mpiexec, folder):
     assert report["after"]["invalid"] == 0
     assert report["after"]["conformal_distortion"]["mean"] < report["before"]["conformal_distortion"]["mean"]
     assert pv.read("better.pvtu").n_cells == 216
+
+
+def test_a_signal_to_one_rank_ends_all_where_there_is_nothing_to_keep(mpiexec, folder):
+    # As the program is started, not by mpi4py, which ends all ranks by itself.
+    words = ["quality", "part.vtu", "--out", "measured.pvtu", "--mpi"]
+    said = mpiexec(3, PROGRAMS / "interrupted_early.py", *words, fails=True, module=(), timeout=100).stderr
+    assert "interrupted: what was not complete was not written" in said
+    assert not list(folder.glob("measured*"))

@@ -71,7 +71,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         return int(ending.code or 0)
     try:
         with interruptible(), outside_references_allowed(getattr(parsed, "outside_references", False)):
-            use_threads(parsed.threads)
+            if not getattr(parsed, "mpi", False):  # ranks do it themselves, as one says what is wrong with it
+                use_threads(parsed.threads)
             return int(parsed.run(parsed))
     except KeyboardInterrupt:
         return _print_error("interrupted: what was not complete was not written", 130)

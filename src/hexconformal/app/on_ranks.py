@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from argparse import Namespace
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from ..common import (
     MeshError,
     OptionError,
     WriteError,
+    agreed,
     interruption_waits,
+    is_agreed,
     uninterrupted,
     unusable_points,
     write_text,
 )
 from ..kernel import use_threads
 from ..quality import quality
-from ..ranks import (
-    MeshPiece,
-    RankSpace,
-    agreed,
-    check_piece_writable,
-    is_agreed,
-    mpi,
-    piece_path,
-    rank_summary,
-    read_piece,
-    write_piece,
-)
+from ..ranks import MeshPiece, RankSpace, check_piece_writable, mpi, piece_path, rank_summary, read_piece, write_piece
 from ..runs import HistoryFile
 from .commands.arguments import STDOUT, check_checkpoint
 from .commands.results.outputs import check_paths, named_inputs, print_summary
@@ -40,25 +32,27 @@ from .terminal import print_line, print_text
 if TYPE_CHECKING:
     from ..regularization import Checkpoint, Options, Regularization
 
-__all__ = ["quality_on_ranks", "regularize_on_ranks"]
+__all__ = ["finished_first", "on_all_ranks", "quality_on_ranks", "refuse", "regularize_on_ranks"]
 
 _HEADSTART = 1.0  # seconds: where all ranks fail alike rank 0 says so before another ends them all
 
 
-def regularize_on_ranks(arguments: Namespace, options: Options) -> int:
+def regularize_on_ranks(arguments: Namespace, options_of: Callable[[Namespace], Options]) -> int:
     """Regularize a mesh on all ranks; an interruption of any of them leaves the mesh reached so far."""
     from ..regularization import Checkpoint, Regularization  # not loaded for what does not regularize
 
     def work(comm: Any) -> int:
+        with agreed(comm, named=False):
+            options = options_of(arguments)
         for flag in ("frames", "plot", "picture", "worst_picture", "html"):
-            _refuse(getattr(arguments, flag) is not None, f"--{flag.replace('_', '-')}")
-        _refuse(arguments.other_cells != "refuse", "--other-cells keep")
-        _refuse(arguments.linearize, "--linearize")
+            refuse(getattr(arguments, flag) is not None, f"--{flag.replace('_', '-')}")
+        refuse(arguments.other_cells != "refuse", "--other-cells keep")
+        refuse(arguments.linearize, "--linearize")
         _check(arguments, [arguments.output, arguments.history, _file(arguments.report), arguments.checkpoint], comm)
         check_piece_writable(arguments.output, comm)
         with agreed(comm, named=False):
             check_checkpoint(arguments)
-        with Progress(arguments.quiet or comm.rank > 0) as progress, uninterrupted():
+        with Progress(arguments.quiet or comm.rank > 0) as progress, finished_first():
             progress.show(f"reading {arguments.input}")
             piece, path, start = read_piece(arguments.input, comm), arguments.checkpoint, None
             checkpoint = None if path is None else Checkpoint(path, piece, options, comm)
@@ -66,25 +60,28 @@ def regularize_on_ranks(arguments: Namespace, options: Options) -> int:
                 start = checkpoint.load()
             run = Regularization(piece, options, comm=comm, start=start)
             history = arguments.history if comm.rank == 0 else None
-            interrupted = _iterate(run, history, checkpoint, progress, comm)
+            _iterate(run, history, checkpoint, progress, comm)
             progress.show(f"writing {arguments.output}")
             result = run.result()
             write_piece(arguments.output, result.mesh, comm)
             if checkpoint is not None and (last := run.reached(result)) is not None:
                 checkpoint.save(last)
+            interrupted = is_interrupted(comm)
             if comm.rank == 0:
                 _tell(arguments, result.report, interrupted)
         return 130 if interrupted else 0
 
-    return _on_ranks(arguments, work)
+    return on_all_ranks(arguments, work)
 
 
-def quality_on_ranks(arguments: Namespace) -> int:
-    """Measure a mesh on all ranks."""
+def quality_on_ranks(arguments: Namespace, check: Callable[[], None]) -> int:
+    """Measure a mesh on all ranks; what the command line says is checked first."""
 
     def work(comm: Any) -> int:
+        with agreed(comm, named=False):
+            check()
         for flag in ("plot", "picture", "html"):
-            _refuse(getattr(arguments, flag) is not None, f"--{flag}")
+            refuse(getattr(arguments, flag) is not None, f"--{flag}")
         _check(arguments, [arguments.output, _file(arguments.json)], comm)
         if arguments.output is not None:
             check_piece_writable(arguments.output, comm)
@@ -105,35 +102,64 @@ def quality_on_ranks(arguments: Namespace) -> int:
                 _write_or_print(arguments.json, summary.to_json())
         return 0
 
-    return _on_ranks(arguments, work)
+    return on_all_ranks(arguments, work)
 
 
-def _on_ranks(arguments: Namespace, work: Callable[[Any], int]) -> int:
+def on_all_ranks(arguments: Namespace, work: Callable[[Any], int]) -> int:
     """Do something on all ranks: what one of them cannot go on from ends all, with its message."""
     comm = mpi().COMM_WORLD
-    # Processors are for ranks, unless somebody says how many each has.
-    use_threads(arguments.threads or 1)
     try:
+        with agreed(comm, named=False):
+            # Processors are for ranks, unless somebody says how many each has.
+            use_threads(1 if arguments.threads is None else arguments.threads)
         return work(comm)
     except KeyboardInterrupt:
-        return 130
+        # The others wait for this rank.
+        _end_all(comm, "interrupted: what was not complete was not written", 130)
+        raise
     except Exception as problem:
         if is_agreed(problem):
             if comm.rank == 0:
                 raise
             return 2 if isinstance(problem, OptionError) else 1
-        if comm.size == 1:
-            raise
-        if comm.rank > 0:
-            time.sleep(_HEADSTART)
         known = isinstance(problem, MeshError | OptionError | WriteError)
         kind = "" if known else f"{type(problem).__name__}: "
-        print_line(f"error on rank {comm.rank}: {kind}{' '.join(str(problem).split())}", error=True)
-        comm.Abort(2 if isinstance(problem, OptionError) else 1)
+        text = f"error on rank {comm.rank}: {kind}{' '.join(str(problem).split())}"
+        _end_all(comm, text, 2 if isinstance(problem, OptionError) else 1)
         raise
 
 
-def _refuse(asked: bool, what: str) -> None:
+def _end_all(comm: Any, text: str, code: int) -> None:
+    """End all ranks, which may be waiting for this one, with a message; where there is one alone it goes on."""
+    if comm.size == 1:
+        return
+    if comm.rank > 0:
+        time.sleep(_HEADSTART)
+    print_line(text, error=True)
+    sys.stderr.flush()
+    comm.Abort(code)
+
+
+@contextmanager
+def finished_first() -> Iterator[None]:
+    """Inside, interruptions wait; they are over where it comes to its end: ranks ask :func:`is_interrupted`."""
+    finished = False
+    try:
+        with uninterrupted():
+            yield
+            finished = True
+    except KeyboardInterrupt:
+        if not finished:
+            raise
+
+
+def is_interrupted(comm: Any) -> bool:
+    """True on all ranks where an interruption of one of them waits; all must call it."""
+    return bool(comm.allreduce(int(interruption_waits()), mpi().MAX))
+
+
+def refuse(asked: bool, what: str) -> None:
+    """Raise an OptionError where something is asked for that is not there on ranks."""
     if asked:
         raise OptionError(f"{what} must go without --mpi: it is not there on ranks yet")
 
@@ -155,8 +181,8 @@ def _check(arguments: Namespace, outputs: list[str | None], comm: Any) -> None:
 
 def _iterate(
     run: Regularization, history: str | None, checkpoint: Checkpoint | None, progress: Progress, comm: Any
-) -> bool:
-    """Run to the end; True where a rank was interrupted, which all leave at the same iteration."""
+) -> None:
+    """Run to the end, or until a rank was interrupted, which all leave at the same iteration."""
     with ExitStack() as stack:
         file = None if history is None else stack.enter_context(HistoryFile(history))
         for record in run:
@@ -165,9 +191,8 @@ def _iterate(
             if checkpoint is not None:
                 checkpoint.offer(run)
             progress.show(str(record))
-            if comm.allreduce(int(interruption_waits()), mpi().MAX):
-                return True
-    return False
+            if is_interrupted(comm):
+                break
 
 
 def _tell(arguments: Namespace, report: Any, interrupted: bool) -> None:

@@ -1,9 +1,10 @@
 """Common to every room: errors, validation of options, files that are written whole or not at all, interruption,
-processes that may die.
+processes that may die, errors that ranks raise together.
 
 Belongs here: what knows nothing of meshes. Imports no other room.
 """
 
+from .agreement import agreed, is_agreed
 from .child_process import python_can_be_started, run_python
 from .errors import MeshError, OptionError, ReadError, WriteError, first_ids, first_names, unusable_points
 from .files import check_writable, companion_file, reading, save_atomically, temporary_folder_beside, write_text
@@ -34,6 +35,7 @@ __all__ = [
     "Schedule",
     "Serializable",
     "WriteError",
+    "agreed",
     "aligned",
     "array_of_numbers",
     "as_interruption",
@@ -44,6 +46,7 @@ __all__ = [
     "first_names",
     "interruptible",
     "interruption_waits",
+    "is_agreed",
     "is_number",
     "json_safe",
     "loaded_later",

@@ -14,9 +14,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import agreed
 from ..energy import Patch
 from ..geometry import DistanceBarrier, Samples, Steep
-from ..ranks import GatheredCells, Routes, agreed, dealt, on_every_machine
+from ..ranks import GatheredCells, Routes, dealt, on_every_machine
 from .faces_on_ranks import FacesOnRanks, SurfaceShare
 
 __all__ = ["BarrierOnRanks"]

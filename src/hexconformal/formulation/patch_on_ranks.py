@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import agreed
 from ..mesh import SERIAL, Space
-from ..ranks import GatheredCells, RankSpace, agreed
+from ..ranks import GatheredCells, RankSpace
 from ..solver import AdmissibleDirections
 from .barrier_on_ranks import BarrierOnRanks
 from .formulation import Formulation

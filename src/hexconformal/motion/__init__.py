@@ -7,11 +7,12 @@ Belongs here: MeshMotion, the extension of displacements, and runs by a table, p
 from .mesh_motion import MeshMotion
 from .motion_page import motion_page
 from .motion_run import MotionRun
-from .motion_table import read_motion
+from .motion_table import BoundaryMotion, read_motion
 from .report import MotionReport, MotionStep
 from .schedule import MotionSchedule
 
 __all__ = [
+    "BoundaryMotion",
     "MeshMotion",
     "MotionReport",
     "MotionRun",

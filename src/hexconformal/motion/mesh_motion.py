@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import OptionError, array_of_numbers, is_number, require_choice, require_number
+from ..common import OptionError, agreed, array_of_numbers, first_ids, is_number, require_choice, require_number
 from ..elements import all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import DistortionTerm, Objective, inverse_targets
-from ..ranks import agreed
+from ..ranks import require_alike
 from ..solver import AdmissibleDirections, Problem, fixed_components, lbfgs
 from .carried_interfaces import CarriedInterfaces
 from .extension import EXTENSIONS
@@ -69,8 +69,10 @@ class MeshMotion:
 
     Attributes
     ----------
-    mesh, moving, held
-        The mesh or piece as it came, ids (k,) of the moving nodes, and components (n, 3) that are given or stay.
+    mesh, moving
+        The mesh or piece as it came, and ids (k,) of the moving nodes.
+    moves, held
+        Nodes (n,) that move, on ranks where any of them says so, and components (n, 3) that are given or stay.
     notes
         Warnings about the mesh, in words.
 
@@ -111,6 +113,14 @@ class MeshMotion:
             require_number("energy_tolerance", energy_tolerance)
             if not 0.0 < energy_tolerance < 1.0:
                 raise OptionError(f"energy_tolerance must lie in (0, 1), not {energy_tolerance!r}")
+        require_alike(
+            comm,
+            target=target,
+            operator=operator,
+            energy_tolerance=energy_tolerance,
+            interfaces=interfaces,
+            schedule=schedule,
+        )
         self._whole = whole = MovingMesh(mesh) if comm is None else MovingPiece(mesh, interfaces, comm)
         self._normalized = normalized = whole.normalized
         self.mesh, self.notes, self._space = whole.mesh, whole.notes, normalized.space
@@ -125,7 +135,8 @@ class MeshMotion:
         self.held = whole.given_back(held)
         moves = np.zeros(len(self.held), dtype=bool)
         moves[self.moving] = True
-        self._moving = np.flatnonzero(whole.marked(moves))
+        moves = whole.marked(moves)
+        self.moves, self._moving = whole.given_back(moves), np.flatnonzero(moves)
         admissible = AdmissibleDirections.from_normal_sums(whole.wall_normals(), held)
         linear = operator != "conformal"
         self._interfaces = CarriedInterfaces(
@@ -140,6 +151,24 @@ class MeshMotion:
         self._types = rows_by_type(normalized.cells)
         self._points = normalized.points
         self._prescribed = np.zeros((len(self._moving), 3))
+
+    @property
+    def comm(self) -> Any:
+        """The ranks; None in one process."""
+        return self._whole.comm
+
+    @property
+    def cell_ids(self) -> NDArray[np.int64]:
+        """(m,) what reports call the hexahedra, or cells of any type: on all ranks, or by their places."""
+        return self._whole.cell_ids
+
+    def at_nodes(self, rows: ArrayLike, ids: ArrayLike) -> Field:
+        """Rows (n, 3) at the nodes, of those that all ranks have together of the ids in :meth:`state`."""
+        return self._whole.rows_of_state(rows, ids, np.arange(len(self.held)))
+
+    def at_moving_nodes(self, rows: ArrayLike, ids: ArrayLike) -> Field:
+        """The same, (k, 3), at those that move."""
+        return self._whole.rows_of_state(rows, ids, self.moving)
 
     @property
     def options(self) -> str:
@@ -182,10 +211,15 @@ class MeshMotion:
         began = time.perf_counter()
         with agreed(self._whole.comm):
             given = array_of_numbers("displacement", displacement)
-            if given.shape != self.moving.shape + (3,) or not np.isfinite(given).all():
+            if given.shape != self.moving.shape + (3,):
                 raise OptionError(f"displacement must be a finite array {(len(self.moving), 3)}, not {given.shape}")
+            odd = self.moving[~np.isfinite(given).all(axis=1)]
+            if len(odd):
+                named = first_ids(odd, self.mesh.node_labels)
+                raise OptionError(f"displacement must be a finite array; NaN or infinite at nodes: {named}")
             if dt is not None and not (is_number(dt) and 0 < dt < np.inf):
                 raise OptionError(f"dt must be positive and finite, not {dt!r}")
+        require_alike(self._whole.comm, dt=dt)
         before, origin = self.points, self._prescribed
         problem = "displacement: copies of a node must go to one place"
         goal = self._whole.brought(given, self.moving, self._moving, problem) / self._normalized.unit
@@ -221,12 +255,20 @@ class MeshMotion:
         )
         return MotionStep(points, None if dt is None else (points - before) / dt, report)
 
-    def state(self) -> dict[str, Field]:
-        """State of the motion, for a restart with :meth:`resume`; on ranks that of the nodes that this one has."""
+    def state(self) -> dict[str, NDArray[Any]]:
+        """State of the motion, for a restart with :meth:`resume`.
+
+        Places of all nodes, and displacements of those that move, with ids; on ranks of the nodes that this one has.
+        """
         prescribed = np.zeros_like(self._points)
         prescribed[self._moving] = self._prescribed
-        back = self._whole.given_back
-        return {"points": back(self._points).copy(), "prescribed": back(prescribed)[self.moving]}
+        back, ids = self._whole.given_back, self._whole.node_ids
+        return {
+            "ids": ids.copy(),
+            "points": back(self._points).copy(),
+            "moving": ids[self.moving],
+            "prescribed": back(prescribed)[self.moving],
+        }
 
     def resume(self, state: Mapping[str, ArrayLike]) -> None:
         """Go on from where another run, of the same mesh and options, stood.
@@ -234,21 +276,19 @@ class MeshMotion:
         Parameters
         ----------
         state
-            What :meth:`state` gave.
+            What :meth:`state` gave; on ranks each may have any part of it, also from another number of ranks.
 
         Raises
         ------
         OptionError
             If it belongs to another mesh.
         """
-        whole, count = self._whole, len(self.held)
+        whole, nodes = self._whole, np.arange(len(self.held))
         with agreed(whole.comm):
-            points, prescribed = (np.asarray(state[name], dtype=np.float64) for name in ("points", "prescribed"))
-            if points.shape != (count, 3) or prescribed.shape != self.moving.shape + (3,):
-                raise OptionError("state must be that of the same mesh and moving nodes")
-        problem, nodes = "state: copies of a node must be at one place", np.arange(len(self._points))
-        self._points = whole.brought(points, np.arange(count), nodes, problem)
-        self._prescribed = whole.brought(prescribed, self.moving, self._moving, problem)
+            points, ids, prescribed, moving = (state[name] for name in ("points", "ids", "prescribed", "moving"))
+        points, prescribed = self.at_nodes(points, ids), self.at_moving_nodes(prescribed, moving)
+        self._points = whole.brought(points, nodes, np.arange(len(self._points)))
+        self._prescribed = whole.brought(prescribed, self.moving, self._moving)
 
     def _distortion(self, points: Field) -> DistortionTerm:
         normalized = self._normalized

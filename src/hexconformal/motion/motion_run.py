@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import OptionError
+from ..common import OptionError, agreed
 from ..elements import CELL_TYPES, corner_scaled_jacobian
 from ..io import write
 from ..mesh import HexMesh, MixedMesh, collapsed_mesh
-from ..runs import RunState, run_fingerprint
+from ..ranks import MeshPiece, write_piece
+from ..runs import RunState, mesh_digest, run_fingerprint
 from .mesh_motion import MeshMotion
 from .motion_table import BoundaryMotion
 
@@ -52,7 +53,7 @@ class MotionRecord:
 
 
 class MotionRun:
-    """All steps of a table, a stage each, as a :class:`hexconformal.runs.run_folder.FolderRun`.
+    """All steps of a table, a stage each, as a :class:`hexconformal.runs.run_folder.FolderRun`; on ranks of all.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ class MotionRun:
         Reason of an early end; "" if there was none.
     """
 
-    version, record, other_runs = 3, MotionRecord, "another mesh, or to other options"
+    version, record, other_runs = 4, MotionRecord, "another mesh, or to other options"
 
     def __init__(self, motion: MeshMotion, boundary: BoundaryMotion) -> None:
         self.step, self.refusal = 0, ""
@@ -89,8 +90,10 @@ class MotionRun:
     def fingerprint(self) -> str:
         """Digest of what a resumed run must have the same: mesh, nodes and options."""
         motion = self._motion
-        given = motion.mesh.points, self._table, motion.moving, motion.held, motion.carried
-        return run_fingerprint(motion.options, given)
+        carried = np.zeros(len(motion.held), dtype=bool)
+        carried[motion.carried] = True
+        marks = np.column_stack([motion.moves, motion.held, carried])
+        return run_fingerprint(motion.options, (mesh_digest(motion.mesh, motion.comm, marks),))
 
     def __iter__(self) -> Iterator[RunState]:
         if not self._resumed:
@@ -112,7 +115,7 @@ class MotionRun:
             yield RunState(index + 1, time, self.frame, record, refused=report.refused)
 
     def state(self) -> dict[str, Any]:
-        """State of the run, for :meth:`resume`."""
+        """State of the run, for :meth:`resume`; on ranks of the nodes of this one."""
         state = {"done": self.step, "time": self.time, "displacement": self._displacement(), **self._motion.state()}
         return state if self._velocity is None else {**state, "velocity": self._velocity}
 
@@ -124,15 +127,19 @@ class MotionRun:
         OptionError
             If the table ends before that, or is another one at that step.
         """
-        step, steps = int(state["done"]), len(self._boundary.times)
+        motion, steps = self._motion, len(self._boundary.times)
+        step, time = int(state["done"]), state["time"]
+        there, ids, moving, _, _ = (state[key] for key in ("displacement", "ids", "moving", "points", "prescribed"))
         if step > steps:
             raise OptionError(f"the table must have the {step} steps that are done already, and more; it has {steps}")
-        self._motion.resume(state)
+        motion.resume(state)
         self.step, self._resumed = step, True
-        if self.time != state["time"] or not np.array_equal(self._displacement(), state["displacement"]):
-            raise OptionError(f"the table must be that of the run up to step {step}: there it is another one")
-        self._done = self._reached = self._motion.points
-        self._velocity = np.asarray(state["velocity"]) if "velocity" in state else None
+        there = motion.at_moving_nodes(there, moving)
+        with agreed(motion.comm, named=False):
+            if self.time != time or not np.array_equal(self._displacement(), there):
+                raise OptionError(f"the table must be that of the run up to step {step}: there it is another one")
+        self._done = self._reached = motion.points
+        self._velocity = motion.at_nodes(state["velocity"], ids) if "velocity" in state else None
 
     def wants_frame(self, time: float) -> bool:
         """No time has a frame but by the number of its step."""
@@ -144,9 +151,12 @@ class MotionRun:
 
     def write(self, path: Path) -> None:
         """Write the mesh as far as it went; the cell array `blocked` marks the cells that stood in the way."""
-        marks = np.zeros(len(self._table), dtype=np.uint8)
-        marks[self._blocked] = 1
-        write(path, self._frame(self._reached, None).replaced(cell_data={"blocked": marks}))
+        marks = np.isin(self._motion.cell_ids, self._blocked).astype(np.uint8)
+        mesh = self._frame(self._reached, None).replaced(cell_data={"blocked": marks})
+        if isinstance(mesh, MeshPiece):
+            write_piece(path, mesh, self._motion.comm)
+        else:
+            write(path, mesh)
 
     def _displacement(self) -> NDArray[np.float64]:
         """That of the last complete step."""

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import OptionError, ReadError, as_mask, first_ids
+from ..common import OptionError, ReadError, agreed, as_mask, first_ids
 from ..mesh import HexMesh, MixedMesh
+from ..ranks import mpi
 
 __all__ = ["BoundaryMotion", "read_motion"]
 
@@ -34,8 +35,8 @@ class BoundaryMotion:
     times: NDArray[np.float64]
     displacements: NDArray[np.float64]
 
-    def on_mesh(self, mesh: HexMesh | MixedMesh, moving: str | None = None) -> BoundaryMotion:
-        """The same motion with the ids of the nodes in a mesh.
+    def on_mesh(self, mesh: HexMesh | MixedMesh, moving: str | None = None, comm: Any = None) -> BoundaryMotion:
+        """The same motion with the ids of the nodes in a mesh; of a piece that a rank has, of those that are there.
 
         Parameters
         ----------
@@ -43,30 +44,42 @@ class BoundaryMotion:
             The mesh; its labels, if its file has some, are those of the table.
         moving
             Name of the nodes that all go the same way, if the table names none.
+        comm
+            The ranks, all of which must call it with the :class:`hexconformal.ranks.MeshPiece` of each.
 
         Raises
         ------
         OptionError
             If nodes are not in the mesh, or both the table and `moving` name them, or neither.
         """
-        if (self.nodes is None) == (moving is None):
-            there = "the table names its nodes" if self.nodes is not None else "the table has no column node"
-            raise OptionError(f"either the table or moving must name the nodes: {there}, moving is {moving!r}")
-        if self.nodes is None:
-            mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes())
-            ids = np.flatnonzero(mask.reshape(len(mask), -1).any(axis=1))
-            return replace(self, nodes=ids, displacements=np.repeat(self.displacements, len(ids), axis=1))
+        with agreed(comm, named=False):
+            if (self.nodes is None) == (moving is None):
+                there = "the table names its nodes" if self.nodes is not None else "the table has no column node"
+                raise OptionError(f"either the table or moving must name the nodes: {there}, moving is {moving!r}")
+            if self.nodes is None:
+                mask = as_mask(moving, len(mesh.points), "moving", mesh.named_nodes())
+                ids = np.flatnonzero(mask if mask.ndim == 1 else mask.any(axis=1))
+                return replace(self, nodes=ids, displacements=np.repeat(self.displacements, len(ids), axis=1))
         labels = np.arange(len(mesh.points)) if mesh.node_labels is None else mesh.node_labels
         named = self.nodes if labels.dtype.kind == self.nodes.dtype.kind else self.nodes.astype(str)
         labels = labels if labels.dtype.kind == named.dtype.kind else labels.astype(str)
+        here = np.isin(named, labels)
+        missing = ~(here if comm is None else _of_any(comm, here))
+        with agreed(comm, named=False):
+            if missing.any():
+                raise OptionError(
+                    f"nodes of the table must be in the mesh; others: {first_ids(named[missing])}; {_example(labels)}"
+                )
         order = np.argsort(labels, kind="stable")
-        places = np.minimum(np.searchsorted(labels, named, sorter=order), len(labels) - 1)
-        missing = named[labels[order[places]] != named]
-        if len(missing):
-            raise OptionError(
-                f"nodes of the table must be in the mesh; others: {first_ids(missing)}; {_example(labels)}"
-            )
-        return replace(self, nodes=order[places])
+        places = order[np.searchsorted(labels, named[here], sorter=order)]
+        return replace(self, nodes=places, displacements=self.displacements[:, here])
+
+
+def _of_any(comm: Any, marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """What any rank marks."""
+    counts, found = marks.astype(np.int32), np.empty(len(marks), np.int32)
+    comm.Allreduce(counts, found, mpi().MAX)
+    return np.asarray(found > 0)
 
 
 def read_motion(path: str | os.PathLike[str]) -> BoundaryMotion:

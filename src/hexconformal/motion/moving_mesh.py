@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, OptionError, as_mask, first_ids
+from ..common import MeshError, OptionError, agreed, array_of_numbers, as_mask, first_ids
 from ..geometry import kept_edges
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh
 from ..quality import require_linear, require_sound
-from ..ranks import GatheredFaces, MeshPiece, NormalizedPiece, agreed, rows_of_copies, taken_in
+from ..ranks import GatheredFaces, MeshPiece, NormalizedPiece, node_ids_of, rows_by_id, rows_of_copies, taken_in
 from ..solver import line_normal_sums, planar_normal_sums
 
 __all__ = ["MovingMesh", "MovingPiece", "moving_ids"]
@@ -20,6 +20,9 @@ __all__ = ["MovingMesh", "MovingPiece", "moving_ids"]
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+
+_OTHER_STATE = "state must be that of the same mesh and moving nodes"
 
 
 class MovingMesh:
@@ -36,6 +39,8 @@ class MovingMesh:
         The mesh as it came, and with its cells as hexahedra, some of them collapsed.
     normalized
         The mesh as it is worked on.
+    node_ids, cell_ids
+        What its nodes (n,) and cells (m,) are called: on all ranks, or by their places.
     comm
         The ranks that have it; None for one process.
     notes
@@ -48,6 +53,9 @@ class MovingMesh:
     """
 
     mesh: HexMesh | MixedMesh
+    hexahedra: HexMesh
+    node_ids: Ints
+    cell_ids: Ints
     comm: Any = None
 
     def __init__(self, mesh: Any) -> None:
@@ -56,6 +64,7 @@ class MovingMesh:
         self.notes = tuple(finding.message for finding in require_sound(self.mesh))
         self.hexahedra = collapsed_mesh(self.mesh)
         self.normalized = NormalizedMesh(self.hexahedra)
+        self.node_ids, self.cell_ids = node_ids_of(self.mesh), np.arange(len(self.hexahedra.cells))
         self._require_valid()
 
     def _require_valid(self) -> None:
@@ -83,6 +92,27 @@ class MovingMesh:
     def given_back(self, rows: NDArray[Any]) -> NDArray[Any]:
         """Rows (n, ...) at the nodes that are worked on, at those that came."""
         return rows
+
+    def rows_of_state(self, rows: Any, ids: Any, nodes: Ints) -> Field:
+        """Rows (w, 3) at nodes (w,) of those that came, from what a state has at ids (k,), all ranks together.
+
+        Raises
+        ------
+        OptionError
+            If there are none for one of them, or some for others, or copies of a node have several.
+        """
+        with agreed(self.comm):
+            rows, ids = array_of_numbers("state", rows), np.asarray(ids)
+            if ids.ndim != 1 or ids.dtype.kind not in "iu" or rows.shape != (len(ids), 3):
+                raise OptionError(_OTHER_STATE)
+        wanted, problem = self.node_ids[nodes], "state: copies of a node must be at one place"
+        found, there = rows_of_copies(self.comm, wanted, ids.astype(np.int64), rows, problem)
+        expected = rows_by_id(self.comm, ids.astype(np.int64), wanted, wanted)[1]
+        with agreed(self.comm):
+            for what, which in (("nodes without", wanted[~there]), ("others", ids[~expected])):
+                if len(which):
+                    raise OptionError(f"{_OTHER_STATE}; {what}: {first_ids(which)}")
+        return found
 
     # ------------------------------------------------------------------------------------------- what is told
     def ids(self, cells: Mask) -> Ints:
@@ -112,11 +142,13 @@ class MovingPiece(MovingMesh):
     """
 
     normalized: NormalizedPiece
+    _piece: MeshPiece
 
     def __init__(self, piece: Any, interfaces: Any, comm: Any) -> None:
         self._distribution = taken_in(piece, comm, interfaces)
-        self.mesh, self.hexahedra, self._piece = piece, piece, MeshPiece.of(piece)
+        self.mesh = self.hexahedra = self._piece = self._distribution.given
         self.comm, self.notes = comm, ()
+        self.node_ids, self.cell_ids = self._piece.node_ids, self._piece.cell_ids
         self.normalized = NormalizedPiece(self._distribution)
         self._require_valid()
 

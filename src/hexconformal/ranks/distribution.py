@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, OptionError, first_ids
+from ..common import MeshError, OptionError, agreed, first_ids
 from ..mesh import Regions, curve_positions, find_regions
 from ..quality import cell_errors
 from .halo import Halo
 from .kept_faces import FacesBeside, KeptFaces, faces_beside, kept_faces
 from .mesh_piece import MeshPiece
-from .mpi import agreed, mpi, petsc
+from .mpi import mpi, petsc, without_petsc
 from .rank_space import RankSpace
 from .routes import Routes, homes_of
 
-__all__ = ["Distribution", "distributed", "taken_in"]
+__all__ = ["Distribution", "distributed", "taken_in", "with_all_arrays"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -39,6 +39,8 @@ class Distribution:
 
     Attributes
     ----------
+    given
+        What this rank has handed in, with the arrays that others have where it has nothing.
     piece
         The own cells, and the nodes here [own | ghosts].
     space
@@ -53,6 +55,7 @@ class Distribution:
         (n,) nodes that belong to a cell of any rank.
     """
 
+    given: MeshPiece
     piece: MeshPiece
     space: RankSpace
     faces: KeptFaces
@@ -90,8 +93,9 @@ def taken_in(piece: Any, comm: Any, interfaces: Any, rings: int = 0) -> Distribu
     OptionError
         If something else than a piece is handed in, `interfaces` makes no sense, or PETSc is not there.
     """
+    beginning = without_petsc(comm)
     with agreed(comm):
-        petsc()
+        petsc(beginning)
         _require_sound(MeshPiece.of(piece))
         if not isinstance(interfaces, str):
             find_regions(piece, interfaces)
@@ -116,10 +120,9 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "
     """
     if comm.allreduce(len(piece.cells)) == 0:
         raise MeshError("there are no hexahedra on any rank")
-    point_data = _with_all_arrays(comm, piece.point_data, len(piece.points), "point_data")
-    cell_data = _with_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
+    piece = with_all_arrays(piece, comm)
     _require_single_cells(comm, piece)
-    regions = _regions(replace(piece, cell_data=cell_data), interfaces, comm)
+    regions = _regions(piece, interfaces, comm)
     labels = np.zeros(len(piece.cells), np.int64) if regions is None else regions.labels
     # Each id has a home, where the copies of its node meet.
     homes = Routes(comm, homes_of(comm, piece.node_ids))
@@ -165,8 +168,8 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "
     mine = MeshPiece(
         at_nodes(piece.points),
         halo.local(cells),
-        {name: at_nodes(rows) for name, rows in point_data.items()},
-        {name: to.forward(rows)[in_order] for name, rows in cell_data.items()},
+        {name: at_nodes(rows) for name, rows in piece.point_data.items()},
+        {name: to.forward(rows)[in_order] for name, rows in piece.cell_data.items()},
         node_ids=at_nodes(piece.node_ids),
         cell_ids=cell_ids,
     )
@@ -174,7 +177,7 @@ def distributed(piece: MeshPiece, comm: Any, rings: int = 0, interfaces: Any = "
     used[mine.cells] = True
     faces, referenced = faces.at(halo.local), space.joined(used)
     regions = None if regions is None else replace(regions, labels=labels)
-    return Distribution(mine, space, faces, beside, regions, referenced, homes, copies, owners, order)
+    return Distribution(piece, mine, space, faces, beside, regions, referenced, homes, copies, owners, order)
 
 
 def _regions(piece: MeshPiece, interfaces: Any, comm: Any) -> Regions | None:
@@ -207,7 +210,21 @@ def _cuts(comm: Any, keys: Ints) -> Ints:
     return sample[len(sample) * np.arange(1, comm.size) // comm.size]
 
 
-def _with_all_arrays(comm: Any, data: Mapping[str, NDArray[Any]], count: int, name: str) -> Data:
+def with_all_arrays(piece: MeshPiece, comm: Any) -> MeshPiece:
+    """The piece with the arrays that others have where it has nothing; all must call it.
+
+    Raises
+    ------
+    MeshError
+        If arrays are not the same on all ranks, or not of numbers.
+    """
+    point_data = _all_arrays(comm, piece.point_data, len(piece.points), "point_data")
+    return replace(
+        piece, point_data=point_data, cell_data=_all_arrays(comm, piece.cell_data, len(piece.cells), "cell_data")
+    )
+
+
+def _all_arrays(comm: Any, data: Mapping[str, NDArray[Any]], count: int, name: str) -> Data:
     """The arrays of a piece, with those that others have where this one is empty."""
     kinds = {key: (array.dtype.str, array.shape[1:]) for key, array in data.items()}
     known = [kinds for kinds, rows in comm.allgather((kinds, count)) if rows]

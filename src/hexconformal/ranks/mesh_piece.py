@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, OptionError, first_ids
-from ..mesh import HexMesh
+from ..io import CELL_IDS, NODE_IDS
+from ..mesh import HexMesh, MixedMesh, blocks_of
 
-__all__ = ["MeshPiece"]
+__all__ = ["MeshPiece", "cell_ids_of", "node_ids_of"]
 
 Ints = NDArray[np.int64]
 
@@ -31,7 +32,7 @@ class MeshPiece(HexMesh):
     Raises
     ------
     MeshError
-        If shapes or types make no sense, or ids are negative or there twice.
+        If shapes or types make no sense, or ids are no whole numbers, negative, or there twice.
 
     Examples
     --------
@@ -86,8 +87,25 @@ class MeshPiece(HexMesh):
         return self.cell_ids
 
 
+def node_ids_of(mesh: HexMesh | MixedMesh) -> Ints:
+    """(n,) what nodes are called on ranks: the ids that a file in pieces gives them, else their places."""
+    return mesh.node_ids if isinstance(mesh, MeshPiece) else _ids(mesh.point_data.get(NODE_IDS), len(mesh.points))
+
+
+def cell_ids_of(mesh: HexMesh | MixedMesh) -> Ints:
+    """(m,) what cells are called on ranks."""
+    return (
+        mesh.cell_ids
+        if isinstance(mesh, MeshPiece)
+        else _ids(mesh.cell_data.get(CELL_IDS), sum(len(block.cells) for block in blocks_of(mesh)))
+    )
+
+
 def _checked_ids(ids: Any, count: int, name: str) -> Ints:
-    found = np.array(ids, dtype=np.int64).reshape(-1)
+    given = np.asarray(ids)
+    if given.size and given.dtype.kind not in "iu":
+        raise MeshError(f"{name} must be whole numbers, not {given.dtype}")
+    found = np.array(given, dtype=np.int64).reshape(-1)
     if len(found) != count:
         raise MeshError(f"{name} must be {count} numbers, one for each, not {len(found)}")
     if len(found) and found.min() < 0:
@@ -97,3 +115,9 @@ def _checked_ids(ids: Any, count: int, name: str) -> Ints:
         raise MeshError(f"{name} must be different; there several times: {first_ids(names[counts > 1])}")
     found.setflags(write=False)
     return found
+
+
+def _ids(given: Any, count: int) -> Ints:
+    if given is None or given.dtype.kind not in "iu" or given.shape != (count,) or len(np.unique(given)) < count:
+        return np.arange(count)
+    return np.asarray(given, dtype=np.int64)

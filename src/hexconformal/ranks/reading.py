@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, ReadError, reading
+from ..common import MeshError, ReadError, agreed, reading
 from ..io import CELL_IDS, NODE_IDS, READ_EXTENSIONS, VtuRows, pieces_of, read, referenced_file
+from .distribution import with_all_arrays
 from .mesh_piece import MeshPiece
-from .mpi import agreed
 from .routes import Routes
 
-__all__ = ["read_piece"]
+__all__ = ["are_nodes_numbered", "read_piece"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -46,7 +46,22 @@ def read_piece(path: str | os.PathLike[str], comm: Any) -> MeshPiece:
     MeshError
         If it holds other cells than hexahedra: ranks do not carry these along yet.
     """
+    return with_all_arrays(_read(Path(path), comm), comm)
+
+
+def are_nodes_numbered(path: str | os.PathLike[str]) -> bool:
+    """True where ids of nodes are numbers that the file gives them: those of a .vtu file from 0, or GlobalNodeId.
+
+    Other formats have labels, which ranks do not know.
+    """
     path = Path(path)
+    if path.suffix.lower() != ".pvtu":
+        return path.suffix.lower() == ".vtu"
+    with reading(path, (".pvtu",)):
+        return all(NODE_IDS in VtuRows(source).names("PointData") for source in _sources(path))
+
+
+def _read(path: Path, comm: Any) -> MeshPiece:
     with agreed(comm, named=False), reading(path, READ_EXTENSIONS):
         rows = _rows_of(path)
     if path.suffix.lower() == ".pvtu":
@@ -128,7 +143,7 @@ def _cells(rows: VtuRows, begin: int, end: int) -> tuple[Ints, dict[str, NDArray
 def _of_parts(path: Path, comm: Any) -> MeshPiece:
     """The pieces of a .pvtu file that fall to a rank, joined."""
     with agreed(comm, named=False), reading(path, (".pvtu",)):
-        sources = [referenced_file(path, str(source)) for source in pieces_of(path)]
+        sources = _sources(path)
         own = sources[comm.rank * len(sources) // comm.size : (comm.rank + 1) * len(sources) // comm.size]
         parts = [_part(source) for source in own]
         if any(set(part.point_data) != set(parts[0].point_data) for part in parts):
@@ -145,6 +160,11 @@ def _of_parts(path: Path, comm: Any) -> MeshPiece:
     data = {name: values[first] for name, values in data.items()}
     numbers = np.empty(0, np.int64) if cell_ids is None else cell_ids.astype(np.int64)
     return MeshPiece(points[first], place.ravel()[cells], data, cell_data, node_ids=ids, cell_ids=numbers)
+
+
+def _sources(path: Path) -> list[Path]:
+    """The files of the pieces that a .pvtu file names, in its folder."""
+    return [referenced_file(path, os.path.relpath(source, path.parent)) for source in pieces_of(path)]
 
 
 class _Part(NamedTuple):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import OptionError, first_ids
-from .mpi import agreed, mpi
+from ..common import OptionError, agreed, first_ids
+from .mpi import mpi
 
 __all__ = ["Routes", "dealt", "each_once", "gathered", "homes_of", "rows_by_id", "rows_of_copies"]
 
@@ -86,22 +86,30 @@ def each_once(comm: Any, ids: Ints, rows: NDArray[Any]) -> tuple[Ints, NDArray[A
 
 
 def rows_by_id(comm: Any, wanted: Ints, ids: Ints, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
-    """Rows (w, ...) of wanted ids (w,), wherever they are among those (k, ...) of all ranks, and which there are."""
+    """Rows (w, ...) of wanted ids (w,), wherever they are among those (k, ...) of all ranks, and which there are.
+
+    Where `comm` is None they are in one process.
+    """
+    if comm is None:
+        return _found(wanted, ids, rows)
     homes = homes_of(comm, np.concatenate([wanted, ids]))
-    there = Routes(comm, homes[len(wanted) :])
-    known, first = np.unique(there.forward(ids), return_index=True)
-    held, here = there.forward(rows)[first], Routes(comm, homes[: len(wanted)])
-    asked = here.forward(wanted)
+    there, here = Routes(comm, homes[len(wanted) :]), Routes(comm, homes[: len(wanted)])
+    answers, found = _found(here.forward(wanted), there.forward(ids), there.forward(rows))
+    return here.backward(answers), here.backward(found)
+
+
+def _found(asked: Ints, ids: Ints, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    known, first = np.unique(ids, return_index=True)
     place = np.searchsorted(known, asked)
     found = place < len(known)
     found[found] = known[place[found]] == asked[found]
     answers = np.zeros((len(asked), *rows.shape[1:]), rows.dtype)
-    answers[found] = held[place[found]]
-    return here.backward(answers), here.backward(found)
+    answers[found] = rows[first[place[found]]]
+    return answers, found
 
 
 def rows_of_copies(comm: Any, wanted: Ints, ids: Ints, rows: Field, problem: str) -> tuple[Field, NDArray[np.bool_]]:
-    """The same of rows that must be alike wherever an id is several times, NaN but for itself.
+    """The same of rows that must be alike wherever an id is several times; NaN is like NaN.
 
     Raises
     ------
@@ -110,9 +118,10 @@ def rows_of_copies(comm: Any, wanted: Ints, ids: Ints, rows: Field, problem: str
     """
     one_of_each = rows_by_id(comm, ids, ids, rows)[0]
     with agreed(comm):
-        apart = ((one_of_each != rows) & ~np.isnan(rows)).any(axis=1)
+        apart = ((one_of_each != rows) & ~(np.isnan(one_of_each) & np.isnan(rows))).any(axis=1)
         if apart.any():
-            raise OptionError(f"{problem} on all ranks: {first_ids(np.unique(ids[apart]))}")
+            where = "" if comm is None else " on all ranks"
+            raise OptionError(f"{problem}{where}: {first_ids(np.unique(ids[apart]))}")
     return rows_by_id(comm, wanted, ids, rows)
 
 

@@ -10,13 +10,14 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import check_writable, write_text
+from ..common import agreed, check_writable, write_text
 from ..io import CELL_IDS, NODE_IDS, write
 from ..mesh import HexMesh
 from .mesh_piece import MeshPiece
-from .mpi import agreed
 
 __all__ = ["check_piece_writable", "piece_path", "write_piece"]
+
+Kinds = dict[str, tuple[str, int]]
 
 _VTK_TYPES = {"f4": "Float32", "f8": "Float64"} | {
     f"{kind}{size}": f"{sign}Int{8 * size}" for sign, kind in (("", "i"), ("U", "u")) for size in (1, 2, 4, 8)
@@ -69,13 +70,27 @@ def write_piece(path: str | os.PathLike[str], piece: MeshPiece, comm: Any) -> No
         if len(used):
             cells = np.searchsorted(used, piece.cells)
             write(piece_path(path, comm.rank), HexMesh(piece.points[used], cells, point_data, cell_data))
-    have = [rank for rank, count in enumerate(comm.allgather(len(used))) if count]
+    # A rank that has nothing need not know the arrays of others.
+    kinds = _kinds(point_data), _kinds(cell_data)
+    have = [(rank, kinds) for rank, kinds in enumerate(comm.allgather(kinds if len(used) else None)) if kinds]
     with agreed(comm, named=False):
         if comm.rank == 0:
-            write_text(path, _index([piece_path(path, rank).name for rank in have], point_data, cell_data))
+            files = [piece_path(path, rank).name for rank, _ in have]
+            write_text(path, _index(files, *(have[0][1] if have else kinds)))
 
 
-def _index(files: list[str], point_data: dict[str, NDArray[Any]], cell_data: dict[str, NDArray[Any]]) -> str:
+def _kinds(data: dict[str, NDArray[Any]]) -> Kinds:
+    """Types of arrays, and how many numbers these have in a row, by name."""
+    return {
+        name: (
+            "UInt8" if values.dtype == bool else _VTK_TYPES[values.dtype.str[1:]],
+            int(np.prod(values.shape[1:], dtype=np.int64)),
+        )
+        for name, values in data.items()
+    }
+
+
+def _index(files: list[str], point_data: Kinds, cell_data: Kinds) -> str:
     """The text of a .pvtu file."""
     lines = [
         '<?xml version="1.0"?>',
@@ -93,10 +108,9 @@ def _index(files: list[str], point_data: dict[str, NDArray[Any]], cell_data: dic
     return "\n".join(lines) + "\n"
 
 
-def _section(name: str, data: dict[str, NDArray[Any]]) -> list[str]:
-    arrays = []
-    for key, values in data.items():
-        kind = "UInt8" if values.dtype == bool else _VTK_TYPES[values.dtype.str[1:]]
-        count = int(np.prod(values.shape[1:], dtype=np.int64))
-        arrays.append(f'      <PDataArray type="{kind}" Name={quoteattr(key)} NumberOfComponents="{count}"/>')
+def _section(name: str, kinds: Kinds) -> list[str]:
+    arrays = [
+        f'      <PDataArray type="{kind}" Name={quoteattr(key)} NumberOfComponents="{count}"/>'
+        for key, (kind, count) in kinds.items()
+    ]
     return [f"    <{name}>", *arrays, f"    </{name}>"]

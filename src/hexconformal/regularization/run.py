@@ -16,6 +16,7 @@ from ..geometry import sharp_length
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, NormalizedMesh, collapsed_mesh, region_arrays
 from ..quality import quality, require_linear, require_sound
+from ..ranks import require_alike
 from .acceptance import (
     Outcome,
     auto_target_notes,
@@ -100,6 +101,7 @@ class Regularization:
         self.mesh: HexMesh | MixedMesh
         self._normalized: NormalizedMesh
         self._boundary: Boundary
+        require_alike(comm, start=None if start is None else ())
         self._on_ranks = None if comm is None else MeshOnRanks(mesh, self.options, schedules, comm)
         if self._on_ranks is not None:
             whole = self._on_ranks

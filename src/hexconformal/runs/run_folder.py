@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 from ..common import (
-    MeshError,
     OptionError,
     OutputPlace,
     ReadError,
     WriteError,
+    agreed,
     as_interruption,
+    interruption_waits,
     require_distinct_places,
+    same_file,
     uninterrupted,
 )
-from .checkpoint import load_state, save_state
 from .history import HistoryFile, rows_until
 from .series import Series, frames_folder, series_place
+from .state_files import StateFiles, damage_told
 
 __all__ = ["FolderRun", "RunFolder", "RunState"]
 
@@ -99,10 +102,14 @@ class RunFolder:
         The folder; it is made if it is not there.
     series
         The .pvd file, None for run.pvd in the folder.
+    comm
+        The ranks, all of which must do the same with it; they are interrupted between steps, while signals wait. None:
+        one process.
     """
 
     path: Path
     series: Path | None = None
+    comm: Any = None
 
     @property
     def frames(self) -> Path:
@@ -122,7 +129,12 @@ class RunFolder:
     @property
     def last(self) -> Path:
         """The mesh at the end."""
-        return self.path / "last.vtu"
+        return self.path / ("last.vtu" if self.comm is None else "last.pvtu")
+
+    @property
+    def _other_last(self) -> Path:
+        """What ranks call the mesh at the end, where this is one process, or the other way round."""
+        return self.path / ("last.pvtu" if self.comm is None else "last.vtu")
 
     @property
     def plot(self) -> Path:
@@ -140,10 +152,20 @@ class RunFolder:
         WriteError
             If the folder cannot be made.
         """
+        with agreed(self.comm, named=False):
+            if self._is_first:
+                self._prepare(resume, overwrite, inputs)
+
+    @property
+    def _is_first(self) -> bool:
+        """Whether this rank writes what there is once."""
+        return self.comm is None or self.comm.rank == 0
+
+    def _prepare(self, resume: bool, overwrite: bool, inputs: Mapping[Path, str]) -> None:
         if self.path.is_file():
             raise WriteError(f"cannot make the folder {self.path}: it is a file")
-        files = (self.history, self.plot, self.last, self.checkpoint)
-        require_distinct_places([*map(OutputPlace, files), series_place(self.frames)], inputs)
+        places = [OutputPlace(path) for path in (self.history, self.plot, self.checkpoint)]
+        require_distinct_places([*places, OutputPlace(self.last, self._is_of_last), series_place(self.frames)], inputs)
         there = self.checkpoint.exists()
         if resume and not there:
             raise OptionError(f"there is no run in {self.path} to resume: {self.checkpoint.name} is missing")
@@ -158,6 +180,16 @@ class RunFolder:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as problem:
             raise WriteError(f"cannot make the folder {self.path}: {problem}") from problem
+
+    def _is_of_last(self, other: Path) -> bool:
+        """Whether a path is that of a piece of the mesh at the end, or of an older one that is removed with it."""
+        if same_file(self._other_last, other):
+            return True
+        if self.comm is None:
+            return False
+        from ..ranks import piece_path  # not loaded in one process
+
+        return any(same_file(piece_path(self.last, rank), other) for rank in range(self.comm.size))
 
     def _has_no_checkpoint_yet(self) -> bool:
         """True if the files were left by a run that was killed before its first checkpoint."""
@@ -180,7 +212,7 @@ class RunFolder:
         every
             A frame every so many steps, where one is wanted, and at the end.
         report
-            Called with every record in a line.
+            Called with every record in a line, on ranks by the first.
 
         Raises
         ------
@@ -193,7 +225,9 @@ class RunFolder:
         KeyboardInterrupt
             If interrupted before there is anything to go on from.
         """
-        rows = self._resume(run) if resume else []
+        files = StateFiles(self.checkpoint, run.version, run.other_runs, self.comm)
+        fingerprint = run.fingerprint
+        rows = self._resume(run, files, fingerprint) if resume else []
         steps = {float(row[_TIME]): int(row[_STEP]) for row in rows[1:]} | {0.0: 0}
 
         def belongs(time: float) -> bool:
@@ -202,23 +236,29 @@ class RunFolder:
 
         begun, stopped = resume, None
         until = run.time if resume else None
-        with HistoryFile(self.history, rows) as history, Series(self.frames, until, belongs) as series:
+        with ExitStack() as stack:
+            with agreed(self.comm, named=False):
+                history = stack.enter_context(HistoryFile(self.history, rows)) if self._is_first else None
+            series = stack.enter_context(Series(self.frames, until, belongs, self.comm))
             try:
                 with as_interruption():
                     for state in run:
                         with uninterrupted():
-                            if state.record is not None:
-                                history.add(state.record)
+                            with agreed(self.comm, named=False):
+                                if state.record is not None and history is not None:
+                                    history.add(state.record)
                             if not state.refused:
                                 if run.wants_frame(state.time) or state.step % every == 0:
                                     series.add(state.time, state.frame())
                                 # Last: what it counts as done is written.
-                                save_state(self.checkpoint, run.version, run.fingerprint, run.state())
+                                files.save(fingerprint, run.state())
                                 begun = True
-                        if state.record is not None:
+                        if state.record is not None and self._is_first:
                             report(str(state.record))
                         if state.refused:
                             break
+                        if self._is_interrupted():
+                            raise KeyboardInterrupt
             except KeyboardInterrupt as problem:
                 stopped = problem
             if not begun:
@@ -229,18 +269,31 @@ class RunFolder:
                     if stopped is None and (not series.frames or series.frames[-1][0] < run.time):
                         series.add(run.time, run.frame())
                     run.write(self.last)
+                    with agreed(self.comm, named=False):
+                        if self._is_first:
+                            self._other_last.unlink(missing_ok=True)  # of the run before it went on in another way
             except KeyboardInterrupt as problem:
                 stopped = stopped or problem
         return stopped
 
-    def _resume(self, run: FolderRun) -> list[list[str]]:
+    def _is_interrupted(self) -> bool:
+        """On ranks, whether an interruption of one of them waits; one process has been interrupted then."""
+        return self.comm is not None and self.comm.allreduce(int(interruption_waits())) > 0
+
+    def _resume(self, run: FolderRun, files: StateFiles, fingerprint: str) -> list[list[str]]:
         """Set a run to where its checkpoint stands; returns the rows of the history until there."""
-        state = load_state(self.checkpoint, run.version, run.fingerprint, run.other_runs)
+        state = files.load(fingerprint)
+        damage: ReadError | None = None
         try:
-            run.resume(state)
-        except (MeshError, OptionError):
-            raise
-        except (KeyError, IndexError, TypeError, ValueError) as problem:
-            reason = f"{type(problem).__name__}: {problem}"
-            raise ReadError(f"the checkpoint {self.checkpoint} is damaged ({reason})") from problem
-        return rows_until(self.history, run.record, run.step)
+            with damage_told(self.checkpoint):
+                run.resume(state)
+        except ReadError as problem:  # by all ranks at the same place: they have the same names
+            damage = problem
+        with agreed(self.comm, named=False):
+            if damage is not None:
+                raise damage
+        rows: list[list[str]] = []
+        with agreed(self.comm, named=False):
+            if self._is_first:
+                rows = rows_until(self.history, run.record, run.step)
+        return rows if self.comm is None else list(self.comm.bcast(rows))

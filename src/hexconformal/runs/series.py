@@ -18,6 +18,7 @@ from ..common import (
     OutputPlace,
     ReadError,
     WriteError,
+    agreed,
     check_writable,
     first_names,
     same_file,
@@ -42,6 +43,8 @@ class Series:
         Go on with the series that is there, keeping its frames up to this time.
     keep
         Tells of a time whether the frame then is kept; None: all are.
+    comm
+        The ranks, all of which must do the same with it: frames are ``run_0000.pvtu``, with a piece of each beside it.
 
     Raises
     ------
@@ -60,11 +63,16 @@ class Series:
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], until: float | None = None, keep: Callable[[float], bool] | None = None
+        self,
+        path: str | os.PathLike[str],
+        until: float | None = None,
+        keep: Callable[[float], bool] | None = None,
+        comm: Any = None,
     ) -> None:
-        self.path = Path(path)
-        check_writable(self.path, extensions=(".pvd",))
-        self.frames: list[tuple[float, str]] = [] if until is None else self._read_list(until)
+        self.path, self._comm = Path(path), comm
+        with agreed(comm, named=False):
+            check_writable(self.path, extensions=(".pvd",))
+            self.frames: list[tuple[float, str]] = [] if until is None else self._read_list(until)
         if keep is not None:
             self.frames = [frame for frame in self.frames if keep(frame[0])]
 
@@ -85,7 +93,8 @@ class Series:
         time
             Its time, later than that of the last frame.
         mesh
-            A HexMesh or MixedMesh, or a pyvista dataset (a surface becomes a .vtp file).
+            A HexMesh or MixedMesh, or a pyvista dataset (a surface becomes a .vtp file); on ranks the
+            :class:`hexconformal.ranks.MeshPiece` of each.
 
         Raises
         ------
@@ -95,34 +104,56 @@ class Series:
         WriteError
             If the file cannot be written.
         """
-        from ..io import to_pyvista, write_vtk
-
         time = float(time)
         if not isfinite(time) or (self.frames and time <= self.frames[-1][0]):
             raise OptionError(f"time {time} of a frame must be finite and later than that of the frame before")
-        grid = to_pyvista(mesh)[0].cast_to_unstructured_grid() if isinstance(mesh, HexMesh | MixedMesh) else mesh
+        is_first, comm = self._comm is None or self._comm.rank == 0, self._comm
+        with agreed(comm, named=False):
+            if is_first:
+                self._make_folder()
+        frame = self._write(mesh) if comm is None else self._write_piece(mesh)
+        self.frames.append((time, f"{frame.parent.name}/{frame.name}"))
+        with agreed(comm, named=False):
+            if is_first:
+                save_atomically(self.path, self._write_list)
+                if len(self.frames) == 1:
+                    self._remove_old_frames(frame)
+
+    def _make_folder(self) -> None:
         folder = frames_folder(self.path)
         try:
             folder.mkdir(exist_ok=True)
         except OSError as problem:
             raise WriteError(f"cannot make the folder {folder}: {problem}") from problem
-        extension = "vtp" if type(grid).__name__ == "PolyData" else "vtu"
-        frame = folder / f"{self.path.stem}_{self._next_number():04d}.{extension}"
+
+    def _frame(self, extension: str) -> Path:
+        """The file of the next frame."""
+        return frames_folder(self.path) / f"{self.path.stem}_{self._next_number():04d}.{extension}"
+
+    def _write_piece(self, mesh: Any) -> Path:
+        from ..ranks import write_piece  # not loaded in one process
+
+        frame = self._frame("pvtu")
+        write_piece(frame, mesh, self._comm)
+        return frame
+
+    def _write(self, mesh: Any) -> Path:
+        from ..io import to_pyvista, write_vtk
+
+        grid = to_pyvista(mesh)[0].cast_to_unstructured_grid() if isinstance(mesh, HexMesh | MixedMesh) else mesh
+        frame = self._frame("vtp" if type(grid).__name__ == "PolyData" else "vtu")
         source = getattr(getattr(mesh, "origin", None), "file", None)
         if source is not None:
             place = OutputPlace(frame) if self.frames else series_place(self.path)
             if place.harms(source.path):
                 raise OptionError(f"{place.path} would replace {source.path}, which the mesh was read from")
         save_atomically(frame, partial(write_vtk, grid=grid))
-        self.frames.append((time, f"{folder.name}/{frame.name}"))
-        save_atomically(self.path, self._write_list)
-        if len(self.frames) == 1:
-            self._remove_old_frames(frame)
+        return frame
 
     def _remove_old_frames(self, first: Path) -> None:
         """Remove frames left over from an earlier run of the same name, which no list names any more."""
         for path in _frames_there(self.path):
-            if path != first:
+            if path != first and not path.name.startswith(f"{first.stem}_"):  # nor its pieces
                 path.unlink(missing_ok=True)
 
     def _read_list(self, until: float) -> list[tuple[float, str]]:
@@ -204,7 +235,7 @@ def series_place(path: Path) -> OutputPlace:
 
 
 def _frame_names(path: Path) -> re.Pattern[str]:
-    return re.compile(rf"{re.escape(path.stem)}_\d{{4,}}\.vt[pu]", re.IGNORECASE)
+    return re.compile(rf"{re.escape(path.stem)}_\d{{4,}}(\.vt[pu]|\.pvtu|_\d{{4,}}\.vtu)", re.IGNORECASE)
 
 
 def _frames_there(path: Path) -> list[Path]:

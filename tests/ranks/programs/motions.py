@@ -5,15 +5,15 @@ from final_points import write
 from motion_cases import CASES, TIGHT, lid
 from mpi4py import MPI
 
-from hexconformal import MeshError, MeshMotion, OptionError
+from hexconformal import HexMesh, MeshError, MeshMotion, OptionError
 from hexconformal.ranks import MeshPiece, petsc
 
 comm = MPI.COMM_WORLD
 
 
-def dealt_out(mesh):
+def dealt_out(mesh, ranks=comm.size):
     """A piece that has nothing to do with where cells are, with the nodes in an order of their own."""
-    mine = np.random.default_rng(0).permutation(len(mesh.cells))[comm.rank :: comm.size]
+    mine = np.random.default_rng(0).permutation(len(mesh.cells))[comm.rank :: ranks]
     nodes = np.random.default_rng(comm.rank).permutation(np.unique(mesh.cells[mine]))
     place = np.zeros(len(mesh.points), dtype=np.int64)
     place[nodes] = np.arange(len(nodes))
@@ -89,6 +89,7 @@ moving = np.flatnonzero(moves[piece.node_ids])
 motion = MeshMotion(piece, moving, comm=comm)
 way = ways[0][piece.node_ids[moving]]
 folded = piece.replaced(points=piece.points * np.where(piece.points < 0.3, 3.0, 1.0))
+odd = np.where(np.arange(len(moving))[:, None] == 0, np.nan, way) if last else way
 wrong = {
     "nothing moves": lambda: MeshMotion(piece, [], comm=comm),
     "outside": lambda: MeshMotion(piece, [10_000] if last else [0], comm=comm),
@@ -96,12 +97,26 @@ wrong = {
     "invalid": lambda: MeshMotion(folded, moving, comm=comm),
     "shape": lambda: motion.step(way[1:] if last else way),
     "copies": lambda: motion.step(way + 0.01 * comm.rank),
-    "state": lambda: motion.resume({"points": piece.points[int(last) :], "prescribed": way}),
+    "not finite": lambda: motion.step(odd),
+    "target": lambda: MeshMotion(piece, moving, target="current" if last else "input", comm=comm),
+    "operator": lambda: MeshMotion(piece, moving, operator="elastic" if last else "conformal", comm=comm),
+    "interfaces": lambda: MeshMotion(piece, moving, interfaces="auto" if last else "ignore", comm=comm),
+    "schedule": lambda: MeshMotion(piece, moving, schedule=TIGHT["schedule"] if last else None, comm=comm),
+    "dt": lambda: motion.step(way, dt=0.1 if last else 0.2),
+    "ids": lambda: MeshPiece(piece.points, piece.cells, node_ids=piece.node_ids + 0.5, cell_ids=piece.cell_ids),
+    "state": lambda: motion.resume({**motion.state(), "prescribed": way[int(last) :]}),
+    "other state": lambda: motion.resume({**motion.state(), "ids": piece.node_ids + 1000}),
 }
 for name, act in wrong.items():
     saved[f"refused: {name}"] = said(act)
 # After all that was refused it goes on as if nothing had been.
 saved["at last"] = whole(piece.node_ids, motion.step(way).points, len(mesh.points))
+# A rank that has nothing at all knows no names; others do.
+named = HexMesh(mesh.points, mesh.cells, {"top": moves, "floor": mesh.points[:, 2] == 0.0})
+part = dealt_out(named, max(comm.size - 1, 1)) if not last or comm.size == 1 else MeshPiece.nothing()
+one = MeshMotion(part, "top", fixed="floor", comm=comm, **TIGHT)
+step = one.step(ways[0][part.node_ids[one.moving]])
+saved["by name"] = whole(part.node_ids, step.points, len(mesh.points))
 # What is set while the multigrid is set up is nobody else's business.
 saved["options"] = np.array(comm.allgather(petsc().Options().hasName("mat_product_clear")))
 write(saved)

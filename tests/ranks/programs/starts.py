@@ -65,6 +65,9 @@ wrong = {
     "turned": (mine.points * [1.0, 1.0, -1.0], "slide"),
     "far": (1.1 * mine.points, "slide"),
     "nan": (mine.points + np.where(mine.node_ids == 3, np.nan, 0.0)[:, None], "slide"),
+    "not everywhere": (mine.points + np.where(last & (mine.node_ids == inner), np.nan, 0.0)[:, None], "slide"),
+    "boundary": (mine.points, "fixed" if last else "slide"),
+    "none on a rank": (mine.points if last else None, "slide"),
     "apart": (mine.points + 1e-9 * comm.rank * (mine.node_ids == inner)[:, None], "slide"),
 }
 found["outer"], found["inner"] = outer, inner

@@ -10,8 +10,9 @@ from mpi4py import MPI
 from hexconformal.app import main
 from hexconformal.regularization.resuming import checkpoint
 from hexconformal.regularization.resuming.schedule import CheckpointSchedule
+from hexconformal.runs import state_files
 
-save, sets = checkpoint.save_state, []
+save, sets = state_files.save_state, []
 
 
 def torn(path, *what):
@@ -22,6 +23,6 @@ def torn(path, *what):
     save(path, *what)
 
 
-checkpoint.save_state = torn
+state_files.save_state = torn
 checkpoint.CheckpointSchedule = lambda: CheckpointSchedule(share=1.0)
 sys.exit(main(sys.argv[1:]))

@@ -37,12 +37,16 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Measure a mesh, or a surface where there are no solid cells."""
-    if arguments.worst < 0:
-        raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
+
+    def check() -> None:
+        if arguments.worst < 0:
+            raise OptionError(f"worst must be 0 or more, not {arguments.worst}")
+
     if arguments.mpi:
         from ..on_ranks import quality_on_ranks  # with all that ranks need, which others do not
 
-        return quality_on_ranks(arguments)
+        return quality_on_ranks(arguments, check)
+    check()
     to_file = None if arguments.json == STDOUT else arguments.json
     files = [arguments.output, to_file, arguments.plot, arguments.picture, arguments.html]
     check_paths(files, named_inputs(arguments.input), arguments.overwrite)

@@ -152,13 +152,17 @@ class RegularizeJob:
         return run.mesh.replaced(points=points, cell_data=data)
 
 
+def _options(arguments: Namespace) -> Options:
+    return Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
+
+
 def run(arguments: Namespace) -> int:
     """Regularize a mesh; an interruption leaves the mesh reached so far."""
-    options = Options(**{field.name: getattr(arguments, field.name) for field in fields(Options)})
     if arguments.mpi:
         from ..on_ranks import regularize_on_ranks  # with all that ranks need, which others do not
 
-        return regularize_on_ranks(arguments, options)
+        return regularize_on_ranks(arguments, _options)
+    options = _options(arguments)
 
     def prepare() -> RegularizeJob:
         check_checkpoint(arguments)  # after the names of files: what is the input, or another output, is no checkpoint

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import OptionError
+from ...common import OptionError, agreed
 from ...formulation import BarrierOnRanks, FacesOnRanks, Schedules
 from ...mesh import NormalizedMesh
-from ...ranks import GatheredFaces, NormalizedPiece, agreed
+from ...ranks import GatheredFaces, NormalizedPiece
 from ...solver import AdmissibleDirections, fixed_components
 from ..boundary import Boundary, Measure, Value, boundary_of
 from ..options import Options

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import OptionError
+from ...common import OptionError, agreed
 from ...formulation import Schedules
 from ...geometry import sharp_length
 from ...mesh import NormalizedMesh
 from ...quality import quality
-from ...ranks import MeshPiece, NormalizedPiece, agreed, rank_summary, rows_of_copies, taken_in
+from ...ranks import MeshPiece, NormalizedPiece, rank_summary, require_alike, rows_of_copies, taken_in
 from ..acceptance import Outcome
 from ..boundary import Boundary
 from ..options import Options, Record
@@ -58,6 +58,7 @@ class MeshOnRanks:
     def __init__(self, piece: Any, options: Options, schedules: Schedules, comm: Any) -> None:
         with agreed(comm):
             require_options(options)
+        require_alike(comm, schedules=schedules, **{one.name: getattr(options, one.name) for one in fields(options)})
         curved = options.boundary == "slide" and options.hausdorff > 0.0
         rings = schedules.barrier.copied_rings if curved else 0
         self._distribution = taken_in(piece, comm, options.interfaces, rings)

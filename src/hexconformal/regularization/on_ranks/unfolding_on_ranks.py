@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import OptionError
+from ...common import OptionError, agreed
 from ...formulation import Iteration
 from ...mesh import node_rings
-from ...ranks import GatheredFaces, NormalizedPiece, agreed
+from ...ranks import GatheredFaces, NormalizedPiece
 from ...solver import AdmissibleDirections, fixed_components
 from ..boundary import Boundary, boundary_of
 from ..setting import Setting

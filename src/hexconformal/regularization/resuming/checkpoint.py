@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import os
-import secrets
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,15 +11,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import OptionError, ReadError, check_writable
+from ...common import OptionError, agreed
 from ...elements import QUADRATIC_TYPES
 from ...io import as_volume_mesh
 from ...mesh import HexMesh, MixedMesh, blocks_of
-from ...ranks import agreed, each_once, mpi
-from ...runs import load_state, row_digest, run_fingerprint, save_state
+from ...ranks import node_ids_of
+from ...runs import StateFiles, damage_told, mesh_digest, run_fingerprint
 from ..options import Options
 from .schedule import CheckpointSchedule
-from .start import Start, cell_ids_of, node_ids_of
+from .start import Start
 
 __all__ = ["Checkpoint"]
 
@@ -30,7 +27,6 @@ Field = NDArray[np.float64]
 
 _VERSION = 1
 _OTHERS = "another mesh, or a run with other options"
-_TOLD = {"token": str, "turn": int, "parts": int, "lowered": bool, "on_the_way": bool}
 _LIMITS = ("gradient_tolerance", "max_iterations")  # a run that goes on may be given other ones
 
 
@@ -85,14 +81,13 @@ class Checkpoint:
         schedule: CheckpointSchedule | None = None,
     ) -> None:
         self.path, self._comm = Path(path), comm
+        self._files = StateFiles(path, _VERSION, _OTHERS, comm)
         self._schedule = CheckpointSchedule() if schedule is None else schedule
-        self._due, self._turn, self._parts = -np.inf, 0, 0
-        with self._together():
+        self._due = -np.inf
+        with agreed(comm):
             taken = mesh if isinstance(mesh, HexMesh | MixedMesh) else as_volume_mesh(mesh)
             _require_resumable(taken, options)
-            check_writable(self.path)
-            if comm is not None:
-                check_writable(self._part(0, comm.rank))
+            self._files.check_writable()
         self._node_ids = node_ids_of(taken)
         self.fingerprint = _fingerprint(taken, options, comm)
 
@@ -116,20 +111,8 @@ class Checkpoint:
     def save(self, start: Start) -> None:
         """Write what a run has reached; raises a WriteError if that cannot be, an older one is still there then."""
         ids = self._node_ids if start.node_ids is None else start.node_ids
-        rows = {"ids": ids, "points": start.points}
-        if self._comm is None:
-            self._save_index(rows, "", 0, 0, start)
-            self._turn, self._parts = 0, 0
-            return
-        comm, turn = self._comm, 1 - self._turn
-        token = comm.bcast(secrets.token_hex(8) if comm.rank == 0 else None)
-        with agreed(comm):
-            save_state(self._part(turn, comm.rank), _VERSION, f"{self.fingerprint} {token}", rows)
-        with agreed(comm, named=False):
-            if comm.rank == 0:
-                none = {name: values[:0] for name, values in rows.items()}
-                self._save_index(none, token, turn, comm.size, start)
-        self._turn, self._parts = turn, comm.size
+        state = {"lowered": start.lowered, "on_the_way": start.on_the_way, "ids": ids, "points": start.points}
+        self._files.save(self.fingerprint, state)
 
     def load(self) -> Start:
         """What a run has left there; on ranks each has some of the nodes.
@@ -141,52 +124,13 @@ class Checkpoint:
         OptionError
             If it belongs to another mesh, or a run with other options.
         """
-        sets: list[tuple[NDArray[np.int64], Field]] = []
-        told: dict[str, Any] = {}
-        with self._together(named=False):
-            if self._comm is None or self._comm.rank == 0:
-                index = load_state(self.path, _VERSION, self.fingerprint, _OTHERS)
-                with _damage_told(self.path):
-                    told = {key: kind(index[key].item()) for key, kind in _TOLD.items()}
-                    sets.append(_rows_of(index))
-        told = self._from_first(told)
-        first, step = (0, 1) if self._comm is None else (self._comm.rank, self._comm.size)
-        self._turn, self._parts = told["turn"], told["parts"]
-        with self._together():
-            for rank in range(first, self._parts, step):
-                part, fingerprint = self._part(self._turn, rank), f"{self.fingerprint} {told['token']}"
-                found = load_state(part, _VERSION, fingerprint, f"another set than {self.path.name} names")
-                with _damage_told(part):
-                    sets.append(_rows_of(found))
-        ids = np.concatenate([np.empty(0, np.int64), *(one[0] for one in sets)])
-        points = np.concatenate([np.empty((0, 3)), *(one[1] for one in sets)])
-        return Start(points, told["lowered"], told["on_the_way"], ids)
-
-    def _save_index(self, rows: dict[str, NDArray[Any]], token: str, turn: int, parts: int, start: Start) -> None:
-        told = token, turn, parts, start.lowered, start.on_the_way
-        state = {**rows, **dict(zip(_TOLD, told, strict=True))}
-        save_state(self.path, _VERSION, self.fingerprint, state)
-        for rank in range(self._parts):
-            with suppress(OSError):  # what is left of the set before does no harm
-                self._part(self._turn, rank).unlink()
-
-    def _part(self, turn: int, rank: int) -> Path:
-        return self.path.with_name(f"{self.path.stem}_{turn}_{rank:04d}{self.path.suffix}")
-
-    def _together(self, named: bool = True) -> AbstractContextManager[None]:
-        return nullcontext() if self._comm is None else agreed(self._comm, named)
+        found = self._files.load(self.fingerprint)
+        with agreed(self._comm), damage_told(self.path):
+            ids, points = _rows_of(found)
+            return Start(points, bool(found["lowered"]), bool(found["on_the_way"]), ids)
 
     def _from_first(self, value: Any) -> Any:
         return value if self._comm is None else self._comm.bcast(value)
-
-
-@contextmanager
-def _damage_told(path: Path) -> Iterator[None]:
-    """What a file lacks, or has in another form, comes as a ReadError."""
-    try:
-        yield
-    except (KeyError, ValueError, TypeError, AttributeError) as problem:
-        raise ReadError(f"the checkpoint {path} is damaged ({type(problem).__name__}: {problem})") from problem
 
 
 def _rows_of(state: dict[str, Any]) -> tuple[NDArray[np.int64], Field]:
@@ -217,13 +161,4 @@ def _fingerprint(mesh: HexMesh | MixedMesh, options: Options, comm: Any) -> str:
         else:
             words.append(one.name)
             arrays.append(np.asarray(value))
-    nodes: tuple[NDArray[Any], NDArray[Any]] = node_ids_of(mesh), mesh.points
-    names, cells = nodes[0], cell_ids_of(mesh)
-    sums = [row_digest(cells[block.places], names[block.cells]) for block in blocks_of(mesh)]
-    if comm is not None:
-        nodes = each_once(comm, *nodes)  # a node is on all ranks with cells at it, a cell on one
-    own = np.concatenate([row_digest(*nodes), *sums])
-    digest = own if comm is None else np.empty_like(own)
-    if comm is not None:
-        comm.Allreduce(own, digest, mpi().SUM)
-    return run_fingerprint(" ".join(words), (digest, *arrays))
+    return run_fingerprint(" ".join(words), (mesh_digest(mesh, comm), *arrays))

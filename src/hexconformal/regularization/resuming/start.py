@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common import MeshError, OptionError, array_of_numbers, first_ids, unusable_points
+from ...common import MeshError, OptionError, agreed, array_of_numbers, first_ids, unusable_points
 from ...elements import is_valid
-from ...io import CELL_IDS, NODE_IDS, as_volume_mesh
-from ...mesh import HexMesh, MixedMesh, NormalizedMesh, blocks_of
-from ...ranks import MeshPiece, agreed
+from ...io import as_volume_mesh
+from ...mesh import HexMesh, MixedMesh, NormalizedMesh
+from ...ranks import node_ids_of
 from ...solver import fixed_components
 from ..acceptance import distances
 from ..boundary import Boundary, boundary_of
@@ -22,7 +22,7 @@ from ..setting import Setting
 if TYPE_CHECKING:
     from ..on_ranks.mesh_on_ranks import MeshOnRanks
 
-__all__ = ["Start", "begun_at", "cell_ids_of", "node_ids_of"]
+__all__ = ["Start", "begun_at"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -98,26 +98,6 @@ def _require_all(missing: Mask, ids: Ints) -> None:
         raise OptionError(
             f"start must have a point for each node of the mesh; nodes without: {first_ids(ids[missing])}"
         )
-
-
-def node_ids_of(mesh: HexMesh | MixedMesh) -> Ints:
-    """(n,) what nodes are called on ranks: the ids that a file in pieces gives them, else their places."""
-    return mesh.node_ids if isinstance(mesh, MeshPiece) else _ids(mesh.point_data.get(NODE_IDS), len(mesh.points))
-
-
-def cell_ids_of(mesh: HexMesh | MixedMesh) -> Ints:
-    """(m,) what cells are called on ranks."""
-    return (
-        mesh.cell_ids
-        if isinstance(mesh, MeshPiece)
-        else _ids(mesh.cell_data.get(CELL_IDS), sum(len(block.cells) for block in blocks_of(mesh)))
-    )
-
-
-def _ids(given: Any, count: int) -> Ints:
-    if given is None or given.dtype.kind not in "iu" or given.shape != (count,) or len(np.unique(given)) < count:
-        return np.arange(count)
-    return np.asarray(given, dtype=np.int64)
 
 
 def begun_at(
