@@ -134,7 +134,8 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     },
     "worst_cells": {
         "distortion_share": (0.0, OFF),
-        "reopened": (0.0, OFF),
+        "reopened": (0.0, OFF, 0.5),
+        "opened": (0.05, 0.2),
         "stiffness": (0.0, OFF),
         "angle_steps": (0, OFF),
         "stiff_steps": (0, OFF),

@@ -101,7 +101,8 @@ def stated():
     yield f"how thin they are meant to be, and it is {low.slenderest:g}"
     yield rf"at most ${low.slenderest:g}$ over the ratio of the longest to the shortest edge"
     yield f"not below ${low.least_slender:g}$"
-    yield f"whose fullness stays below {all_of.worst_cells.reopened:g} is opened"
+    yield f"Worst cells that stall below {worst.reopened:g}, and"
+    yield f"by (9), up to a fullness of {worst.opened:g}, from"
     yield f"raised as long as they are below {worst.poor:g}"
     flat = round(math.log10(all_of.untangling.flat))
     yield rf"is below $10^{{{flat}}}$, $F = J W^{{-1}}$, has next to no volume"

@@ -52,12 +52,12 @@ def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():
     formulation = fixed_boundary(points, cells)
     worst = formulation.quality(points).min()
     assert worst < 2e-3
-    for iteration in reopen_worst(formulation, points, points):
+    for iteration in reopen_worst(formulation, points):
         assert formulation.quality(iteration.points).min() >= worst
         assert (formulation.measures(iteration.points).determinant > 0.0).all()
     assert formulation.quality(iteration.points).min() > 0.3
     assert np.array_equal(iteration.points[~formulation.free], points[~formulation.free])
-    assert list(reopen_worst(formulation, iteration.points, points)) == []
+    assert list(reopen_worst(formulation, iteration.points)) == []
 
 
 def cylinder_with_a_rough_rim():

@@ -106,8 +106,9 @@ class WorstCellsSchedule(Schedule):
         Worst scaled Jacobian at which nothing is left to do.
     worth
         By which the worst scaled Jacobian at curves has to rise for these to be let go as far as the surface.
-    reopened, patience
-        Fullness below which a worst cell that stalls is opened as if folded, and rounds of that without success.
+    reopened, opened, patience
+        Scaled Jacobian below which worst cells that stall are opened as if folded, the fullness they are opened to,
+        and rounds of that without success.
     many_cells
         Cells up to which those of the whole mesh are raised first; beyond, patches alone.
     """
@@ -127,7 +128,8 @@ class WorstCellsSchedule(Schedule):
     poor: float = tuned(0.5, 0.0, 1.0)
     good: float = tuned(0.98, 0.0, 1.0)
     worth: float = tuned(0.05, 0.0, 1.0)
-    reopened: float = tuned(0.1, 0.0, 1.0)
+    reopened: float = tuned(0.2, 0.0, 1.0)
+    opened: float = tuned(0.1, 0.0, 1.0)
     patience: int = tuned(2)
     many_cells: int = tuned(200_000)
 

@@ -188,7 +188,7 @@ class Stages:
             points = iteration.points
             yield iteration
         again = formulation.within(schedules.work.patches)
-        for iteration in reopen_worst(again, points, self._setting.first):
+        for iteration in reopen_worst(again, points):
             points = iteration.points
             yield iteration
         if options.features == "auto" and options.surface is None:

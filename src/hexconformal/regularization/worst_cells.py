@@ -102,27 +102,26 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         aside |= quality >= limits
 
 
-def reopen_worst(formulation: Formulation, points: Field, first: Field) -> Iterator[Iteration]:
+def reopen_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     """Open the worst cells as folded ones are, where they stall next to flat, and raise them again.
 
     The barrier of equation (12) keeps a cell on the way it is on. chi_eps of equation (9) lets it go, and finds others
-    from where the patch was at first, and from harmonic positions.
+    from harmonic positions, too.
     """
     schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
-    flat, fullness = schedule.reopened, formulation.fullness(points)
-    if space.smallest(fullness) >= flat:
+    limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
+    opened = formulation.quality(points) < np.minimum(limits, schedule.reopened)
+    if not space.anywhere(bool(opened.any())):
         return
     if space.is_shared:
-        region = node_rings(cells, len(points), fullness < flat, formulation.schedules.untangling.rounds, space)
-
-        def work(whole: Formulation, start: Field, _: Mask) -> Iterator[Iteration]:
-            return reopen_worst(whole, start, start)
-
-        yield from steps_on_one_rank(formulation, points, region, work)
+        region = node_rings(cells, len(points), opened, formulation.schedules.untangling.rounds, space)
+        yield from steps_on_one_rank(formulation, points, region, lambda whole, start, _: reopen_worst(whole, start))
         return
-    schedules = replace(formulation.schedules, untangling=replace(formulation.schedules.untangling, flat=flat))
+    # In patches alone: the mesh as a whole is in order.
+    untangling = replace(formulation.schedules.untangling, flat=schedule.opened, many_folded=1.0)
+    schedules = replace(formulation.schedules, untangling=untangling)
     worst, trial = formulation.quality(points).min(), points
-    for iteration in untangle(replace(formulation, schedules=schedules), points, schedule.patience, first):
+    for iteration in untangle(replace(formulation, schedules=schedules), points, schedule.patience):
         trial = iteration.points
         yield Iteration("reopen worst cells", points)
     if trial is points:
