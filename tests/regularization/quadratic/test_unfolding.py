@@ -131,3 +131,13 @@ def test_a_part_that_is_worked_on_holds_all_others():
     assert_array_equal(~part.left_out, moving[setting.mesh.blocks[0].cells].any(axis=1))
     assert len(boundary_quads(setting.corners.cells)[0]) == 90
     assert setting.within(np.ones_like(moving)) is setting
+
+
+@each_number
+def test_the_unit_of_length_makes_no_difference_in_powers_of_two(nodes):
+    mesh, _ = shaken(ring(nodes, (6, 3, 2)), 0.15)
+    run = {"boundary": "fixed", "max_iterations": 30}
+    once = hc.regularize(mesh, **run)
+    assert once.report.before.invalid > 10
+    assert once.report.after.invalid == 0
+    assert_array_equal(hc.regularize(mesh.replaced(2.0**30 * mesh.points), **run).points, 2.0**30 * once.points)
