@@ -30,8 +30,8 @@ def straight_start(setting: QuadraticSetting, points: Field) -> Field:
     placed = _with_corners_unfolded(setting, points, inner)
     straight = placed.copy()
     for block in setting.blocks:
-        own = block.cells[~setting.left_out[block.places]]
-        straight[own] = np.einsum("ka,cad->ckd", _STRAIGHT[: own.shape[1]], placed[own[:, :8]])
+        shares = _STRAIGHT[: block.cells.shape[1]]
+        straight[block.cells] = np.einsum("ka,cad->ckd", shares, placed[block.cells[:, :8]])
     bends = extended(setting.laplacian(straight), np.where(inner[:, None], 0.0, placed - straight), inner)
     return np.where(inner[:, None], straight + bends, points)
 
