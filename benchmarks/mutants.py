@@ -357,9 +357,9 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("8.0 * cell_type.volume / len(table)", "1.0"),
             ("w.proportion if part.corners is _HEXAHEDRON else 0.0", "w.proportion"),
             ("largest[one.rows] = 1.0 / stiffness", "largest[:] = 1.0 / stiffness"),
-            ("inverses = corners.inverses", "inverses = np.empty((0, 1, 3, 3))"),
+            ("inverses_of(self.inverses, one, len(self.cells))", "np.empty((0, 1, 3, 3))"),
             ("places[a] * (places[a] + 1) // 2 + places[b]", "a * (a + 1) // 2 + b"),
-            ("inverses = inverses[one.rows]", "inverses = inverses[:1]"),
+            ("inverses = self.inverses[patch.cells] if", "inverses = self.inverses if"),
             ("out[:, part.rows] = columns", "out[:, : columns.shape[1]] = columns"),
         ],
     ),
@@ -368,14 +368,14 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         [
             ("<= current.energy + search.enough * step * slope", "<= current.energy - search.enough * step * slope"),
             ("(enough or flat) and problem.space.everywhere(problem.acceptable(trial.points))", "(enough or flat)"),
-            ("if np.isfinite(trial.energy) and not", "if not"),
-            ("and not (with_gradient and not np.isfinite(trial.gradient).all())", ""),
+            ("if np.isfinite(trial.energy) and (", "if ("),
+            ("(not with_gradient or trial.has_finite_gradient)", "True"),
             ("        step *= 0.5\n", "        step *= 1.0\n"),
             ("return replace(current, step=0.0, decrease=0.0)", "return replace(trial, step=0.0)"),
             ("direction)) <= -search.flatter * slope", "direction)) >= -search.flatter * slope"),
             ("np.where(nodes[:, None], share * shorter, shorter), held | nodes", "share * shorter, held | nodes"),
             ("if halving == search.patience and", "if halving == 39 and"),
-            ("if not 0 < held.sum() <=", "if not 0 <= held.sum() >"),
+            ("if not 0 < count <= max(8.0, problem.search.few * whole)", "if not 0 < count"),
         ],
     ),
     "hexconformal.solver.lbfgs": (
@@ -395,7 +395,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("if self.rounding > 0.0:", "if self.rounding > 1.0:"),
         ],
     ),
-    "hexconformal.solver.block_solver": (
+    "hexconformal.solver.block_sweeps": (
         ("solver/test_block_solver.py",),
         [
             ("t[r, c] += data[k, r, a] * projectors[j, a, c]", "t[r, c] += data[k, r, a] * projectors[i, a, c]"),
@@ -404,7 +404,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("b[j, 0] -= data[k, 0, 0] * x0 + data[k, 1, 0]", "b[j, 0] -= data[k, 0, 0] * x0 + data[k, 0, 1]"),
             ("a1 = p[i, 1] - left[i, 1] - added[i]", "a1 = p[i, 1] - left[i, 1] + added[i]"),
             ("a0 += data[k, 0, 0] * t[j, 0] + data[k, 0, 1]", "a0 += data[k, 0, 0] * t[j, 0] + data[k, 1, 0]"),
-            ("added[i] += 0.5 * _norm(data, places[n])", "added[i] += 0.0"),
+            ("added[i] += 0.5 * block_norm(data, places[n])", "added[i] += 0.0"),
             ("out[i, c] = t[i, c] + left[i, c]", "out[i, c] = 0.5 * t[i, c] + left[i, c]"),
             ("self.backward(self.scaled(self.forward(gradient)))", "self.backward(self.forward(gradient))"),
         ],
@@ -443,7 +443,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         [
             ("left = left | still", "left = left"),
             ("left = left | still", "left = still"),
-            ("if not is_valid(trial, cells)[valid].all():", "if False:"),
+            ("space.anywhere(not is_valid(trial, cells)[valid].all())", "False"),
             ("min(1.0, 2.0 * (1.0 - ring / rings))", "1.0"),
             ("if not barrier.exceeded(trial) and", "if"),
         ],
@@ -496,6 +496,28 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("_RANK = 1e-6", "_RANK = 0.5"),
         ],
     ),
+    "hexconformal.regularization.quadratic.straight_start": (
+        ("regularization/quadratic/test_unfolding.py",),
+        [
+            ("np.where(inner[:, None], straight + bends, points)", "straight + bends"),
+            ("np.where(inner[:, None], straight + bends, points)", "np.where(inner[:, None], straight, points)"),
+            ("placed = _with_corners_unfolded(setting, points, inner)", "placed = points"),
+            ("    for iterate in convex_newton(patch, local, CornerWeights()):", "    for iterate in []:"),
+            ("1.0 / boxes", "1.0"),
+        ],
+    ),
+    "hexconformal.regularization.quadratic.unfolding": (
+        ("regularization/quadratic/test_unfolding.py", "regularization/quadratic/test_quadratic.py"),
+        [
+            ("(lambda _, there: there, straight_start)", "(lambda _, there: there,)"),
+            ("part = setting.within(moving)", "part = setting"),
+            ("    for region in regions:", "    for region in [moving]:"),
+            ("        if folded < fewest:", "        if folded > fewest:"),
+            ("(moving & setting.nodes_of(own))", "setting.nodes_of(own)"),
+            ("return unmoved if folded(unmoved) <= folded(fewest) else fewest", "return unmoved"),
+            ("_around(setting, folded, width)", "_around(setting, folded, 0)"),
+        ],
+    ),
     "hexconformal.regularization.quadratic.sliding": (
         ("regularization/quadratic/test_sliding.py",),
         [
@@ -537,7 +559,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("if norm <= tolerance * first:", "if norm >= tolerance * first:"),
             ("slow + 1 if at.energy - following.energy < self", "slow + 1 if at.energy - following.energy > self"),
             ("** (-2.0 / 3.0)", "** (2.0 / 3.0)"),
-            ("scales = volumes / volumes.mean()", "scales = volumes * volumes.mean()"),
+            ("volumes / mean if mean > 0.0", "volumes * mean if mean > 0.0"),
             ("taken == schedule.handover", "taken == 0"),
             ("phases = (method,) if method != \"auto\" else", "phases ="),
             ("deepcopy(equation.assembly.matrix)", "equation.assembly.matrix"),
@@ -711,7 +733,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         [
             ("after < before + schedule.worth", "after > before + schedule.worth"),
             ("if after >= schedule.poor:", "if after >= 0.0:"),
-            ("stalled |= bool(aside[quality.argmin()])", "stalled |= False"),
+            ("stalled |= space.at_smallest(quality, aside)", "stalled |= False"),
             ("schedule.stiffness / max(", "0.1 * schedule.stiffness / max("),
         ],
     ),

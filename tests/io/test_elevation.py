@@ -266,7 +266,29 @@ def test_files_have_sets_and_faces_of_order_two(extension, tmp_path):
         assert np.count_nonzero(back.cell_data["some"]) == 2
     else:
         assert {"point set 'side'", "cell set 'some'"} <= set(told)
-    assert all("all of the file" in text or "integer type" in text for text in more)
+    assert all("all of the file" in text or "integer type" in text or "type of elements" in text for text in more)
+
+
+def test_elements_with_reduced_integration_keep_it(tmp_path):
+    path = tmp_path / "linear.inp"
+    hc.write(path, hc.generate.box((3, 1, 1)))
+    head, body = path.read_text().split("*ELEMENT, TYPE=C3D8\n")
+    first, second, third = body.strip().splitlines()
+    ends = [f"*ELEMENT, TYPE=C3D8R\n{first}", f"*ELEMENT, TYPE=C3D8I\n{second}", f"*ELEMENT, TYPE=C3D8R\n{third}"]
+    ends += ["*ELEMENT, TYPE=S4\n9, 1, 2, 6, 5", "*ELEMENT, TYPE=MASS, ELSET=M\n10, 1\n"]
+    path.write_text(head + "\n".join(ends))
+    raised = hc.elevated(path, 20)
+    assert not any("stay in the deck" in note for note in raised.notes)
+    told = hc.write(tmp_path / "curved.inp", raised)
+    lines = (tmp_path / "curved.inp").read_text().splitlines()
+    starts = {line.split("=")[1]: lines[k + 1 :] for k, line in enumerate(lines) if line.startswith("*ELEMENT")}
+    assert list(starts) == ["C3D20R", "C3D20", "S8R"]
+    assert [int(starts[name][0].split(",")[0]) for name in starts] == [1, 2, 9]
+    assert int(starts["C3D20R"][2].split(",")[0]) == 3
+    changed = [f"the type of elements {old} (now {new})" for old, new in (("C3D8R", "C3D20R"), ("S4", "S8R"))]
+    assert set(changed) <= set(told)
+    assert any("1 elements of type MASS" in text for text in told)
+    assert np.abs(hc.as_volume_mesh(tmp_path / "curved.inp").points - raised.points).max() == 0.0
 
 
 def test_labels_go_on(tmp_path):

@@ -73,7 +73,7 @@ def test_three_corners_on_a_line_leave_their_plane_open():
 def test_quads_without_a_side_are_refused():
     points, cells = generate.box((2, 2, 2))
     points[1] = points[0]
-    with pytest.raises(hc.MeshError, match="boundary quads with an edge of no length at nodes"):
+    with pytest.raises(hc.MeshError, match=r"an edge of no length at nodes .*: move these apart"):
         boundary_directions(points, boundary_quads(cells)[0])
 
 

@@ -133,3 +133,19 @@ def test_nodes_that_would_spoil_something_do_not_stop_the_others(cliff, left, wi
     following = line_search(known.at(start), np.tile([1.0, 0.0, 0.0], (6, 1)), with_gradient)
     assert following.step == 1.0
     np.testing.assert_array_equal(following.points[:, 0], np.where(beyond, left, 1.0))
+
+
+@BOTH
+@pytest.mark.parametrize(("many", "held_back"), [(8, True), (9, False)])
+def test_many_nodes_that_would_spoil_something_go_with_all_others(many, held_back, with_gradient):
+    beyond = np.arange(40) < many
+
+    def spoiled(points):
+        return beyond & (points[:, 0] > 0.05)
+
+    known = Problem(
+        Objective((Cliffs(),)), lambda field: field, lambda points: not spoiled(points).any(), spoiled=spoiled
+    )
+    following = line_search(known.at(np.zeros((40, 3))), np.tile([1.0, 0.0, 0.0], (40, 1)), with_gradient)
+    assert (following.step == 1.0) == held_back
+    assert (len(np.unique(following.points[:, 0])) == 2) == held_back

@@ -1,4 +1,4 @@
-"""What cannot be unfolded is made less bad, and nothing else is spoiled for it."""
+"""What stays folded is made less bad, and nothing else is spoiled for it."""
 
 import numpy as np
 import pytest

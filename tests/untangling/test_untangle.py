@@ -80,7 +80,7 @@ def test_patches_that_leave_the_surface_are_not_unfolded_and_the_others_are():
 def test_nothing_is_said_of_others_around_cells_that_cannot_move():
     points, cells = generate.jittered(*generate.ball(3, 2), amount=1.0, seed=1, valid=False)
     notes = hc.regularize((points, cells), fixed=range(len(points))).report.notes
-    assert [note for note in notes if note.startswith("cells that cannot be unfolded")]
+    assert [note for note in notes if note.startswith("cells that stay folded")]
     assert not [note for note in notes if "others stay inverted" in note]
 
 

@@ -162,6 +162,7 @@ def _file(linear: HexMesh, raised: RaisedCells, rows: NDArray[np.int64]) -> Sour
         data=b"",
         node_labels=raised.labels(file.node_labels),
         cell_labels=None if file.cell_labels is None else file.cell_labels[rows],
+        type_names=None if file.type_names is None else file.type_names[rows],
         face_sets={name: raised.number[faces] for name, faces in file.face_sets.items()},
         coupled_pairs=tuple(replace(pairs, nodes=raised.pairs(pairs.nodes)) for pairs in file.coupled_pairs),
         other_cells=True,

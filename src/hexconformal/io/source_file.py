@@ -34,6 +34,8 @@ class SourceFile:
         it counts from 0.
     cell_labels
         What it calls its cells, of all types, in their order (0 for those it has no number for); None likewise.
+    type_names
+        (m,) what it calls the types of its cells, such as C3D8R, in their order; None likewise.
     cell_groups
         Cells in groups that the file names, as runs of rows, where what is read from it has no place for them.
     face_sets
@@ -57,6 +59,7 @@ class SourceFile:
     data: bytes = field(default=b"", repr=False)
     node_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
     cell_labels: NDArray[Any] | None = field(default=None, repr=False, compare=False)
+    type_names: NDArray[np.str_] | None = field(default=None, repr=False, compare=False)
     cell_groups: Mapping[str, Sequence[range]] = field(default_factory=dict, repr=False, compare=False)
     face_sets: Mapping[str, NDArray[np.int64]] = field(default_factory=dict, repr=False, compare=False)
     sections: tuple[str, ...] = ()

@@ -149,14 +149,14 @@ def _or_with_boundary_held(setting: Setting, found: Unfolded) -> Steps:
 
 
 def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
-    """What is left without the cells that cannot be unfolded: these are held, the worst no worse than it was."""
+    """What is left without the cells that stay folded: these are held, the worst no worse than it was."""
     normalized, formulation, mesh = setting.normalized, found.formulation, setting.normalized.mesh
     cells = np.flatnonzero(found.bad)
     held = ~formulation.free[formulation.cells[cells]]
     why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
     notes = [
         *found.notes,
-        f"cells that cannot be unfolded: {first_ids(setting.ids(found.bad), mesh.cell_labels)}; {why}",
+        f"cells that stay folded: {first_ids(setting.ids(found.bad), mesh.cell_labels)}; {why}",
     ]
     quads = normalized.quads
     near = np.flatnonzero(np.isin(quads, formulation.cells[cells]).any(axis=1))

@@ -249,7 +249,10 @@ def _add_normals(points: Field, faces: NDArray[np.int64], ids: NDArray[Any] | No
         if not area.all():
             bad = faces[area == 0, corner]
             bad = np.unique(bad if ids is None else ids[bad])
-            raise MeshError(f"boundary quads with an edge of no length at nodes {first_ids(bad)}")
+            raise MeshError(
+                f"boundary quads with an edge of no length at nodes {first_ids(bad)}: move these apart, or give the "
+                "cells there, which are collapsed, by the type that they are, such as wedges"
+            )
         # Three corners on a line (or nearly) say nothing about the plane; the other corners do.
         says = length > 1e-3 * area
         unit = normal[says] / length[says, None]

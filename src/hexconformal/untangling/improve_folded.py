@@ -1,4 +1,4 @@
-"""Improve the cells that cannot be unfolded: raise the smallest scaled Jacobian among them.
+"""Improve the cells that stay folded: raise the smallest scaled Jacobian among them.
 
 Where no valid mesh exists the barrier has no say. Nodes of the folded cells move, and those of the cells around them:
 the soft minimum of the scaled Jacobian over the corners of the folded cells is maximized, while the others keep theirs.

@@ -9,19 +9,18 @@ folded; what remains is unfolded patch by patch, from several starts.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from ..elements import EDGES, edge_lengths, is_valid
+from ..elements import edge_lengths, is_valid
 from ..energy import CornerMeasures, CornerWeights
 from ..formulation import Formulation, Iteration
-from ..mesh import connected_regions, node_rings, unique_edges
+from ..mesh import connected_regions, node_rings
 from ..solver import Equation, newton_step
+from .harmonic import harmonic
 
-__all__ = ["folded_cells", "harmonic", "untangle"]
+__all__ = ["folded_cells", "untangle"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -72,29 +71,6 @@ def untangle(
         points = _as_large(formulation, _unfold_patches(formulation.seen_from(points), points, first, regions), points)
         yield Iteration("untangle patches", points)
         stalled = 0 if _tangledness(formulation, points)[:2] < before[:2] else stalled + 1
-
-
-def harmonic(formulation: Formulation, points: Field, region: Mask) -> Field:
-    """The points, with the inner nodes of a region at the mean of their neighbours (a graph-harmonic map)."""
-    from scipy.sparse import csgraph
-    from scipy.sparse.linalg import cg
-
-    inner = region & formulation.inner
-    rows = np.flatnonzero(inner)
-    if len(rows) == 0:
-        return points
-    ends = unique_edges(formulation.cells[:, EDGES].reshape(-1, 2)).nodes
-    ones = np.ones(len(ends))
-    graph = scipy.sparse.coo_array((ones, (ends[:, 0], ends[:, 1])), shape=(len(points), len(points))).tocsr()
-    laplacian: Any = csgraph.laplacian(scipy.sparse.csr_array(graph + graph.T))
-    laplacian = laplacian.tocsr()[rows]
-    inside, outside = laplacian[:, rows], laplacian[:, np.flatnonzero(~inner)]
-    load = -(outside @ points[~inner])
-    jacobi = scipy.sparse.diags_array(1.0 / inside.diagonal())
-    points = points.copy()
-    for k in range(3):
-        points[rows, k] = cg(inside, load[:, k], x0=points[rows, k], rtol=1e-3, maxiter=300, M=jacobi)[0]
-    return points
 
 
 def _unfold(formulation: Formulation, points: Field, first_eps: float, steps: int) -> Iterator[Field]:

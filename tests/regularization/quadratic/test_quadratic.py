@@ -15,7 +15,8 @@ from hexconformal.regularization.quadratic import QuadraticRegularization
 from hexconformal.regularization.quadratic import run as quadratic_run
 from hexconformal.regularization.quadratic.schedule import QuadraticSchedule
 from hexconformal.regularization.quadratic.setting import QuadraticSetting
-from hexconformal.regularization.quadratic.stages import minimize_distortion, raise_worst, unfold
+from hexconformal.regularization.quadratic.stages import minimize_distortion, raise_worst
+from hexconformal.regularization.quadratic.unfolding import unfold
 
 each_number = pytest.mark.parametrize("nodes", [20, 27])
 
@@ -141,7 +142,7 @@ def test_what_cannot_be_unfolded_comes_back_as_it_was():
     points[0] = [0.9, 0.9, 0.9]
     result = hc.regularize(mesh.replaced(points), boundary="fixed")
     assert not result.converged
-    assert "cannot be unfolded as the boundary stays" in result.report.reason
+    assert "no way was found to unfold them as the boundary stays" in result.report.reason
     before, after = hc.quality(mesh.replaced(points)), hc.quality(result.mesh)
     assert not (before.valid & ~after.valid).any()
     np.testing.assert_array_equal(result.points[~inside], points[~inside])
@@ -248,7 +249,7 @@ def test_one_cell_that_cannot_be_unfolded_leaves_the_others_to_be_made_better(no
     result = hc.regularize(mesh.replaced(points), boundary="fixed")
     after = hc.quality(result.mesh)
     np.testing.assert_array_equal(after.valid, before.valid)
-    assert "cannot be unfolded as the boundary stays: 1 (ids 0)" in result.report.reason
+    assert "cells that stay invalid: 1 (ids 0); no way was found" in result.report.reason
     assert after.scaled_jacobian[1:].mean() > before.scaled_jacobian[1:].mean() + 0.1
     assert after.scaled_jacobian[0] == before.scaled_jacobian[0]
     assert np.isnan(result.report.energy_before)

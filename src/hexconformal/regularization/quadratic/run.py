@@ -22,7 +22,8 @@ from ..region_rows import region_rows
 from ..report import Report, Result
 from .schedule import QuadraticSchedule
 from .setting import QuadraticSetting
-from .stages import minimize_distortion, pulled_back, raise_worst, unfold
+from .stages import minimize_distortion, raise_worst
+from .unfolding import pulled_back, unfold
 
 __all__ = ["QuadraticRegularization"]
 
@@ -278,8 +279,9 @@ class QuadraticRegularization:
         if self._reason == "interrupted":
             return self._reason, False
         if len(bad):
-            stays = " as the boundary stays" if self.options.boundary == "fixed" else " within the bound"
-            return f"cells that cannot be unfolded{stays}: {first_ids(bad, self.mesh.cell_labels)}", False
+            stays = "as the boundary stays" if self.options.boundary == "fixed" else "within the bound"
+            ids = first_ids(bad, self.mesh.cell_labels)
+            return f"cells that stay invalid: {ids}; no way was found to unfold them {stays}", False
         if not moved and self._setting.free.any():
             return "nothing better than the input was found", self._converged
         return self._reason, self._converged

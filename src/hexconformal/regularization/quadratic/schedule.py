@@ -20,9 +20,16 @@ class QuadraticSchedule(Schedule):
         times as closely as one does; and to how many bounds they have to, where faces bend so far that it takes more.
     evenness
         Weight of the evenness of det J in equation (10a): at 1 it costs about what the distortion does.
+    many_folded
+        Share of folded cells from which on the whole mesh is unfolded first: where it slides it may end with better
+        worst cells than what unfolds some places alone.
+    widths
+        Rings of cells around folded ones that move with them, one after the other.
+    straight_steps
+        Newton steps on all cells that unfolding straight ones may take, as :class:`WorkSchedule` counts them.
     rounds, patience
-        Values of eps at most: a curved O-grid with no valid cell takes some ten; and how many without a point less that
-        is folded are the end of it.
+        Values of eps at most, and how many without a point less that is folded are the end of it: most meshes take one
+        or two from one of the starts, and what takes more than ten does so from a bad one.
     steps
         Iterations with each: more follow a function that is soon another.
     first_eps
@@ -53,8 +60,11 @@ class QuadraticSchedule(Schedule):
     parts: tuple[int, int] = tuned((4, 8))
     nearness: float = tuned(0.5, 0.0, 1.0)
     evenness: float = tuned(1.0)
-    rounds: int = tuned(60)
-    patience: int = tuned(15)
+    many_folded: float = tuned(0.02, 0.0, 1.0)
+    widths: tuple[int, ...] = tuned((0, 1, 2))
+    straight_steps: float = tuned(20.0)
+    rounds: int = tuned(20)
+    patience: int = tuned(6)
     steps: int = tuned(40)
     first_eps: float = tuned(0.2)
     least_eps: float = tuned(1e-4)

@@ -38,15 +38,15 @@ class QuadraticSetting:
         Numbers of the run.
     boundary
         What keeps the boundary.
-    folded
-        (m,) cells that stay folded: they count for nothing, and their nodes are held.
+    left_out
+        (m,) cells that count for nothing, as they stay folded, or lie outside a part that is worked on.
     """
 
     mesh: MixedMesh
     options: Options
     schedule: QuadraticSchedule
     boundary: CurvedBoundary
-    folded: Mask
+    left_out: Mask
 
     @classmethod
     def of(cls, mesh: MixedMesh, options: Options, schedule: QuadraticSchedule) -> QuadraticSetting:
@@ -56,7 +56,16 @@ class QuadraticSetting:
 
     def without(self, cells: Mask) -> QuadraticSetting:
         """The same where some cells (m,) stay folded."""
-        return replace(self, boundary=self.boundary.with_held(self.nodes_of(cells)), folded=self.folded | cells)
+        return replace(self, boundary=self.boundary.with_held(self.nodes_of(cells)), left_out=self.left_out | cells)
+
+    def within(self, moving: Mask) -> QuadraticSetting:
+        """The same where no nodes but some (n,) move, and the cells at these alone count."""
+        if moving.all():
+            return self
+        outside = np.empty_like(self.left_out)
+        for block in self.blocks:
+            outside[block.places] = ~moving[block.cells].any(axis=1)
+        return replace(self, boundary=self.boundary.with_held(~moving), left_out=self.left_out | outside)
 
     def with_boundary_held(self) -> QuadraticSetting:
         """The same with a boundary that stays."""
@@ -72,7 +81,7 @@ class QuadraticSetting:
     def around(self, nodes: Mask, rings: int) -> Mask:
         """(n,) nodes of the cells at some nodes (n,), and of so many rings of cells around these; coupled ones too."""
         for _ in range(rings + 1):
-            cells = np.empty(len(self.folded), dtype=bool)
+            cells = np.empty(len(self.left_out), dtype=bool)
             for block in self.blocks:
                 cells[block.places] = nodes[block.cells].any(axis=1)
             nodes = self.boundary.admissible.coupled.closed(self.nodes_of(cells))
@@ -111,7 +120,14 @@ class QuadraticSetting:
     @cached_property
     def _referenced(self) -> Mask:
         """(n,) nodes that belong to a cell that counts."""
-        return self.nodes_of(~self.folded)
+        return self.nodes_of(~self.left_out)
+
+    def inner(self, points: Field) -> Mask:
+        """(n,) nodes off the boundary that may go from points (n, 3) in all directions, each by itself."""
+        admissible, inner = self.admissible(points), self._referenced & ~self.boundary.on_it
+        inner[admissible.nodes] = False
+        inner[admissible.coupled.nodes] = False
+        return inner
 
     def to_user(self, points: Field) -> Field:
         """The points in the user's unit; what has not moved is what it was, bit by bit."""
@@ -124,7 +140,7 @@ class QuadraticSetting:
 
     # ----------------------------------------------------------------------------------------- objectives
     @cached_property
-    def _boxes(self) -> tuple[Field | None, ...]:
+    def boxes(self) -> tuple[Field | None, ...]:
         """Of each type, the boxes of cells that are stretched on purpose."""
         return tuple(stretched_boxes(self.start, np.ascontiguousarray(block.cells[:, :8])) for block in self.blocks)
 
@@ -132,12 +148,12 @@ class QuadraticSetting:
         """Equation (10a) for each type, with angles as of equation (12) where they have a weight."""
         weights = CornerWeights() if weights is None else weights
         evenness = self.schedule.evenness if weights.angle == 0.0 else self.schedule.raised_evenness
-        return self._terms(~self.folded, weights, evenness)
+        return self._terms(~self.left_out, weights, evenness)
 
     def _terms(self, cells: Mask, weights: CornerWeights, evenness: float) -> tuple[QuadraticTerm, ...]:
         """A term for the cells (m,) of each type that count."""
         terms = []
-        for block, boxes in zip(self.blocks, self._boxes, strict=True):
+        for block, boxes in zip(self.blocks, self.boxes, strict=True):
             own = cells[block.places]
             some = boxes if boxes is None or own.all() else boxes[own]
             table = block.cells if own.all() else block.cells[own]
@@ -147,7 +163,7 @@ class QuadraticSetting:
     @cached_property
     def _every_term(self) -> tuple[QuadraticTerm, ...]:
         """The distortion of all cells, folded ones too."""
-        return self._terms(np.ones(len(self.folded), dtype=bool), CornerWeights(), self.schedule.evenness)
+        return self._terms(np.ones(len(self.left_out), dtype=bool), CornerWeights(), self.schedule.evenness)
 
     def problem(self, weights: CornerWeights, points: Field, kept: Mask | None = None) -> Problem:
         """The minimization with some weights, the barrier as it is seen from points (n, 3); cells (m,) stay valid."""
@@ -185,7 +201,11 @@ class QuadraticSetting:
 
     @cached_property
     def _laplacian(self) -> scipy.sparse.csr_matrix:
-        first, *others = (term.laplacian(self.start) for term in self.terms())
+        return self.laplacian(self.start)
+
+    def laplacian(self, points: Field) -> scipy.sparse.csr_matrix:
+        """(n, n) Laplacian of the cells that count, in coordinates of their own, the stiffer the smaller they are."""
+        first, *others = (term.laplacian(points) for term in self.terms())
         return sum(others, first)
 
     # ------------------------------------------------------------------------------------------- measures
@@ -195,16 +215,27 @@ class QuadraticSetting:
         return energy if np.isfinite(energy) else float("nan")
 
     def smallest_determinant(self, points: Field) -> float:
-        """Of all points of all cells."""
-        return min(float(term.determinants(points).min()) for term in self._every_term)
+        """Of all points of all cells that count."""
+        return min(float(term.determinants(points).min(initial=np.inf)) for term in self.terms())
 
     def count_folded(self, points: Field) -> int:
-        """Number of points of all cells that are folded."""
-        return sum(int((term.determinants(points) <= 0.0).sum()) for term in self._every_term)
+        """Number of points that are folded, of all cells that count."""
+        return sum(int((term.determinants(points) <= 0.0).sum()) for term in self.terms())
+
+    def folds(self, points: Field) -> tuple[Mask, Field]:
+        """(m,) cells that are folded at a point, or were valid at first and are not, and how deep folds (m,) are."""
+        depths = np.empty(len(self.left_out))
+        for block, term in zip(self.blocks, self._every_term, strict=True):
+            depths[block.places] = np.maximum(-term.determinants(points), 0.0).sum(axis=1)
+        return self.folded_cells(points) | (self._valid_at_first & ~self.valid(points)), depths
+
+    @cached_property
+    def _valid_at_first(self) -> Mask:
+        return self.valid(self.start)
 
     def folded_cells(self, points: Field) -> Mask:
         """(m,) cells with a point that is folded."""
-        out = np.empty(len(self.folded), dtype=bool)
+        out = np.empty(len(self.left_out), dtype=bool)
         for block, term in zip(self.blocks, self._every_term, strict=True):
             out[block.places] = (term.determinants(points) <= 0.0).any(axis=1)
         return out
@@ -219,14 +250,14 @@ class QuadraticSetting:
 
     def scaled_jacobians(self, points: Field) -> Field:
         """(m,) smallest scaled Jacobian at the points of each cell."""
-        out = np.empty(len(self.folded))
+        out = np.empty(len(self.left_out))
         for block, term in zip(self.blocks, self._every_term, strict=True):
             out[block.places] = term.scaled_jacobians(points)
         return out
 
     def valid(self, points: Field) -> Mask:
         """(m,) cells that are proved to be valid, where the user's mesh has them."""
-        out, points = np.empty(len(self.folded), dtype=bool), self.to_user(points)
+        out, points = np.empty(len(self.left_out), dtype=bool), self.to_user(points)
         for block in self.blocks:
             out[block.places] = determinant_bounds(points, block.cells, block.cell_type)[0] > 0
         return out

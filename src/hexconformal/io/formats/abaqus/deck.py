@@ -31,8 +31,9 @@ class NodeBlock:
 
 @dataclass(frozen=True, eq=False)
 class ElementBlock:
-    """Elements of one type: the cells they are, their labels (k,) and the labels of their nodes (k, w)."""
+    """Elements of one type: its name, the cells they are, their labels (k,) and the labels of their nodes (k, w)."""
 
+    name: str
     cell_type: str
     labels: Ints
     nodes: Ints

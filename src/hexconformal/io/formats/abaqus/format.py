@@ -40,6 +40,7 @@ def _read(path: Path) -> FileContents:
         text=text,
         node_labels=found.node_labels,
         cell_labels=found.cell_labels,
+        type_names=found.type_names,
         face_sets=found.face_sets,
         sections=found.sections,
         model=_model(deck),
@@ -60,12 +61,12 @@ def _is_avs_ucd(head: bytes) -> bool:
 
 def _notes(deck: Deck) -> list[str]:
     notes = [
-        f"{count} elements of type {first_names([name])} are set aside: they stay in the deck, and their nodes where "
-        "they are"
+        f"{count} elements of type {first_names([name])} are set aside, and their nodes stay where they are: a deck "
+        "with the same cells keeps them"
         for name, count in deck.set_aside.items()
     ]
     notes += [
-        f"{count} elements of type {name} are taken by their corners; they stay in the deck"
+        f"{count} elements of type {name} are taken by their corners; a deck with the same cells keeps them"
         for name, count in deck.corners_only.items()
     ]
     if deck.instances:
@@ -90,9 +91,11 @@ def _write(target: Path, mesh: Any) -> list[str]:
     file = getattr(mesh.origin, "file", None)
     node_labels = None if file is None else file.node_labels
     # Other sources have their cells in another order than a meshio.Mesh.
-    cell_labels = file.cell_labels if file is not None and isinstance(mesh.origin, MeshioOrigin) else None
+    own = file if isinstance(mesh.origin, MeshioOrigin) else None
+    cell_labels, names = (None, None) if own is None else (own.cell_labels, own.type_names)
     count = sum(len(block.data) for block in out.cells)
-    return lost + write_deck(target, out, _usable(node_labels, len(out.points)), _usable(cell_labels, count))
+    names = None if names is None or len(names) != count else names
+    return lost + write_deck(target, out, _usable(node_labels, len(out.points)), _usable(cell_labels, count), names)
 
 
 def _usable(labels: Any, count: int) -> Any:

@@ -87,7 +87,7 @@ class Generator:
                 new = np.arange(count)[:, None, None] * np.array(steps, dtype=np.int64)
                 offsets = (new + offsets).reshape(-1, 2)
             nodes = block.nodes[place] + offsets[1:, :1]
-            made = ElementBlock(block.cell_type, row[0] + offsets[1:, 1], nodes)
+            made = ElementBlock(block.name, block.cell_type, row[0] + offsets[1:, 1], nodes)
             blocks.append(made)
             labels.append(row[0] + offsets[:, 1])
         return blocks, np.concatenate(labels)

@@ -73,13 +73,15 @@ class Cells:
         Rows (k, w) of the nodes of all cells of a type.
     labels, owners
         Labels of cells, and the number of the member that these belong to, piece by piece in the order of the mesh.
+    names
+        (m,) what the deck calls the types of all cells, in the order of the mesh.
     indices
         For each member its cells by their labels.
     """
 
     def __init__(self, members: list[Member], node_indices: list[LabelIndex]) -> None:
         pieces = [
-            (block.cell_type, number, block.labels, node_indices[number].of_all(block.nodes))
+            (block.cell_type, number, block.labels, node_indices[number].of_all(block.nodes), block.name)
             for number, member in enumerate(members)
             for block in member.elements
             if len(block.labels)
@@ -88,11 +90,12 @@ class Cells:
         place = {cell_type: rank for rank, cell_type in enumerate(self.types)}
         pieces.sort(key=lambda piece: place[piece[0]])
         by_type: dict[str, list[Ints]] = {cell_type: [] for cell_type in self.types}
-        for cell_type, _, _, nodes in pieces:
+        for cell_type, _, _, nodes, _ in pieces:
             by_type[cell_type].append(nodes)
         self.nodes = {cell_type: np.concatenate(parts) for cell_type, parts in by_type.items()}
         self.owners = [piece[1] for piece in pieces]
         self.labels = [piece[2] for piece in pieces]
+        self.names = np.repeat([piece[4] for piece in pieces], [len(piece[2]) for piece in pieces])
         ends = np.cumsum([0, *(len(labels) for labels in self.labels)])
         found: list[list[tuple[Ints, Ints]]] = [[] for _ in members]
         for owner, labels, start in zip(self.owners, self.labels, ends[:-1].tolist(), strict=True):

@@ -39,6 +39,8 @@ class DeckMesh:
         A meshio.Mesh.
     node_labels, cell_labels
         What the deck calls its nodes and cells.
+    type_names
+        (m,) what it calls the types of these.
     sections
         Names of the sets to which sections give a material.
     held
@@ -52,6 +54,7 @@ class DeckMesh:
     mesh: Any
     node_labels: NDArray[Any]
     cell_labels: NDArray[Any]
+    type_names: NDArray[np.str_]
     sections: tuple[str, ...]
     held: Ints
     face_sets: dict[str, Ints]
@@ -100,7 +103,7 @@ def mesh_of(deck: Deck, length: int) -> DeckMesh:
         in_cells[nodes] = True
     pairs = pairs_of(_couplings(members, node_indices, sets), in_cells)
     sections, held = sets.of_sections(), _held(members, node_indices)
-    return DeckMesh(mesh, node_labels, cell_labels, sections, held, sets.faces(), pairs)
+    return DeckMesh(mesh, node_labels, cell_labels, cells.names, sections, held, sets.faces(), pairs)
 
 
 def _labels(owners: list[Member], parts: list[Ints]) -> NDArray[Any]:

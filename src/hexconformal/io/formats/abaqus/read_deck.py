@@ -124,7 +124,7 @@ class _Reader:
             self.scope.held.extend(map(str, np.unique(nodes[:, 6:]).tolist()))
             self.deck.corners_only[name] += len(labels)
             cell_type, nodes = "wedge", nodes[:, :6]
-        self.scope.elements.append(ElementBlock(cell_type, labels, nodes))
+        self.scope.elements.append(ElementBlock(name.upper(), cell_type, labels, nodes))
         self.scope.extend("ELSET", section.options.get("ELSET"), [SetMember(labels)])
 
     def _set_aside(self, section: Section, name: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .statements import ELEMENT_NAMES, format_real, keyword_line
+from .statements import format_real, keyword_line, written_name
 
 __all__ = ["write_deck"]
 
@@ -18,7 +18,11 @@ _NAME_LENGTH = 80
 
 
 def write_deck(
-    target: Path, mesh: Any, node_labels: NDArray[np.int64] | None, cell_labels: NDArray[np.int64] | None
+    target: Path,
+    mesh: Any,
+    node_labels: NDArray[np.int64] | None,
+    cell_labels: NDArray[np.int64] | None,
+    type_names: NDArray[np.str_] | None = None,
 ) -> list[str]:
     """Write a meshio.Mesh with sets.
 
@@ -30,6 +34,8 @@ def write_deck(
         With cells that decks have.
     node_labels, cell_labels
         What to call points and cells; None: from 1.
+    type_names
+        What the types of the cells were called in the deck that they are from; None: in none.
 
     Returns
     -------
@@ -39,6 +45,9 @@ def write_deck(
     nodes = np.arange(1, len(points) + 1) if node_labels is None else node_labels
     count = sum(len(block.data) for block in mesh.cells)
     cells = np.arange(1, count + 1) if cell_labels is None else cell_labels
+    types = np.repeat([block.type for block in mesh.cells], [len(block.data) for block in mesh.cells])
+    were = np.full(count, "") if type_names is None else type_names
+    written = np.array([written_name(*pair) for pair in zip(types.tolist(), were.tolist(), strict=True)], dtype=str)
     texts = [[format_real(value) for value in row] for row in points.tolist()]
     node_names, renamed_nodes = _names(mesh.point_sets)
     cell_names, renamed_cells = _names(key for key in mesh.cell_sets if not str(key).startswith("gmsh:"))
@@ -47,10 +56,12 @@ def write_deck(
         file.writelines(f"{label}, {', '.join(row)}\n" for label, row in zip(nodes.tolist(), texts, strict=True))
         starts = np.cumsum([0, *(len(block.data) for block in mesh.cells)]).tolist()
         for block, start in zip(mesh.cells, starts[:-1], strict=True):
-            file.write(f"*ELEMENT, TYPE={ELEMENT_NAMES[block.type]}\n")
-            labels = cells[start : start + len(block.data)]
-            for row in np.column_stack([labels, nodes[block.data]]).tolist():
-                file.writelines(_data_lines(row, goes_on=True))
+            own = slice(start, start + len(block.data))
+            table, names = np.column_stack([cells[own], nodes[block.data]]), written[own]
+            for name in dict.fromkeys(names.tolist()):
+                file.write(f"*ELEMENT, TYPE={name}\n")
+                for row in table[names == name].tolist():
+                    file.writelines(_data_lines(row, goes_on=True))
         for key, name in node_names.items():
             file.write(keyword_line("NSET", {"NSET": name}) + "\n")
             file.writelines(_data_lines(nodes[np.asarray(mesh.point_sets[key], dtype=np.int64)].tolist()))
@@ -63,6 +74,10 @@ def write_deck(
             file.writelines(_data_lines(cells[np.concatenate(rows)].tolist()))
     wanted = np.abs(points - np.array(texts, dtype=np.float64).reshape(-1, 3)).max(axis=1, initial=0.0)
     lost = [f"the name of the set {key!r} (kept as {name!r})" for key, name in (*renamed_nodes, *renamed_cells)]
+    replaced = dict.fromkeys(
+        pair for pair in zip(were.tolist(), written.tolist(), strict=True) if pair[0] not in ("", pair[1])
+    )
+    lost += [f"the type of elements {old} (now {new})" for old, new in replaced]
     if wanted.any():
         lost.append(f"the last digits of the coordinates of {(wanted > 0).sum()} nodes (up to {wanted.max():.1g})")
     return lost

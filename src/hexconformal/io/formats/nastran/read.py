@@ -115,9 +115,13 @@ def _mesh(cards: list[Card], nodes: Nodes) -> tuple[Any, Ints, list[str]]:
             aside[card.name] += 1
     if not elements or not len(nodes.labels):
         raise ReadError("the deck holds no nodes, or no elements of a known type")
-    notes = [f"elements taken by their corners: {_counts(by_corners)}; they stay in the deck"] if by_corners else []
+    notes = (
+        [f"elements taken by their corners: {_counts(by_corners)}; a deck with the same cells keeps them"]
+        if by_corners
+        else []
+    )
     if aside:
-        notes.append(f"set aside, their nodes held: {_counts(aside)}; they stay in the deck")
+        notes.append(f"set aside, their nodes held: {_counts(aside)}; a deck with the same cells keeps them")
     defined = Counter(card.name for card in cards if card.name.startswith("CORD1"))
     if defined:
         notes.append(f"nodes that define coordinate systems are held: {_counts(defined)}")

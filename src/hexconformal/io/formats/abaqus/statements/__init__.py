@@ -1,7 +1,7 @@
 """Statements of decks: how each is read, without what others say."""
 
 from .couplings import Coupling, Find, pairs_of, read_couplings
-from .elements import ELEMENT_NAMES, cell_type_of, in_vtk_order
+from .elements import ELEMENT_NAMES, cell_type_of, in_vtk_order, written_name
 from .lines import Section, keyword_line, line_ending, sections, split_fields, split_lines
 from .reals import format_real
 from .sets import LabelIndex, SetKey, SetMember, WorkLimit, read_members, resolve
@@ -39,4 +39,5 @@ __all__ = [
     "sides_of",
     "split_fields",
     "split_lines",
+    "written_name",
 ]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ELEMENT_NAMES", "cell_type_of", "in_vtk_order"]
+__all__ = ["ELEMENT_NAMES", "cell_type_of", "in_vtk_order", "written_name"]
 
 # Type of cell by the beginning of an element's name; what follows (R, H, I, T, ...) is about its formulation.
 _CELL_TYPES = {
@@ -41,6 +42,8 @@ ELEMENT_NAMES = {
     "hexahedron": "C3D8",
     "hexahedron20": "C3D20",
 }
+# The same with reduced integration, as far as there are such.
+_REDUCED_NAMES = {"quad": "S4R", "quad8": "S8R", "hexahedron": "C3D8R", "hexahedron20": "C3D20R"}
 # Where C3D27 has the nodes that VTK names in turn: it has the centre first, then the faces in its own order.
 _C3D27 = [*range(20), 26, 24, 23, 25, 21, 22, 20]
 
@@ -50,6 +53,19 @@ def cell_type_of(name: str) -> str | None:
     # A further digit would make it another element.
     found = [kind for pattern, kind in _CELL_TYPES.items() if re.match(f"(?:{pattern})(?!\\d)", name.upper())]
     return found[0] if found else None
+
+
+@cache
+def written_name(cell_type: str, name: str) -> str:
+    """What to call an element of a type of cell that was of a type with a name, with reduced integration if it had it.
+
+    Examples
+    --------
+    >>> written_name("hexahedron20", "C3D8R"), written_name("hexahedron20", "C3D8"), written_name("hexahedron", "")
+    ('C3D20R', 'C3D20', 'C3D8')
+    """
+    reduced = re.match(r"\D+(3D)?\d+R", name.upper()) is not None
+    return _REDUCED_NAMES.get(cell_type, ELEMENT_NAMES[cell_type]) if reduced else ELEMENT_NAMES[cell_type]
 
 
 def in_vtk_order(cell_type: str, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
