@@ -177,7 +177,7 @@ class WorkSchedule(Schedule):
     Attributes
     ----------
     unfolding, again
-        Of unfolding, and of unfolding with more room or other features.
+        Of unfolding, and of unfolding with more room or other features, or of cells that stall next to flat.
     patches
         Of raising the worst cells patch by patch.
     returning

@@ -187,8 +187,7 @@ class Stages:
         for iteration in raise_cells(bounded, points):
             points = iteration.points
             yield iteration
-        again = formulation.within(schedules.work.patches)
-        for iteration in reopen_worst(again, points):
+        for iteration in reopen_worst(formulation.within(schedules.work.again), points):
             points = iteration.points
             yield iteration
         if options.features == "auto" and options.surface is None:
