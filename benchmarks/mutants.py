@@ -769,6 +769,8 @@ def survives(folder: Path, environment: dict[str, str], tests: tuple[str, ...]) 
         "-q",
         "-p",
         "no:cacheprovider",
+        "-m",
+        "",  # those that take long, too
         *(f"tests/{name}" for name in tests),
     ]
     try:
