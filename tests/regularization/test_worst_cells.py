@@ -12,8 +12,12 @@ from hexconformal import generate
 from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.geometry import find_features
 from hexconformal.mesh import boundary_quads
+<<<<<<< HEAD
 from hexconformal.regularization import Regularization, worst_cells
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches, reopen_worst
+=======
+from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches, reopen_worst, stiffened
+>>>>>>> quad30
 
 
 def test_lifting_raises_the_worst_cell_step_by_step():
@@ -22,6 +26,14 @@ def test_lifting_raises_the_worst_cell_step_by_step():
     lowest = [corner_scaled_jacobian(at.points, cells).min() for at in raise_worst(formulation, points)]
     assert lowest[-1] > corner_scaled_jacobian(points, cells).min() + 0.2
     assert lowest[-1] == max(lowest)
+
+
+def test_little_is_left_below_what_no_corner_may_pass():
+    points, cells = generate.jittered(*generate.box((3, 3, 3)), 0.3, seed=1)
+    formulation = fixed_boundary(points, cells)
+    worst, most = formulation.measures(points).angle.max(), stiffened(formulation, points).largest_angles(cells)
+    assert (worst < most).all()
+    assert (most < 1.1 * worst).all()
 
 
 def test_nothing_is_lifted_once_held_corners_forbid_it():

@@ -86,7 +86,7 @@ def _better_places(setting: QuadraticSetting, points: Field, others: Field, movi
     for region in regions:
         own = np.asarray(region[corners].any(axis=1))
         if (then[own].sum(), their_depths[own].sum()) < (now[own].sum(), depths[own].sum()):
-            points = np.where((moving & setting.nodes_of(own))[:, None], others, points)
+            points = np.where(setting.nodes_of(own)[:, None], others, points)
     return points
 
 
