@@ -12,12 +12,8 @@ from hexconformal import generate
 from hexconformal.elements import corner_scaled_jacobian
 from hexconformal.geometry import find_features
 from hexconformal.mesh import boundary_quads
-<<<<<<< HEAD
 from hexconformal.regularization import Regularization, worst_cells
-from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches, reopen_worst
-=======
 from hexconformal.regularization.worst_cells import raise_worst, raise_worst_patches, reopen_worst, stiffened
->>>>>>> quad30
 
 
 def test_lifting_raises_the_worst_cell_step_by_step():
