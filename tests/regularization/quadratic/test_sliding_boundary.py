@@ -8,7 +8,7 @@ from hexconformal.formulation import Iteration
 from hexconformal.generate import cylinder
 from hexconformal.geometry import SurfaceLocator, hausdorff
 from hexconformal.mesh import boundary_quads
-from hexconformal.regularization.quadratic import QuadraticRegularization, stages
+from hexconformal.regularization.quadratic import QuadraticRegularization, unfolding
 from hexconformal.regularization.quadratic import run as quadratic_run
 from hexconformal.regularization.quadratic.curved_boundary import CurvedBoundary
 from hexconformal.regularization.quadratic.cut_mesh import CutMesh
@@ -218,7 +218,7 @@ def test_what_does_not_unfold_while_the_boundary_slides_may_where_it_stays(monke
 
     def unfold(setting, points):
         held.append(not setting.boundary.admissible.free(len(points))[setting.boundary.on_it].any())
-        return stages.unfold(setting, points) if held[-1] else iter([Iteration("untangle", points)])
+        return unfolding.unfold(setting, points) if held[-1] else iter([Iteration("untangle", points)])
 
     monkeypatch.setattr(quadratic_run, "unfold", unfold)
     report = hc.regularize(mesh).report
