@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from dataclasses import replace
-from itertools import islice
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from ..elements import corner_scaled_jacobian, rows_by_type
 from ..energy import CornerWeights
-from ..formulation import Formulation, Iteration, convex_newton, on_one_rank, steps_on_one_rank
+from ..formulation import Formulation, Iteration, ValidCells, convex_newton, on_one_rank, steps_on_one_rank
 from ..geometry import DistanceBarrier
 from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobians
-from ..untangling import untangle
+from ..untangling import untangle, untangle_interior
 
 __all__ = ["Softened", "raise_worst", "raise_worst_patches", "reopen_worst", "soften_curves", "stiffened"]
 
@@ -120,16 +120,19 @@ def reopen_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]
     # In patches alone: the mesh as a whole is in order.
     untangling = replace(formulation.schedules.untangling, flat=schedule.opened, many_folded=1.0)
     schedules = replace(formulation.schedules, untangling=untangling)
-    worst, trial = formulation.quality(points).min(), points
+    worst, valid, trial = formulation.quality(points).min(), ValidCells(points, cells), points
     for iteration in untangle(replace(formulation, schedules=schedules), points, schedule.patience):
         trial = iteration.points
         yield Iteration("reopen worst cells", points)
     if trial is points:
         return
-    for iteration in raise_worst_patches(formulation, trial):
-        trial = iteration.points
-        better = formulation.quality(trial).min() > worst
-        yield Iteration("reopen worst cells", trial if better else points)
+    # Opened corners may leave cells that are folded inside.
+    trial = untangle_interior(formulation, trial)
+    raised = (iteration.points for iteration in raise_worst_patches(formulation, trial))
+    for trial in chain([trial], raised):
+        if formulation.quality(trial).min() > worst and valid(trial):
+            points = trial
+        yield Iteration("reopen worst cells", points)
 
 
 def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteration, None, Softened | None]:

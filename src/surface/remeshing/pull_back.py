@@ -1,7 +1,8 @@
 """Pull a surface back towards its input until it is within its bound.
 
 While a run goes on distances are measured at nodes and centres, at its end between all places. Nodes of the cells that
-are too far away go back step by step; if that spoils cells, their neighbours do so too, and at last all nodes.
+are too far away go back step by step, and of those that this turns over; if that spoils cells, their neighbours do so
+too, and at last all nodes.
 """
 
 from __future__ import annotations
@@ -34,10 +35,15 @@ def pull_back(
 def _local_fractions(
     problem: RemeshingProblem, points: Floats, bound: float, rings: int, schedule: PullBackSchedule
 ) -> Floats:
-    """(n, 1) fraction of its displacement that each node keeps so that no cell is out of bounds."""
-    fractions = np.ones((len(points), 1))
+    """(n, 1) fraction of its displacement that each node keeps so that no cell is out of bounds.
+
+    Cells that this would turn over go back, too.
+    """
+    fractions, surface = np.ones((len(points), 1)), problem.input_surface
+    turned_before = surface.turned_over(problem.start) | surface.turned_over(points)
     for _ in range(schedule.rounds):
-        cells = problem.input_surface.cells_beyond(_interpolated(problem, points, fractions), bound)
+        trial = _interpolated(problem, points, fractions)
+        cells = surface.cells_beyond(trial, bound) | (surface.turned_over(trial) & ~turned_before)
         if not cells.any():
             break
         too_far = np.zeros(len(points), dtype=bool)

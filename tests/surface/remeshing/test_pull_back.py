@@ -52,7 +52,7 @@ def test_only_nodes_that_are_too_far_away_go_back():
 @pytest.mark.long
 def test_what_ends_a_little_too_far_away_goes_back_a_little():
     points, cells = icosphere(2)
-    for seed in (4, 5, 6, 7):
+    for seed in (1, 2, 4, 5, 6):
         rough = points + 0.1 * np.random.default_rng(seed).normal(size=points.shape)
         report = surface.remesh((rough, cells.triangles)).report
         (note,) = [note for note in report.notes if note.startswith("hausdorff left room for")]
