@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from corner_problems import fixed_boundary, formulation_of
 from meshes.flat import flattened
+from meshes.hexahedra import INVALID_INSIDE, separate
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.elements import corner_scaled_jacobian
+from hexconformal.elements import CORNERS, corner_scaled_jacobian
+from hexconformal.formulation import Iteration
 from hexconformal.geometry import find_features
 from hexconformal.mesh import boundary_quads
 from hexconformal.regularization import Regularization, worst_cells
@@ -66,6 +68,22 @@ def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():
     assert formulation.quality(iteration.points).min() > 0.3
     assert np.array_equal(iteration.points[~formulation.free], points[~formulation.free])
     assert list(reopen_worst(formulation, iteration.points)) == []
+
+
+def test_no_cell_is_given_up_inside_for_opening_others(monkeypatch):
+    cube = 1.0 * CORNERS
+    flat, spoiled = cube.copy(), INVALID_INSIDE + [3.0, 0.0, 0.0]
+    flat[4:, 0] += 20.0
+    points, cells = separate(np.array([flat, cube + [3.0, 0.0, 0.0]]))
+    both = separate(np.array([cube, spoiled]))[0]
+    formulation = formulation_of(points, cells)
+    assert 0.0 < formulation.quality(points).min() < 0.1 < formulation.quality(both).min()
+    monkeypatch.setattr(worst_cells, "untangle_interior", lambda whole, places: places)
+    monkeypatch.setattr(worst_cells, "raise_worst_patches", lambda whole, places: iter(()))
+    for opened, kept in ((both, points), (np.concatenate([both[:8], points[8:]]), None)):
+        monkeypatch.setattr(worst_cells, "untangle", lambda *_, opened=opened: iter([Iteration("untangle", opened)]))
+        last = [iteration.points for iteration in reopen_worst(formulation, points)][-1]
+        assert np.array_equal(last, opened if kept is None else kept)
 
 
 def cylinder_with_a_rough_rim():

@@ -44,7 +44,7 @@ def test_steps_at_an_eps_end_where_nothing_falls_any_more(monkeypatch):
     projectors, line = boundary_held(points, cells), np.random.default_rng(4).normal(size=3)
     projectors[13] = np.outer(line, line) / (line @ line)
     assert np.array_equal(untangle_interior(formulation_of(points, cells, projectors), points), points)
-    assert 0 < steps < 500
+    assert 0 < steps < 120  # 3600 if it never ended, 141 if every eps were tried
 
 
 def test_wedges_folded_inside_are_unfolded_alike_whichever_end_comes_first():
