@@ -103,6 +103,7 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
     "interior": {
         "widths": ((0,), OFF),
         "rounds": (0, OFF),
+        "patience": (100, OFF),
     },
     "folded": {
         "widths": ((), OFF, (0,)),

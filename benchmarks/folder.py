@@ -4,7 +4,7 @@
     python benchmarks/folder.py MESHES --boundary fixed --peers PYTHON -o results/fixed
     python benchmarks/folder.py MESHES --reference PUBLISHED --match -o results/matched
 
-Takes every readable mesh, or, where some are called ``<name>_input.*``, those. ``--reference`` holds results of
+Takes every mesh of hexahedra, or, where some are called ``<name>_input.*``, those; others are told. ``--reference`` holds results of
 others, ``<name>_published.*`` or ``<name>.*``, with the same cells; ``--match`` lets the surface move as far as
 theirs did, at least 0.005. ``--peers`` names the Python in which mfem, gmsh, vtk are installed (see peers.py).
 
@@ -222,7 +222,12 @@ def main() -> None:
     rows: list[Row] = []
     for name, source in meshes(asked.folder):
         if not asked.only or name in asked.only:
-            rows += rows_of(name, source, asked, peers)
+            try:
+                rows += rows_of(name, source, asked, peers)
+            except hc.MeshError as problem:
+                notes.append(f"Left out: {problem}")
+                print(notes[-1], flush=True)
+                continue
             print(*table(rows)[-1 - len(peers) :], sep="\n", flush=True)
     surface = "hausdorff = max(published, 0.005)" if asked.match else "defaults"
     head = [f"boundary = {asked.boundary!r}, otherwise {surface}. {described(load)}", *notes]

@@ -514,7 +514,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("    for region in regions:", "    for region in [moving]:"),
             ("        if folded < fewest:", "        if folded > fewest:"),
             ("return unmoved if folded(unmoved) <= folded(fewest) else fewest", "return unmoved"),
-            ("_around(setting, folded, width)", "_around(setting, folded, 0)"),
+            ("setting.nodes_of(folded | all_move)", "setting.nodes_of(folded | True)"),
         ],
     ),
     "hexconformal.regularization.quadratic.sliding": (

@@ -162,3 +162,16 @@ def test_the_unit_of_length_makes_no_difference_in_powers_of_two(nodes):
     assert once.report.before.invalid > 10
     assert once.report.after.invalid == 0
     assert_array_equal(hc.regularize(mesh.replaced(2.0**30 * mesh.points), **run).points, 2.0**30 * once.points)
+
+
+def test_cells_that_stay_invalid_are_not_taken_back_where_that_costs_another():
+    box = hc.elevated(hc.generate.box((2, 1, 1), (2.0, 1.0, 1.0)), 20)
+    stays, first = box.points.copy(), box.points.copy()
+    stays[box.points.sum(axis=1) == 0.0] += [0.0, 3.0, 0.0]  # a corner of the first cell, far out
+    first[:] = stays
+    first[box.points[:, 0] == 1.0, 0] += 1.5  # the face between them, beyond the second cell
+    setting = setting_of(box.replaced(first))
+    points = setting.start + (stays - first) / setting.unit
+    assert (~setting.valid(setting.start)).tolist() == [True, True]
+    assert (~setting.valid(points)).tolist() == [True, False]
+    assert_array_equal(unfolding.pulled_back(setting, points), points)

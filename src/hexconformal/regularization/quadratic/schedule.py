@@ -23,8 +23,6 @@ class QuadraticSchedule(Schedule):
     many_folded
         Share of folded cells from which on the whole mesh is unfolded first: where it slides it may end with better
         worst cells than what unfolds some places alone.
-    widths
-        Rings of cells around folded ones that move with them, one after the other.
     straight_steps
         Newton steps on all cells that unfolding straight ones may take, as :class:`WorkSchedule` counts them.
     rounds, patience
@@ -61,7 +59,6 @@ class QuadraticSchedule(Schedule):
     nearness: float = tuned(0.5, 0.0, 1.0)
     evenness: float = tuned(1.0)
     many_folded: float = tuned(0.02, 0.0, 1.0)
-    widths: tuple[int, ...] = tuned((0, 1, 2))
     straight_steps: float = tuned(20.0)
     rounds: int = tuned(20)
     patience: int = tuned(6)

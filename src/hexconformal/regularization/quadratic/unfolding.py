@@ -1,4 +1,4 @@
-"""Unfold what is folded: the whole mesh where that is much, then what is left with more and more around it."""
+"""Unfold what is folded: the whole mesh where that is much, then the cells that are left."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ Mask = NDArray[np.bool_]
 def unfold(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]:
     """Points at which less is folded, until nothing is or all has been tried; the last are the best.
 
-    Where many cells are folded all nodes move first, then those of folded cells and of so many rings around them. Each
-    time it is begun where the mesh is, then with straight cells unfolded. What is valid may be folded on the way: the
-    iterates are not for the user to have.
+    Where many cells are folded all nodes move first, then those of folded cells, with those that are coupled to them.
+    Each time it is begun where the mesh is, then with straight cells unfolded. What is valid may be folded on the way:
+    the iterates are not for the user to have.
     """
-    schedule, folded = setting.schedule, setting.folded_cells(points)
-    for width in (None, *schedule.widths) if folded.mean() > schedule.many_folded else schedule.widths:
-        moving = np.ones(len(points), dtype=bool) if width is None else _around(setting, folded, width)
+    folded, coupled = setting.folded_cells(points), setting.boundary.admissible.coupled
+    for all_move in (True, False) if folded.mean() > setting.schedule.many_folded else (False,):
+        moving = coupled.closed(setting.nodes_of(folded | all_move))
         part = setting.within(moving)
         for begin in (lambda _, there: there, straight_start):
             if not folded.any() or not part.free.any():
@@ -43,11 +43,6 @@ def unfold(setting: QuadraticSetting, points: Field) -> Iterator[Iteration]:
             points = _better_places(part, points, reached, moving)
             folded = setting.folded_cells(points)
             yield Iteration("untangle", points)
-
-
-def _around(setting: QuadraticSetting, cells: Mask, rings: int) -> Mask:
-    """(n,) nodes of some cells and of so many rings around them, with those that are coupled to them."""
-    return setting.around(setting.boundary.admissible.coupled.closed(setting.nodes_of(cells)), rings - 1)
 
 
 def _unfolded(setting: QuadraticSetting, points: Field) -> Iterator[Field]:
