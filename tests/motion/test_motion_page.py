@@ -1,5 +1,7 @@
 """The page of a motion holds the mesh after each step, and its quality."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from web_pages import PageFile
@@ -34,8 +36,38 @@ def test_each_step_is_a_frame_with_its_quality(moved):
     assert page.contents["report"]["text"] == f"step 3: {steps[-1].report.reason}"
 
 
-@pytest.mark.parametrize("times", [[1.0, 2.0], [0.0, 1.0, 2.0], [1.0, 3.0, 2.0]])
+@pytest.mark.parametrize(
+    "times", [[1.0, 2.0], [0.0, 1.0, 2.0], [1.0, 3.0, 2.0], [1.0, 2.0, np.inf], [1.0, np.nan, 3.0]]
+)
 def test_times_must_be_those_of_the_steps(moved, times):
     _, motion, steps = moved
     with pytest.raises(hc.OptionError, match="times must be 3"):
         motion_page(motion, steps, times)
+
+
+def without_a_place(step):
+    points = step.points.copy()
+    points[7] = np.inf
+    return replace(step, points=points)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "error", "said"),
+    [
+        (lambda motion, steps: (motion, []), hc.OptionError, "at least one MotionStep"),
+        (lambda motion, steps: (motion, steps[0]), hc.OptionError, "must be a sequence of MotionStep"),
+        (lambda motion, steps: (motion, [steps[0].points]), hc.OptionError, "at index 0 has array"),
+        (lambda motion, steps: (motion, steps, "abc"), hc.OptionError, "times must be an array of numbers"),
+        (lambda motion, steps: (motion.mesh, steps), hc.OptionError, "must be a MeshMotion .* not HexMesh"),
+        (
+            lambda motion, steps: (hc.MeshMotion(hc.generate.box((2, 2, 2)), moving=[0]), steps),
+            hc.MeshError,
+            r"index 0 has points \(125, 3\), and the mesh of the motion \(27, 3\)",
+        ),
+        (lambda motion, steps: (motion, [steps[0], without_a_place(steps[1])]), hc.MeshError, r"index 1: .*ids 7\)"),
+    ],
+)
+def test_what_is_no_motion_has_no_page(moved, chosen, error, said):
+    _, motion, steps = moved
+    with pytest.raises(error, match=said):
+        motion_page(*chosen(motion, steps))

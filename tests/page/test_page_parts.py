@@ -8,7 +8,9 @@ import pytest
 from paths import ROOT
 from web_pages import PageFile
 
-from hexconformal.page import Measure, PageSchedule, thinned
+from hexconformal import HexMesh, MeshError, ReadError
+from hexconformal.generate import box
+from hexconformal.page import Measure, PageSchedule, SeriesReader, thinned
 from hexconformal.page.array_store import ArrayStore
 from hexconformal.page.document import document
 from hexconformal.page.histograms import histogram_of
@@ -100,3 +102,16 @@ def test_the_viewer_is_in_small_modules():
     assert len(modules) > 20
     for path in modules:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 350, path.name
+
+
+def test_frames_of_another_mesh_are_refused():
+    points, cells = box((2, 2, 2))
+    mesh = HexMesh(points, cells)
+    reader = SeriesReader(lambda state: state, lambda mesh: {})
+    assert len(reader.frames([(1.0, mesh.replaced(2 * points))], mesh)) == 1
+    for other in (HexMesh(*box((3, 2, 2))), HexMesh(points, cells[::-1])):
+        with pytest.raises(ReadError, match="cannot show t = 1: it is a frame of another mesh"):
+            reader.frames([(1.0, other)], mesh)
+    lost = mesh.replaced(np.full_like(points, np.inf))
+    with pytest.raises(MeshError, match="t = 1: points with NaN or infinite coordinates: 27"):
+        reader.frames([(1.0, lost)], mesh)

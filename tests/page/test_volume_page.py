@@ -155,8 +155,13 @@ def test_pages_of_the_same_are_the_same(run):
 
 
 def test_other_cells_and_other_endings_are_refused(tmp_path):
+    points, cells = generate.box((2, 2, 2))
     with pytest.raises(MeshError, match="same cells"):
-        volume_page(generate.box((2, 2, 2)), generate.box((2, 2, 3)))
+        volume_page((points, cells), generate.box((2, 2, 3)))
+    with pytest.raises(MeshError, match="same cells"):
+        volume_page((points, cells), (points, cells[::-1]))
+    with pytest.raises(MeshError, match=r"NaN or infinite coordinates: 27 \(first ids 0"):
+        volume_page((points, cells), (points * np.nan, cells))
     with pytest.raises(WriteError, match=r"known are \.htm \.html"):
         volume_page(generate.box((2, 2, 2))).write(tmp_path / "page.pdf")
 

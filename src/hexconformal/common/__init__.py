@@ -23,6 +23,7 @@ from .validation import (
     require_choices,
     require_counts,
     require_flags,
+    require_items,
     require_number,
     require_numbers,
 )
@@ -58,6 +59,7 @@ __all__ = [
     "require_counts",
     "require_distinct_places",
     "require_flags",
+    "require_items",
     "require_number",
     "require_numbers",
     "run_python",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from numbers import Integral, Real
 from reprlib import repr as shortened
@@ -23,11 +23,13 @@ __all__ = [
     "require_choices",
     "require_counts",
     "require_flags",
+    "require_items",
     "require_number",
     "require_numbers",
 ]
 
 OptionsType = TypeVar("OptionsType")
+ItemType = TypeVar("ItemType")
 
 
 def options_from(kind: type[OptionsType], given: Mapping[str, Any]) -> OptionsType:
@@ -111,6 +113,26 @@ def require_flags(options: Any, *names: str, optional: Sequence[str] = ()) -> No
         value = getattr(options, name)
         if not isinstance(value, (bool, np.bool_)) and (value is not None or name not in optional):
             raise OptionError(f"{name} must be True or False, not {shortened(value)}")
+
+
+def require_items(name: str, values: Iterable[ItemType], kind: type[ItemType]) -> list[ItemType]:
+    """The values as a list; refuses what holds none, or others than those of a kind.
+
+    >>> require_items("lengths", [1.5, "2"], float)
+    Traceback (most recent call last):
+    hexconformal.OptionError: lengths must hold nothing but float, and at index 1 has '2'
+    """
+    if not isinstance(values, Iterable) or isinstance(values, str):
+        raise OptionError(f"{name} must be a sequence of {kind.__name__}, not {shortened(values)}")
+    found = list(values)
+    if not found:
+        raise OptionError(f"{name} must hold at least one {kind.__name__}")
+    for index, value in enumerate(found):
+        if not isinstance(value, kind):
+            raise OptionError(
+                f"{name} must hold nothing but {kind.__name__}, and at index {index} has {shortened(value)}"
+            )
+    return found
 
 
 def array_of_numbers(name: str, values: Any, expected: str = "an array of numbers") -> NDArray[np.float64]:

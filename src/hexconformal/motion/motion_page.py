@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from reprlib import repr as shortened
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common import OptionError
+from ..common import MeshError, OptionError, array_of_numbers, require_items
 from ..mesh import HexMesh, MixedMesh
-from ..page import Page, series_page, volume_page
+from ..page import Page, PageSchedule, require_places, series_page, volume_page
 from ..quality import quality
 from .mesh_motion import MeshMotion
 from .report import MotionStep
@@ -24,7 +25,9 @@ def motion_page(
     times: ArrayLike | None = None,
     *,
     report: Any = "",
-    **options: Any,
+    interfaces: Any = "auto",
+    title: str = "",
+    schedule: PageSchedule | None = None,
 ) -> Page:
     """The page of a motion: the mesh after each step, with a slider, and its quality over the steps.
 
@@ -38,14 +41,16 @@ def motion_page(
         (k,) times of the k steps, increasing; 1, 2, ... where none are given.
     report
         What the page says of it; a line on each step that was refused if it is empty.
-    **options
-        Of the page: interfaces, title, schedule, as in :func:`hexconformal.page.volume_page`. Of more frames than it
-        has room for an even choice is shown.
+    interfaces, title, schedule
+        Of the page, as in :func:`hexconformal.page.volume_page`. Of more frames than the schedule has room for an even
+        choice is shown.
 
     Raises
     ------
     OptionError
-        If times are not as many as steps, or do not increase.
+        If there are no steps, or what is handed in is none; if times are not as many, or do not increase.
+    MeshError
+        If steps are not of that mesh, or points are not finite.
 
     Examples
     --------
@@ -57,18 +62,16 @@ def motion_page(
     >>> motion_page(motion, steps)
     Page(64 cells, 3 frames)
     """
-    steps = list(steps)
-    at = np.arange(1.0, len(steps) + 1.0) if times is None else np.asarray(times, dtype=np.float64)
-    if at.shape != (len(steps),) or not (np.diff(at, prepend=0.0) > 0.0).all():
-        raise OptionError(f"times must be {len(steps)}, one for each step, above 0 and increasing")
+    if not isinstance(motion, MeshMotion) or motion.comm is not None:
+        raise OptionError(f"motion must be a MeshMotion in one process, not {shortened(motion)}")
+    steps = require_items("steps", steps, MotionStep)
+    at = _times(times, len(steps))
+    meshes = [motion.mesh, *(_after(motion, step, f"the step at index {k}") for k, step in enumerate(steps))]
     reports = [step.report for step in steps]
     refused = [f"step {number}: {one.reason}" for number, one in enumerate(reports, 1) if one.refused]
     return series_page(
         volume_page,
-        [
-            (0.0, motion.mesh),
-            *((time, motion.mesh.replaced(step.points)) for time, step in zip(at, steps, strict=True)),
-        ],
+        list(zip([0.0, *at.tolist()], meshes, strict=True)),
         lambda mesh: mesh,
         _scaled_jacobian,
         {
@@ -79,8 +82,29 @@ def motion_page(
             "iterations": np.array([float(one.iterations) for one in reports]),
         },
         report=report or "\n".join(refused),
-        **options,
+        interfaces=interfaces,
+        title=title,
+        schedule=schedule,
     )
+
+
+def _times(times: ArrayLike | None, count: int) -> NDArray[np.float64]:
+    """(k,) times of so many steps."""
+    if times is None:
+        return np.arange(1.0, count + 1.0)
+    at = array_of_numbers("times", times)
+    if at.shape != (count,) or not np.isfinite(at).all() or not (np.diff(at, prepend=0.0) > 0.0).all():
+        raise OptionError(f"times must be {count}, one for each step, above 0 and increasing")
+    return at
+
+
+def _after(motion: MeshMotion, step: MotionStep, name: str) -> HexMesh | MixedMesh:
+    """The mesh of a motion after a step."""
+    if step.points.shape != motion.mesh.points.shape:
+        raise MeshError(f"{name} has points {step.points.shape}, and the mesh of the motion {motion.mesh.points.shape}")
+    mesh: HexMesh | MixedMesh = motion.mesh.replaced(step.points)
+    require_places(mesh, name)
+    return mesh
 
 
 def _scaled_jacobian(mesh: HexMesh | MixedMesh) -> dict[str, NDArray[np.float64]]:

@@ -4,6 +4,7 @@ Belongs here: what a page shows, how it is encoded, the file itself; in `viewer`
 packed, with three.js, into `packed`. Imports `common`, `elements`, `mesh`, `io`, `geometry` and `quality`.
 """
 
+from .alike import have_same_cells, require_alike, require_places
 from .contents import Cells, Frame, Measure, ReportText
 from .curves import Curve, columns_of, curves_of
 from .page import PAGE_EXTENSIONS, Page
@@ -26,6 +27,9 @@ __all__ = [
     "SeriesReader",
     "columns_of",
     "curves_of",
+    "have_same_cells",
+    "require_alike",
+    "require_places",
     "series_page",
     "thinned",
     "volume_page",

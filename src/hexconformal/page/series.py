@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import ReadError
+from .alike import have_same_cells, require_places
 from .contents import Frame
 from .curves import Curve, curves_of
 from .page import Page
@@ -71,13 +72,16 @@ class SeriesReader(Generic[T]):
         ------
         ReadError
             If one of them cannot be read, or is of another mesh.
+        MeshError
+            If points are not finite.
         """
         found = []
         for time, state in listed:
             there, name = self.read(state), self.name(time)
-            if len(there.points) != len(mesh.points) or len(there.cells) != len(mesh.cells):
-                what = state if isinstance(state, Path) else name
-                raise ReadError(f"cannot show {what}: it is a frame of another mesh")
+            what = str(state) if isinstance(state, Path) else name
+            if not have_same_cells(there, mesh):
+                raise ReadError(f"cannot show {what}: it is a frame of another mesh, with other cells")
+            require_places(there, what)
             data = {**self.measure(there), **there.cell_data}
             found.append(Frame(name, np.asarray(there.points), data, there.point_data, self.position(time)))
         return found

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError
 from ..elements import QUADRATIC_TYPES
 from ..geometry import find_features
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, blocks_of, boundary_quads, collapsed_mesh, counts_by_type, find_regions
 from ..quality import quality
+from .alike import require_alike
 from .contents import Frame, Measure, ReportText
 from .page import Page
 from .schedule import PageSchedule
@@ -69,7 +69,7 @@ def volume_page(
     Raises
     ------
     MeshError
-        If the meshes do not have the same cells.
+        If the meshes do not have the same cells, or points are not finite.
 
     Examples
     --------
@@ -79,10 +79,9 @@ def volume_page(
     (['before', 'after'], '27 hexahedra')
     """
     meshes = [as_volume_mesh(mesh) for mesh in (before, after) if mesh is not None]
+    require_alike(meshes)
     first = meshes[0]
     skin = boundary_quads(collapsed_mesh(first).cells)[0]
-    if any(not np.array_equal(first.cells, mesh.cells) for mesh in meshes):
-        raise MeshError("before and after must have the same cells")
     named = ends if len(meshes) == 2 else [(title or _title(first), None)]
     outer = [_measured(mesh, *which) for mesh, which in zip(meshes, named, strict=True)]
     if len(meshes) == 2 and not any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(first)):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hexconformal.common import OptionError
-from hexconformal.page import Page, columns_of, series_page
+from hexconformal.common import MeshError, OptionError, require_items
+from hexconformal.page import Page, PageSchedule, columns_of, have_same_cells, require_places, series_page
 
 from ..mesh import SurfaceMesh
 from ..page import surface_page
@@ -23,24 +23,28 @@ def flow_page(
     moments: Iterable[Moment],
     *,
     report: Any = "",
-    **options: Any,
+    interfaces: Any = "auto",
+    title: str = "",
+    schedule: PageSchedule | None = None,
 ) -> Page:
     """The page of a flow: the surface at its moments, with a slider, and energy and angles over the steps.
 
     Parameters
     ----------
     moments
-        Of a run, in their order; all that is iterated over is kept.
+        Of one run, in their order; all that is iterated over is kept.
     report
         What the page says of it; the numbers of the last moment if it is empty.
-    **options
-        Of the page: interfaces, title, schedule, as in :func:`surface.page.surface_page`. Of more frames than it
-        has room for an even choice is shown.
+    interfaces, title, schedule
+        Of the page, as in :func:`surface.page.surface_page`. Of more frames than the schedule has room for an even
+        choice is shown.
 
     Raises
     ------
     OptionError
-        If there are no moments.
+        If there are no moments, what is handed in is none, or they are not in their order.
+    MeshError
+        If they are not all of the same surface, or points are not finite.
 
     Examples
     --------
@@ -49,9 +53,14 @@ def flow_page(
     >>> flow_page(evolve(MeanCurvature(tetrahedron), steps=3))
     Page(4 cells, 4 frames)
     """
-    seen = list(moments)
-    if not seen:
-        raise OptionError("moments must have at least one: the run has not begun")
+    seen = require_items("moments", moments, Moment)
+    for index, moment in enumerate(seen):
+        moved = moment.moved_input
+        if not have_same_cells(moved, seen[0].moved_input):
+            raise MeshError(f"moments must be of one run; that at index {index} is of a surface with other cells")
+        require_places(moved, f"the moment at index {index}")
+        if moment.record.time < seen[max(index - 1, 0)].record.time:
+            raise OptionError(f"moments must be in their order; that at index {index} is earlier than the one before")
     return series_page(
         surface_page,
         [(moment.record.time, moment) for moment in seen],
@@ -59,7 +68,9 @@ def flow_page(
         _conformality,
         columns_of([moment.record for moment in seen]),
         report=report or str(seen[-1].record),
-        **options,
+        interfaces=interfaces,
+        title=title,
+        schedule=schedule,
     )
 
 

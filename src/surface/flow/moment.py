@@ -45,6 +45,11 @@ class Moment:
         """The same as a :class:`surface.SurfaceMesh`."""
         return surface_with_arrays(self.points, self._input, self._elements, self._origin)
 
+    @property
+    def moved_input(self) -> SurfaceMesh:
+        """What came in, at the points of this moment, without its arrays."""
+        return self._input.replaced(self.points)
+
 
 def surface_with_arrays(points: Floats, mesh: SurfaceMesh, elements: Elements, origin: Floats) -> SurfaceMesh:
     """The input of a flow with other points, and the arrays of a moment."""

@@ -1,7 +1,7 @@
 """Pages of surfaces, to look at in a browser.
 
-Belongs here: what a page shows of a surface. Imports `hexconformal.common`, `hexconformal.geometry`,
-`hexconformal.mesh`, `hexconformal.page`, `mesh`, `io` and `quality`.
+Belongs here: what a page shows of a surface. Imports `hexconformal.geometry`, `hexconformal.mesh`,
+`hexconformal.page`, `mesh`, `io` and `quality`.
 """
 
 from .surface_page import surface_page

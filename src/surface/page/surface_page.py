@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from hexconformal.common import MeshError
 from hexconformal.geometry import find_features
 from hexconformal.mesh import REGION_ARRAYS, SURFACE_ARRAYS, find_regions
-from hexconformal.page import Cells, Frame, Measure, Page, PageSchedule, ReportText, with_distances
+from hexconformal.page import Cells, Frame, Measure, Page, PageSchedule, ReportText, require_alike, with_distances
 
 from ..io import as_surface_mesh
 from ..mesh import SurfaceMesh
@@ -67,7 +66,7 @@ def surface_page(
     Raises
     ------
     MeshError
-        If the surfaces do not have the same cells.
+        If the surfaces do not have the same cells, or points are not finite.
 
     Examples
     --------
@@ -77,9 +76,7 @@ def surface_page(
     (Page(80 cells, 1 frames), '80 triangles')
     """
     meshes = [as_surface_mesh(mesh) for mesh in (before, after) if mesh is not None]
-    tables = [[table.tolist() for table in mesh.cells.tables] for mesh in meshes]
-    if tables[0] != tables[-1]:
-        raise MeshError("before and after must have the same cells")
+    require_alike(meshes)
     mesh = meshes[0]
     named = ends if len(meshes) == 2 else [(title or _title(mesh), None)]
     outer = [_measured(one, *which) for one, which in zip(meshes, named, strict=True)]

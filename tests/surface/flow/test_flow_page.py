@@ -1,12 +1,14 @@
 """The page of a flow holds its moments, and the numbers of its steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
 from web_pages import PageFile
 
 import surface
-from hexconformal import OptionError
+from hexconformal import MeshError, OptionError
 from hexconformal.page import PageSchedule
 from surface.flow import flow_page
 
@@ -38,6 +40,26 @@ def test_of_many_moments_an_even_choice_is_shown(moments):
     assert shown == [0.0, 2.0, 3.0, 5.0]
 
 
-def test_a_run_that_has_not_begun_has_no_page():
-    with pytest.raises(OptionError, match="at least one"):
-        flow_page([])
+def other_cells(moment):
+    """The same moment of a surface with two cells in the other order."""
+    mesh = moment.mesh
+    faces = np.roll(mesh.regular_faces, 1, axis=0)
+    again = pv.PolyData.from_regular_faces(np.array(mesh.points), faces)
+    return next(iter(surface.evolve(surface.MeanCurvature(again), steps=1)))
+
+
+@pytest.mark.parametrize(
+    ("chosen", "error", "said"),
+    [
+        (lambda seen: [], OptionError, "at least one Moment"),
+        (lambda seen: 3, OptionError, "must be a sequence of Moment, not 3"),
+        (lambda seen: seen[0], OptionError, "must be a sequence of Moment"),
+        (lambda seen: [seen[0], seen[1].mesh], OptionError, "at index 1 has PolyData"),
+        (lambda seen: [seen[0], seen[2], seen[1]], OptionError, "index 2 is earlier"),
+        (lambda seen: [other_cells(seen[0]), *seen[1:]], MeshError, "index 1 is of a surface with other cells"),
+        (lambda seen: [seen[0], replace(seen[1], points=seen[1].points * np.nan)], MeshError, "index 1: .* NaN .* 42"),
+    ],
+)
+def test_what_is_no_run_has_no_page(moments, chosen, error, said):
+    with pytest.raises(error, match=said):
+        flow_page(chosen(moments))
