@@ -11,7 +11,8 @@ from web_pages import Opened
 
 import hexconformal as hc
 from hexconformal import generate
-from hexconformal.page import volume_page
+from hexconformal.page import PageSchedule, volume_page
+from surface import as_surface_mesh
 from surface.page import surface_page
 
 
@@ -230,6 +231,62 @@ def test_pages_of_all_kinds_open(started, tmp_path, name, made):
     assert len(opened.requests) == 1
     if name == "folded":
         assert "inverted" in opened.tab.locator("#legend").inner_text()
+
+
+def test_what_stands_for_cells_of_a_large_surface_is_no_cell(started, tmp_path):
+    points, triangles, quads = as_arrays(mixed_sphere(8))
+    mesh = as_surface_mesh((points, triangles, quads)).replaced(point_data={"height": points[:, 2]})
+    surface_page(mesh, schedule=PageSchedule(most_cells=200, worst=2)).write(tmp_path / "page.html")
+    opened = Opened(started, tmp_path / "page.html").ready()
+    assert "cells that this page has" in opened.tab.locator("#counts").inner_text()
+    count = opened.ask("page.mesh.count")
+    assert count < len(triangles) + len(quads)
+
+    def shown():
+        values = np.array(opened.ask("Array.from(page.views.after.faces.geometry.attributes.value.array)"))
+        owners = opened.ask("Array.from(page.views.after.faces.geometry.userData.owners)")
+        assert not np.isnan(values).any()
+        return values > -1e29, np.array(owners)
+
+    valued, owners = shown()
+    assert set(owners) == {-2, *range(count)}
+    assert 0.05 < valued.mean() < 0.9  # the others are grey
+    assert (np.ptp(pixels(opened), axis=2) > 60).mean() > 0.005
+    opened.set("{colouring: 'point:height'}")
+    assert shown()[0].all()
+    opened.set("{threshold: 1.0}")
+    assert set(shown()[1]) == {-2, *range(count)}
+    opened.set("{threshold: 0.0}")
+    assert len(shown()[1]) == 0
+    assert opened.complaints == []
+
+
+def test_curves_between_regions_of_a_surface(started, tmp_path):
+    n = 6
+    places = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 2, [0.0]), axis=-1).reshape(-1, 3)
+    first = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    quads = first[:, None] + [0, 1, n + 2, n + 1]
+    region = (places[quads].mean(axis=1)[:, 0] > 2.0).astype(int)
+    surface_page(as_surface_mesh((places, quads)).replaced(cell_data={"region": region})).write(tmp_path / "page.html")
+    opened = Opened(started, tmp_path / "page.html").ready()
+    assert not opened.ask("page.views.after.seams.visible")
+    opened.tab.locator("#interfaces").check()
+    assert opened.ask("page.views.after.seams.visible")
+    ends = np.array(opened.ask("Array.from(page.views.after.seams.geometry.attributes.instanceStart.data.array)"))
+    drawn = ends.reshape(-1, 2, 3) + opened.ask("page.mesh.middle")
+    assert len(drawn) == n
+    np.testing.assert_allclose(drawn[..., 0], 2.0)
+    np.testing.assert_allclose(np.sort(drawn[..., 1], axis=None), np.repeat(np.arange(n + 1), 2)[1:-1])
+
+
+def test_axes_turn_with_the_mesh(page):
+    page.tab.keyboard.press("z")
+    page.rest()
+    tips = page.ask(
+        "[...document.querySelectorAll('.axes line')].map((one) => [+one.getAttribute('x2'), +one.getAttribute('y2')])"
+    )
+    np.testing.assert_allclose(tips, [[22, 0], [0, -22], [0, 0]], atol=0.1)
+    assert page.tab.locator(".axes text").all_text_contents() == ["x", "y", "z"]
 
 
 def test_curved_faces_go_through_their_middles(started, tmp_path):

@@ -130,7 +130,7 @@ def test_large_meshes_have_skin_worst_cells_and_what_is_around_them():
     near = (np.abs(centres - centres[worst]) < 1.5 / shape).all(axis=1)
     assert told["count"] == shape**3 - (shape - 2) ** 3 + near.sum() == 386 + 27
     assert set(np.flatnonzero(near)) <= set(told["labels"])
-    assert "413 of them" in file.contents["remarks"][0]
+    assert "413 of them: those at the boundary, the worst ones by scaled Jacobian" in file.contents["remarks"][0]
     # The skin is that of the whole mesh; other faces have cells beyond that are not in the page.
     faces, sides = (file.array(file.contents[name]) for name in ("faces", "sides"))
     places = file.frame(0)[0]

@@ -27,6 +27,7 @@ class Cells:
         (f, 4) nodes of every face once; triangles have their last node twice.
     sides
         (f, 2) the cells on both sides; the second is -1 on the boundary, -2 where it is a cell that is not in the page.
+        Of faces that stand for many cells of a surface that are not in the page both are -2.
     type_names
         Of the types of cells that there are.
     types

@@ -18,7 +18,7 @@ from .contents import Cells, Frame, Measure, ReportText, numeric
 from .document import document, inline
 from .histograms import histogram_of
 from .schedule import PageSchedule
-from .selection import cells_to_show
+from .selection import cells_to_show, coarse_faces
 from .volume_cells import drawn_part
 
 __all__ = ["PAGE_EXTENSIONS", "Page"]
@@ -102,14 +102,7 @@ class Page:
 
     def _document(self, most: int) -> str:
         histograms = [self._histogram(measure) for measure in self.measures]
-        if self.cells.count <= most or self.cells.layers is None:
-            page, remarks = self, []
-        else:
-            page = self._reduced()
-            remarks = [
-                f"The mesh has {self.cells.total:,} cells. This page has {page.cells.count:,} of them: those at the"
-                " boundary, the worst ones, and those around these. Histograms are of all."
-            ]
+        page, remarks = (self, []) if self.cells.count <= most else self._reduced(int(self.schedule.coarse * most))
         store = ArrayStore()
         contents = {
             "program": f"hexconformal {__version__}",
@@ -129,26 +122,39 @@ class Page:
         ends = self.frames[:1] if len(self.frames) == 1 else (self.frames[0], self.frames[-1])
         return histogram_of(measure, [frame.cell_data[measure.name] for frame in ends], self.schedule)
 
-    def _reduced(self) -> Page:
-        """The page of the cells that are kept of a large mesh."""
-        best = next(measure.best for measure in self.measures if measure.name == self.worst_measure)
-        sign = 1.0 if best == "high" else -1.0
+    def _reduced(self, coarse_faces_wanted: int) -> tuple[Page, list[str]]:
+        """The page of the cells that are kept of a large mesh, and what it says of that."""
+        measure = next(measure for measure in self.measures if measure.name == self.worst_measure)
+        sign = 1.0 if measure.best == "high" else -1.0
         ends = (self.frames[0], self.frames[-1])
         rankings = [sign * np.asarray(frame.cell_data[self.worst_measure]) for frame in ends]
         kept = cells_to_show(self.cells, rankings, int(self.schedule.worst))
-        cells, places, nodes = drawn_part(self.cells, kept)
+        is_surface = self.cells.layers is None
+        left_out = self.cells.faces[~kept] if is_surface else np.empty((0, 4), dtype=np.int64)
+        coarse = coarse_faces(self.frames[0].points, left_out, coarse_faces_wanted)
+        curves = np.empty(0, dtype=np.int64) if self.features is None else self.features[0]
+        cells, places, nodes = drawn_part(self.cells, kept, coarse, curves)
         number = np.full(len(self.frames[0].points), -1)
         number[nodes] = np.arange(len(nodes))
         features = None
         if self.features is not None:
             features = number[self.features[0]], number[self.features[1]]
-        return replace(
+        page = replace(
             self,
             cells=cells,
             frames=[frame.part(places, nodes) for frame in self.frames],
             regions=None if self.regions is None else (self.regions[0][places], self.regions[1]),
             features=features,
         )
+        worst = f"the worst ones by {measure.title} and those around these"
+        held = f"The mesh has {cells.total:,} cells. This page has {cells.count:,} of them: "
+        if is_surface:
+            held += (
+                f"{worst}. In the place of the others it has {len(coarse):,} larger triangles, without values of cells."
+            )
+        else:
+            held += f"those at the boundary, {worst}."
+        return page, [f"{held} Histograms are of all."]
 
     def _mesh_contents(self, store: ArrayStore) -> dict[str, Any]:
         cells = self.cells

@@ -17,11 +17,14 @@ class PageSchedule(Schedule):
     ----------
     most_cells
         Cells up to which a page has all of them; of larger meshes it has the cells at the boundary, the worst ones and
-        those around them. At 200,000 hexahedra a page has about 20 MB, and a filter is applied in half a second.
+        those around them; of larger surfaces the worst ones and those around them, and a coarse surface in the place of
+        others. At 200,000 hexahedra a page has about 20 MB, and a filter is applied in half a second.
     most_inline
         The same for pages inside notebooks, which are stored in the notebook's file: at 50,000 they have about 5 MB.
     worst
         The worst cells of each frame that pages of larger meshes have: as many as anyone looks through.
+    coarse
+        Triangles of that coarse surface as a share of most_cells, or most_inline: 50,000 show the shape of a scan.
     most_frames
         Frames between the first and the last one: more are thinned out evenly.
     most_places
@@ -35,6 +38,7 @@ class PageSchedule(Schedule):
     most_cells: int = tuned(200_000)
     most_inline: int = tuned(50_000)
     worst: int = tuned(2000)
+    coarse: float = tuned(0.25, 0.0, 1.0)
     most_frames: int = tuned(60)
     most_places: int = tuned(2_000_000)
     bins: int = tuned(60, 1)

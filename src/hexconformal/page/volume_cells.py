@@ -43,8 +43,11 @@ def volume_cells(mesh: HexMesh | MixedMesh) -> Cells:
     )
 
 
-def drawn_part(cells: Cells, kept: Mask) -> tuple[Cells, Ints, Ints]:
-    """Some of the cells (m,), with the ids that they and their nodes had among all."""
+def drawn_part(cells: Cells, kept: Mask, coarse: Ints, curves: Ints) -> tuple[Cells, Ints, Ints]:
+    """Some of the cells (m,), with the ids that they and their nodes had among all.
+
+    Faces (k, 4) that stand for others come with them, and nodes of curves are kept.
+    """
     places = np.flatnonzero(kept)
     number = np.full(len(kept) + 1, -2)  # the last one stands for none
     number[places], number[-1] = np.arange(len(places)), -1
@@ -52,9 +55,11 @@ def drawn_part(cells: Cells, kept: Mask) -> tuple[Cells, Ints, Ints]:
     shown = (sides >= 0).any(axis=1)
     sides = sides[shown]
     sides = np.where(sides[:, :1] < 0, sides[:, ::-1], sides)  # the cell of the page first
-    faces = cells.faces[shown]
+    faces = np.concatenate([cells.faces[shown], coarse])
+    sides = np.concatenate([sides, np.full((len(coarse), 2), -2)])
     middles = None if cells.middles is None else cells.middles[shown]
-    nodes = np.unique(faces) if middles is None else np.union1d(faces, middles[middles >= 0])
+    of_middles = curves if middles is None else middles[middles >= 0]
+    nodes = np.unique(np.concatenate([faces.ravel(), of_middles.ravel(), curves.ravel()]))
     of_node = np.zeros(int(nodes.max(initial=0)) + 1, dtype=np.int64)
     of_node[nodes] = np.arange(len(nodes))
     part = Cells(

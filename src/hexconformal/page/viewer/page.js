@@ -111,7 +111,7 @@ export class Page {
     );
     const remark =
       contents.remarks.length > 0 ? h("div", { class: "remark banner" }, contents.remarks.join(" ")) : null;
-    this.place.append(...[...this.labels, this.legend.element, this.divider, this.card, remark].filter(Boolean));
+    this.place.append(...[...this.labels, this.legend.element, this.divider, remark, this.card].filter(Boolean));
     const body = h("div", { class: "body" }, h("div", { class: "middle" }, this.place, this.frameBar()), this.side);
     document.body.replaceChildren(head, body, this.helpPlace);
     this.keys = keysOf(mesh, store, this.actions());
@@ -212,6 +212,7 @@ export class Page {
       }
       view.curves.material.color.set(style.getPropertyValue("--ink").trim());
       view.corners.material.uniforms.ink.value.set(style.getPropertyValue("--ink").trim());
+      view.seams.material.color.set(style.getPropertyValue("--accent").trim());
       view.rim.material.color.set(style.getPropertyValue("--accent").trim());
     }
     if (folded) {

@@ -154,7 +154,8 @@ export class Mesh {
   }
 }
 
-function edgeKey(one, other) {
+/** A number for an edge, whichever of its nodes comes first. */
+export function edgeKey(one, other) {
   return Math.min(one, other) * 2 ** 26 + Math.max(one, other);
 }
 

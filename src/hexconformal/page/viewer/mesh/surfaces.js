@@ -2,6 +2,8 @@
 
 import { BufferAttribute, BufferGeometry } from "three";
 
+import { edgeKey } from "./mesh.js";
+
 const PARTS = 4; // of each side of a curved face
 const NONE = -1e30; // a value that is not there
 
@@ -51,6 +53,23 @@ export function interfaceFaces(mesh) {
   return { faces, owners };
 }
 
+/** Edges between regions of a surface, by their two nodes, one after the other. */
+export function interfaceEdges(mesh) {
+  const regionAt = new Map();
+  const edges = [];
+  for (let k = 0; k < mesh.faces.length; k += 1) {
+    const cell = mesh.sides[2 * (k >> 2)];
+    const one = mesh.faces[k];
+    const other = mesh.faces[(k & ~3) | ((k + 1) & 3)];
+    if (cell < 0 || one === other) continue;
+    const key = edgeKey(one, other);
+    const region = mesh.regions[cell];
+    if (!regionAt.has(key)) regionAt.set(key, region);
+    else if (regionAt.get(key) !== region) edges.push(one, other);
+  }
+  return edges;
+}
+
 /** Geometry of faces with a value at each vertex, that of their cell or, with place "point", of the node. */
 export function geometryOf(mesh, frame, { faces, owners }, place, value) {
   const isCurved = (face) => mesh.middles !== null && mesh.middles[5 * face] >= 0;
@@ -58,7 +77,7 @@ export function geometryOf(mesh, frame, { faces, owners }, place, value) {
   const target = new Target(mesh, frame, faces.length - curved, curved);
   const ofNodes = place === "point" && value !== null;
   for (let k = 0; k < faces.length; k += 1) {
-    const ofCell = ofNodes || value === null ? NONE : shown(value(owners[k]));
+    const ofCell = ofNodes || value === null || owners[k] < 0 ? NONE : shown(value(owners[k]));
     const valueOf = ofNodes && !lacksNode(mesh, faces[k], value) ? (node) => shown(value(node)) : () => ofCell;
     if (isCurved(faces[k])) target.addCurved(faces[k], owners[k], valueOf);
     else target.addFlat(faces[k], owners[k], valueOf);
@@ -81,6 +100,7 @@ function shown(x) {
 // Where the corners of a face lie: 0 or 255 from each of its sides.
 const QUAD_RIM = [0, 255, 0, 255, 255, 0, 0, 255, 255, 0, 255, 0, 0, 255, 255, 0];
 const TRIANGLE_RIM = [255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255];
+const NO_RIM = new Array(12).fill(255); // of triangles that are no cells, but stand for many
 
 class Target {
   constructor(mesh, frame, flat, curved) {
@@ -118,7 +138,7 @@ class Target {
     const { points } = this;
     const start = this.vertices;
     const isTriangle = faces[4 * face + 2] === faces[4 * face + 3];
-    this.rim.set(isTriangle ? TRIANGLE_RIM : QUAD_RIM, 4 * start);
+    this.rim.set(owner < 0 ? NO_RIM : isTriangle ? TRIANGLE_RIM : QUAD_RIM, 4 * start);
     for (let corner = 0; corner < (isTriangle ? 3 : 4); corner += 1) {
       const node = faces[4 * face + corner];
       this.vertex(points[3 * node], points[3 * node + 1], points[3 * node + 2], valueOf(node));

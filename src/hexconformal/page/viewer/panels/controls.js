@@ -259,7 +259,8 @@ export class Controls {
 export function countsText(mesh, views) {
   const total = mesh.count;
   const all = views.every((view) => view.count === total);
-  if (all) return `all ${short(total)} cells`;
+  const cells = mesh.contents.cells.total > total ? "cells that this page has" : "cells";
+  if (all) return `all ${short(total)} ${cells}`;
   const counts = [...new Set(views.map((view) => short(view.count)))];
-  return `${counts.join(" and ")} of ${short(total)} cells`;
+  return `${counts.join(" and ")} of ${short(total)} ${cells}`;
 }

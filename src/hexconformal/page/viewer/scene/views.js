@@ -8,7 +8,7 @@ import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js
 import { valuesOf } from "../mesh/colouring.js";
 import { drawnCells, showsAll } from "../mesh/filters.js";
 import { faceMaterial, pointMaterial } from "./materials.js";
-import { facesOfDrawn, geometryOf, interfaceFaces, skinFaces } from "../mesh/surfaces.js";
+import { facesOfDrawn, geometryOf, interfaceEdges, interfaceFaces, skinFaces } from "../mesh/surfaces.js";
 
 const SEGMENTS = 6; // of a curved edge
 
@@ -22,13 +22,14 @@ export class View {
     this.between.renderOrder = 1;
     this.ghost.renderOrder = 2;
     this.curves = lines(2.4);
+    this.seams = lines(3.2);
     this.corners = new Points(new BufferGeometry(), pointMaterial(8));
     this.rim = lines(3);
     this.rim.material.depthTest = false;
     this.rim.renderOrder = 3;
     this.features = new Group();
     this.features.add(this.curves, this.corners);
-    this.scene.add(this.faces, this.ghost, this.between, this.features, this.rim);
+    this.scene.add(this.faces, this.ghost, this.between, this.features, this.seams, this.rim);
     this.skin = skinFaces(mesh);
     this.interfaces = interfaceFaces(mesh);
     this.built = {};
@@ -54,6 +55,8 @@ export class View {
     if (this.between.visible) {
       this.once("between", moved, () => put(this.between, geometryOf(mesh, frame, this.interfaces, "", null)));
     }
+    this.seams.visible = state.interfaces && mesh.layers === null;
+    if (this.seams.visible) this.once("seams", moved, () => this.buildSeams());
     this.features.visible = state.features && mesh.featureEdges !== null;
     if (this.features.visible) this.once("features", moved, () => this.buildFeatures());
     this.rim.visible = state.focus >= 0;
@@ -72,7 +75,7 @@ export class View {
   setPixels(ratio, width, height, turning) {
     this.ghost.material.uniforms.edges.value = turning ? 0 : 0.5;
     this.corners.material.uniforms.size.value = 8 * ratio;
-    for (const drawing of [this.curves, this.rim]) drawing.material.resolution.set(width, height);
+    for (const drawing of [this.curves, this.seams, this.rim]) drawing.material.resolution.set(width, height);
     for (const part of [this.faces, this.ghost, this.between]) part.material.uniforms.width.value = ratio;
   }
 
@@ -81,11 +84,21 @@ export class View {
     return [0, 1, 2].map((axis) => this.frame.points[3 * node + axis] - middle[axis]);
   }
 
+  /** Curves between the regions of a surface. */
+  buildSeams() {
+    this.edgesBetween ??= interfaceEdges(this.mesh);
+    this.setEdges(this.seams, this.edgesBetween);
+  }
+
+  setEdges(drawing, edges) {
+    const places = [];
+    for (let k = 0; k < edges.length; k += 2) this.addEdge(places, edges[k], edges[k + 1]);
+    setLines(drawing, places);
+  }
+
   buildFeatures() {
     const { featureEdges, featureCorners } = this.mesh;
-    const places = [];
-    for (let k = 0; k < featureEdges.length; k += 2) this.addEdge(places, featureEdges[k], featureEdges[k + 1]);
-    setLines(this.curves, places);
+    this.setEdges(this.curves, featureEdges);
     const corners = new Float32Array(Array.from(featureCorners, (node) => this.place(node)).flat());
     this.corners.geometry.dispose();
     this.corners.geometry = new BufferGeometry();
