@@ -189,6 +189,24 @@ def test_keys(page):
     assert page.ask("page.stage.direction().toArray()") == pytest.approx([0, 0, 1], abs=1e-6)
 
 
+def test_keys_turn_the_mesh(page):
+    page.tab.keyboard.press("z")
+    page.rest()
+    far = page.ask("page.stage.camera.position.length()")
+    for key, towards in (("ArrowRight", [-1, 0]), ("ArrowLeft", [0, 0]), ("ArrowUp", [0, -1]), ("ArrowDown", [0, 0])):
+        page.tab.keyboard.press(key)
+        page.rest()
+        tilted = np.array([*np.multiply(towards, np.sin(np.pi / 18)), np.cos(np.pi / 18 * np.abs(towards).sum())])
+        np.testing.assert_allclose(page.ask("page.stage.direction().toArray()"), tilted, atol=1e-6)
+    page.tab.keyboard.press("+")
+    assert page.ask("page.stage.camera.position.length()") == pytest.approx(0.8 * far, rel=1e-6)
+    page.tab.keyboard.press("f")
+    page.tab.keyboard.press(",")
+    assert page.ask("page.store.state.frame") == page.ask("page.mesh.frames.length - 2")
+    page.tab.keyboard.press(".")
+    page.rest()
+
+
 def test_a_picture_is_saved(page):
     with page.tab.expect_download() as saving:
         page.tab.keyboard.press("p")

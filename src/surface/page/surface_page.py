@@ -99,7 +99,7 @@ def surface_page(
     measures = [one for one in _MEASURES if one.name in outer[0].cell_data]
     return Page(
         title or _title(mesh),
-        ", ".join(f"{count} {name}s" for count, name in kinds if count),
+        ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in kinds if count),
         cells,
         [outer[0], *frames, *outer[1:]],
         measures,

@@ -142,6 +142,7 @@ export class Page {
       play: () => this.play(),
       along: (key) => this.stage.along(key.toLowerCase(), key === key.toLowerCase() ? 1 : -1),
       fit: () => this.stage.fit(),
+      turn: (...how) => this.stage.turn(...how),
       worst: () => this.flyToWorst(),
       nextColouring: () => {
         const at = this.all.findIndex((one) => one.key === store.state.colouring);
@@ -205,15 +206,7 @@ export class Page {
       uniforms.range.value.set(...range);
       uniforms.marksFolded.value = folded ? 1 : 0;
       uniforms.edges.value = state.edges ? 0.62 : 0;
-      uniforms.plain.value.set(style.getPropertyValue("--plain").trim());
-      for (const part of [view.ghost, view.between]) {
-        part.material.uniforms.plain.value.set(style.getPropertyValue("--ghost").trim());
-        part.material.uniforms.ink.value.set(style.getPropertyValue("--ink").trim());
-      }
-      view.curves.material.color.set(style.getPropertyValue("--ink").trim());
-      view.corners.material.uniforms.ink.value.set(style.getPropertyValue("--ink").trim());
-      view.seams.material.color.set(style.getPropertyValue("--accent").trim());
-      view.rim.material.color.set(style.getPropertyValue("--accent").trim());
+      view.paint((name) => style.getPropertyValue(name).trim());
     }
     if (folded) {
       for (const frame of [mesh.first, this.frame])

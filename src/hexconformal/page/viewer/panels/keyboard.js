@@ -3,6 +3,10 @@
 import { ALL_CELLS } from "../choices.js";
 import { h } from "../dom.js";
 
+const ANGLE = Math.PI / 18;
+// The way the camera goes: the mesh turns the other way, that of the arrow.
+const TURNS = { ArrowLeft: [ANGLE, 0], ArrowRight: [-ANGLE, 0], ArrowUp: [0, -ANGLE], ArrowDown: [0, ANGLE] };
+
 /** [keys, what they do, action] */
 export function keysOf(mesh, store, actions) {
   const toggle = (name) => () => store.set({ [name]: !store.state[name] });
@@ -18,8 +22,8 @@ export function keysOf(mesh, store, actions) {
   const frames =
     mesh.frames.length > 2
       ? [
-          [["ArrowRight"], "next frame", () => actions.stepFrame(1)],
-          [["ArrowLeft"], "frame before", () => actions.stepFrame(-1)],
+          [["."], "next frame", () => actions.stepFrame(1)],
+          [[","], "frame before", () => actions.stepFrame(-1)],
           [[" "], "play", actions.play],
         ]
       : [];
@@ -34,6 +38,8 @@ export function keysOf(mesh, store, actions) {
   return [
     ...layouts,
     [["x", "y", "z"], "look along an axis; with shift from the other side", (event) => actions.along(event.key)],
+    [["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], "turn", (event) => actions.turn(...TURNS[event.key])],
+    [["+", "-"], "closer, farther", (event) => actions.turn(0, 0, event.key === "+" ? 0.8 : 1.25)],
     [["f"], "fit", actions.fit],
     ...frames,
     ...volume,
@@ -57,6 +63,7 @@ export function listen(keys) {
     const typing = target.matches?.("input[type=text], select, textarea");
     const sliding = target.matches?.("input[type=range]") && event.key.startsWith("Arrow");
     const pressing = target.matches?.("button, input[type=checkbox]") && event.key === " ";
+    if (event.key === "Escape") target.blur?.(); // arrows turn the mesh again
     if (typing || sliding || pressing) return;
     const found = keys.find(([names]) => names.includes(event.key) || names.includes(event.key.toLowerCase()));
     if (!found) return;
@@ -65,7 +72,7 @@ export function listen(keys) {
   });
 }
 
-const WORDS = { ArrowRight: "→", ArrowLeft: "←", " ": "space", Escape: "Esc" };
+const WORDS = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", " ": "space", Escape: "Esc" };
 
 export function help(keys, close) {
   const rows = keys.map(([names, text]) =>

@@ -154,6 +154,19 @@ export class Stage {
     this.fit(direction, UPWARDS[axis]);
   }
 
+  /** Turn by angles to the right and upwards, as seen, and go so many times as far away. */
+  turn(right, upwards, farther = 1) {
+    const { position, up, matrixWorld } = this.camera;
+    const { target } = this.controls;
+    const offset = position.clone().sub(target).multiplyScalar(farther);
+    const across = new Vector3().setFromMatrixColumn(matrixWorld, 0);
+    const upright = new Vector3().setFromMatrixColumn(matrixWorld, 1);
+    for (const turned of [offset, up]) turned.applyAxisAngle(upright, right).applyAxisAngle(across, -upwards);
+    position.copy(target).add(offset);
+    this.camera.lookAt(target);
+    this.ask();
+  }
+
   direction() {
     return this.camera.position.clone().sub(this.controls.target).normalize();
   }

@@ -71,6 +71,18 @@ export class View {
     this.built[name] = true;
   }
 
+  /** Take the colours that the page has by name. */
+  paint(colour) {
+    this.faces.material.uniforms.plain.value.set(colour("--plain"));
+    for (const part of [this.ghost, this.between]) {
+      part.material.uniforms.plain.value.set(colour("--ghost"));
+      part.material.uniforms.ink.value.set(colour("--ink"));
+    }
+    this.corners.material.uniforms.ink.value.set(colour("--ink"));
+    this.curves.material.color.set(colour("--ink"));
+    for (const drawing of [this.seams, this.rim]) drawing.material.color.set(colour("--accent"));
+  }
+
   /** The samples per pixel, and the size of the picture: lines and points are as thick on the screen. */
   setPixels(ratio, width, height, turning) {
     this.ghost.material.uniforms.edges.value = turning ? 0 : 0.5;
