@@ -105,7 +105,7 @@ def _check_order(mesh: MixedMesh, faces: FaceTable) -> list[Finding]:
     for block in mesh.blocks:
         ids = block.places[mirrored[block.places]]
         if len(ids):
-            text = f"{block.cell_type.plural} whose nodes are in the reverse order (negative volume)"
+            text = f"{block.cell_type.plural} whose nodes are in the reverse order of their neighbours'"
             text = f"{text}: {first_ids(ids, mesh.cell_labels)}; orient() turns them round"
             found.append(error("mirrored", ids, text))
     return found

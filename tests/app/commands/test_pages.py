@@ -56,10 +56,11 @@ def test_remesh_has_the_frames_of_its_series(tmp_path, monkeypatch):
     assert "conformality" in page.contents["frames"][2]["cell_arrays"]
 
 
-def test_flow_has_energy_and_angles_at_the_steps_of_the_frames(tmp_path, monkeypatch):
+def test_flow_has_energy_and_angles_at_the_steps_of_the_frames(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     pv.Icosphere(nsub=1).scale([1.0, 1.3, 1.8]).save("egg.ply")
-    assert run("flow egg.ply run --conserve volume --remesh --steps 6 --every 2 --html run/flow.html --quiet") == 0
+    assert run("flow egg.ply run --conserve volume --remesh --steps 6 --every 2 --html run/flow.html") == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("last.vtu, run/flow.html")
     page = page_of(tmp_path / "run" / "flow.html")
     assert [frame["position"] for frame in page.contents["frames"]] == [0, 2, 4, 6]
     series = frames(tmp_path / "run" / "run.pvd")
@@ -73,14 +74,15 @@ def test_flow_has_energy_and_angles_at_the_steps_of_the_frames(tmp_path, monkeyp
     assert "reached steps = 6" in page.contents["report"]["text"]
 
 
-def test_move_has_the_frames_of_its_steps(tmp_path, monkeypatch):
+def test_move_has_the_frames_of_its_steps(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     points, cells = generate.box((3, 3, 3))
     hc.write("box.vtu", hc.HexMesh(points, cells))
     moving = np.flatnonzero(points[:, 2] == 0.0)
     rows = [f"{t},{node},0,0,{-0.1 * t}" for t in (1, 2) for node in moving]
     (tmp_path / "motion.csv").write_text("\n".join(["time,node,dx,dy,dz", *rows]))
-    assert run("move box.vtu run --motion motion.csv --html run/motion.html --quiet") == 0
+    assert run("move box.vtu run --motion motion.csv --html run/motion.html") == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("last.vtu, run/motion.html")
     page = page_of(tmp_path / "run" / "motion.html")
     assert [frame["name"] for frame in page.contents["frames"]] == ["t = 0", "t = 1", "t = 2"]
     assert page.frame(2)[0][moving[0], 2] == pytest.approx(-0.2)
@@ -140,6 +142,27 @@ def test_a_history_that_is_not_there_is_told(tmp_path, monkeypatch, capsys):
     assert run("regularize part.vtu better.vtu --frames run.pvd --max-iterations 1 --quiet") == 0
     assert run("view run.pvd --history run.csv --no-browser") == 1
     assert error_line(capsys) == "error: run.csv does not exist\n"
+    (tmp_path / "run.csv").write_text("x,y\n1,2\n")
+    assert run("view run.pvd --history run.csv --no-browser") == 1
+    assert "cannot read run.csv: it is no history of a run" in error_line(capsys)
+    assert run("view run.pvd --history better.vtu --no-browser") == 1
+    assert "cannot read better.vtu: " in error_line(capsys)
+
+
+def test_what_does_not_go_together_is_told(here, capsys):
+    assert run("view part.vtu --history run.csv --no-browser") == 2
+    assert "--history goes with a series (.pvd), not with part.vtu" in error_line(capsys)
+    assert run("view run.pvd part.vtu --no-browser") == 2
+    assert "a series is shown alone: leave part.vtu out" in error_line(capsys)
+
+
+def test_a_history_that_is_cut_off_has_the_columns_that_are_whole(tmp_path):
+    from hexconformal.app.commands.results.pages import _columns
+
+    (tmp_path / "run.csv").write_text("step,energy,angle\n0,1.5,30\n1,1.25\n")
+    found = _columns(tmp_path / "run.csv")
+    assert list(found) == ["step", "energy"]
+    assert found["energy"].tolist() == [1.5, 1.25]
 
 
 def test_commands_that_write_no_page_do_not_load_what_makes_one():

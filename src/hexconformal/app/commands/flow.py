@@ -122,7 +122,8 @@ def run(arguments: Namespace) -> int:
         if evolution.history:
             print_line(str(evolution.history[-1]))
         print_line("interrupted" if stopped else evolution.reason)
-        print_line(f"wrote {folder.frames}, {folder.history.name}, {folder.plot.name}, {folder.last.name}")
+        names = [folder.history.name, folder.plot.name, folder.last.name]
+        print_line(f"wrote {', '.join([str(folder.frames), *names, *filter(None, [arguments.html])])}")
     if stopped is not None:
         print_line(f"interrupted at step {evolution.step}: --resume goes on from there", error=True)
         return 130

@@ -149,7 +149,8 @@ def _move(arguments: Namespace, comm: Any = None) -> int:
     if speaks and not arguments.quiet:
         for line in [*(f"note: {note}" for note in motion.notes), *last]:
             print_line(line)
-        print_line(f"wrote {folder.frames}, {folder.history.name}, {folder.last.name}")
+        names = [folder.history.name, folder.last.name]
+        print_line(f"wrote {', '.join([str(folder.frames), *names, *filter(None, [arguments.html])])}")
     if stopped is not None:
         if speaks:
             print_line(f"interrupted after step {motion_run.step}: --resume goes on from there", error=True)

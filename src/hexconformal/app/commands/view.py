@@ -7,7 +7,7 @@ import webbrowser
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ...common import MeshError, ReadError, check_writable, unusable_points
+from ...common import MeshError, OptionError, ReadError, check_writable, unusable_points
 from ...page import Page, ReportText
 from ...runs import frames_listed
 from ..progress import Progress
@@ -47,6 +47,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Write the page of a mesh, or of a series, and open it."""
     given = Path(arguments.input)
+    is_series = given.suffix.lower() == _SERIES
+    if arguments.history is not None and not is_series:
+        raise OptionError(f"--history goes with a series ({_SERIES}), not with {given}")
+    if arguments.after is not None and is_series:
+        raise OptionError(f"a series is shown alone: leave {arguments.after} out")
     inputs = named_inputs(arguments.input)
     if arguments.after is not None:
         inputs |= {Path(arguments.after): "the mesh beside the input"}
@@ -58,7 +63,7 @@ def run(arguments: Namespace) -> int:
     check_writable(target)
     with Progress() as progress:
         progress.show(f"reading {given}")
-        page = _page_of_series(arguments) if given.suffix.lower() == _SERIES else _page_of_mesh(arguments)
+        page = _page_of_series(arguments) if is_series else _page_of_mesh(arguments)
         progress.show(f"writing {target}")
         page.write(target)
     opened = not arguments.no_browser and webbrowser.open(target.resolve().as_uri())

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....common import ReadError, reading
 from ....page import Page, PageSchedule, SeriesReader, series_page, thinned
 from ....runs import frames_listed
 from ..kinds import MeshKind
@@ -70,12 +71,14 @@ def _iteration(time: float) -> str:
 
 def _columns(history: Path) -> Columns:
     """Columns of numbers of a history."""
-    with open(history, newline="", encoding="utf-8") as file:
+    with reading(history, (history.suffix.lower(),)), open(history, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
+        if rows and not {"iteration", "step"} & set(rows[0]):
+            raise ReadError("it is no history of a run: it has no column 'iteration' or 'step'")
     found = {}
     for name in rows[0] if rows else ():
         try:
             found[name] = np.array([float(row[name]) for row in rows])
-        except ValueError:
-            continue  # words, such as the phase of an iteration
+        except (TypeError, ValueError):
+            continue  # words, such as the phase of an iteration, or a row that is cut off
     return found
