@@ -215,6 +215,16 @@ def test_a_picture_is_saved(page):
     assert 0.1 < (np.ptp(picture[: picture.shape[0] // 2, :, :3], axis=2) > 0.25).mean() < 0.9
 
 
+@pytest.mark.parametrize(("width", "height"), [(420, 700), (760, 500)])
+def test_the_mesh_is_in_sight_in_narrow_windows(started, run, width, height):
+    opened = Opened(started, run / "report.html", width=width, height=height).ready().rest()
+    fitting = "page.stage.distanceToFit(page.stage.direction(), page.stage.camera.up)"
+    assert opened.ask("page.stage.camera.position.length()") == pytest.approx(opened.ask(fitting))
+    opened.tab.set_viewport_size({"width": 1000, "height": 600})
+    opened.rest()
+    assert opened.ask("page.stage.camera.position.length()") == pytest.approx(opened.ask(fitting))
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_mesh_is_seen_in_light_and_dark(started, run, scheme):

@@ -54,14 +54,8 @@ export class Stage {
 
   /** Show parts: [{view, from, to, share}], a share of the width each, of a picture as wide as `share` of the canvas. */
   show(parts) {
-    const distance = this.distanceToFit(this.direction(), this.camera.up);
     this.parts = parts;
     this.setAspect();
-    // In a narrower part the mesh is seen from farther away.
-    const factor = this.distanceToFit(this.direction(), this.camera.up) / distance;
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    this.camera.position.copy(this.controls.target).addScaledVector(offset, factor);
-    this.ask();
   }
 
   resize() {
@@ -70,14 +64,19 @@ export class Stage {
     this.sampled = null;
     this.controls.handleResize();
     this.setAspect();
-    this.ask();
   }
 
+  /** Take the shape of a part; in a narrower one the mesh is seen from farther away. */
   setAspect() {
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     const share = this.parts.length > 0 ? this.parts[0].share : 1;
+    const distance = this.distanceToFit(this.direction(), this.camera.up);
     this.camera.aspect = (clientWidth * share) / clientHeight;
     this.camera.updateProjectionMatrix();
+    const factor = this.distanceToFit(this.direction(), this.camera.up) / distance;
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    this.camera.position.copy(this.controls.target).addScaledVector(offset, factor);
+    this.ask();
   }
 
   step(time) {
