@@ -286,6 +286,11 @@ def test_what_stands_for_cells_of_a_large_surface_is_no_cell(started, tmp_path):
     assert set(shown()[1]) == {-2, *range(count)}
     opened.set("{threshold: 0.0}")
     assert len(shown()[1]) == 0
+    opened.set("{threshold: null}")
+    opened.tab.keyboard.press("w")
+    around = opened.ask("[...page.mesh.neighbours(page.store.state.focus)]")
+    assert sorted(set(shown()[1])) == sorted(around)
+    assert len(around) > 5
     assert opened.complaints == []
 
 

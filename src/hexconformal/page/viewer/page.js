@@ -293,9 +293,10 @@ export class Page {
     this.showCard(cell, frame);
   }
 
-  /** A cell with those around it that do not hide it. */
+  /** A cell with those around it that do not hide it: of a surface none does. */
   nestOf(cell) {
     const { centres } = this.mesh;
+    if (this.mesh.layers === null) return this.mesh.neighbours(cell);
     const towards = this.stage.direction().toArray();
     const height = (one) => towards.reduce((sum, x, axis) => sum + x * centres[3 * one + axis], 0);
     const nest = [...this.mesh.neighbours(cell)].filter((other) => other === cell || height(other) < height(cell));
