@@ -6,7 +6,7 @@
 
 Takes every mesh of hexahedra, or, where some are called ``<name>_input.*``, those; others are told. ``--reference``
 holds results of others, ``<name>_published.*`` or ``<name>.*``, with the same cells; ``--match`` lets the surface move
-as far as theirs did, at least 0.005. ``--peers`` names the Python in which mfem, gmsh, vtk are installed (see peers.py).
+as far as theirs did, at least 0.005. ``--peers`` names the Python with mfem, gmsh and vtk (see peers.py).
 
 Each run is a process of its own with a limit on CPU seconds. All results are measured in the same way, by this program:
 

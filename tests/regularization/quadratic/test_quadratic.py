@@ -143,6 +143,7 @@ def test_what_cannot_be_unfolded_comes_back_as_it_was():
     result = hc.regularize(mesh.replaced(points), boundary="fixed")
     assert not result.converged
     assert "no way was found to unfold them as the boundary stays" in result.report.reason
+    assert any("no valid mesh has these nodes where they are held: " in note for note in result.report.notes)
     before, after = hc.quality(mesh.replaced(points)), hc.quality(result.mesh)
     assert not (before.valid & ~after.valid).any()
     np.testing.assert_array_equal(result.points[~inside], points[~inside])
