@@ -51,4 +51,5 @@ def test_faces_that_are_held_turned_over_are_told():
     node = int(np.flatnonzero(floor & (np.abs(points[:, :2] - 0.5).max(axis=1) < 1e-9))[0])
     points[node, 0] = 0.8  # beyond the next one
     notes = hc.regularize((points, cells), boundary="fixed").report.notes
-    assert f"no valid mesh has these nodes where they are held: 1 (ids {node}); faces there are turned over" in notes
+    ids = f"{node}, {node + 1}"
+    assert f"no valid mesh has these nodes where they are held: 2 (ids {ids}); faces there are turned over" in notes
