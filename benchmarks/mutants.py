@@ -541,7 +541,6 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("closest = pieces.closest(own, near)", "closest = whole.closest(own)"),
             ("            for side in turns:", "            for side in turns[:1]:"),
             ("lost = first.valid & poor", "lost = first.valid & ~now.valid"),
-            ("    points[corners] = straight.points[corners]", "    pass"),
             ("start = _at(straight.points, goal,", "start = _at(straight.points, straight.points,"),
             ("goals.append(behind())", "goals.append(goal)"),
             ("np.maximum.at(tried, cells, tries[:, None])", "tried[cells] = tries[:, None]"),
