@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 
 from ..elements import (
@@ -165,7 +164,9 @@ def _without_room(edges: NDArray[np.int64], normals: NDArray[np.float64]) -> NDA
 
 def _have_room(normals: NDArray[np.float64]) -> bool:
     """Whether a vector w with components of at most 1 has n . w > 0 for all normals (k, 3)."""
+    from scipy.optimize import linprog  # takes as long to load as all else together
+
     system = np.column_stack([-normals, np.ones(len(normals))])
     bounds = [(-1.0, 1.0)] * 3 + [(None, 1.0)]
-    found = scipy.optimize.linprog([0.0, 0.0, 0.0, -1.0], A_ub=system, b_ub=np.zeros(len(normals)), bounds=bounds)
+    found = linprog([0.0, 0.0, 0.0, -1.0], A_ub=system, b_ub=np.zeros(len(normals)), bounds=bounds)
     return bool(np.asarray(found.x)[3] > _ROOM)
