@@ -144,6 +144,30 @@ def test_med_has_the_order_of_its_manual(name, tmp_path):
     assert np.linalg.det(x[nodes[edges]] - x[nodes[0]]) < 0.0  # mirrored, seen from VTK
 
 
+@pytest.mark.parametrize("name", [*MANUALS["med"], "tetra10"])
+def test_arrays_on_cells_of_second_order_come_back_from_med(name, tmp_path):
+    grid = grid_of(name, straight(name))
+    mesh = hc.as_volume_mesh(grid, linearize=True).replaced(cell_data={"heat": [7.5]}, point_data={"x": grid.points})
+    io.write(tmp_path / "a.med", mesh)
+    again = hc.as_volume_mesh(tmp_path / "a.med", linearize=True)
+    assert again.cell_data["heat"].tolist() == [7.5]
+    # Into the file that it is from, with an array more.
+    io.write(tmp_path / "b.med", again.replaced(2.0 * again.points, cell_data={"cold": [2.5]}))
+    last = hc.as_volume_mesh(tmp_path / "b.med", linearize=True)
+    assert (last.cell_data["heat"].tolist(), last.cell_data["cold"].tolist()) == ([7.5], [2.5])
+    np.testing.assert_allclose(last.point_data["x"], grid.points, atol=1e-12)
+    np.testing.assert_allclose(last.points, 2.0 * grid.points, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["tetra", "wedge", "pyramid"])
+def test_arrays_on_linear_cells_without_hexahedra_come_back_from_med(name, tmp_path):
+    corners = CELL_TYPES[name].ideal
+    io.write(tmp_path / "a.med", hc.as_volume_mesh((corners, {name: [range(len(corners))]})))
+    mesh = hc.as_volume_mesh(tmp_path / "a.med")
+    io.write(tmp_path / "b.med", mesh.replaced(cell_data={"cold": [2.5]}))
+    assert hc.as_volume_mesh(tmp_path / "b.med").cell_data["cold"].tolist() == [2.5]
+
+
 def test_solids_of_nastran_with_more_nodes_than_any_type_are_refused(tmp_path):
     grids = "".join(f"GRID,{k},,{k}.,{k % 3}.,{k % 5}.\n" for k in range(1, 28))
     cards = [f"CHEXA,7,1,{','.join(map(str, range(1, 7)))},+"]

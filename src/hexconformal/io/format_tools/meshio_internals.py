@@ -31,7 +31,13 @@ UNKNOWN_SOLIDS = ("wedge15", "pyramid13")
 
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
-    ("meshio.med._med", "read"): {"_read_families": ("fas_data",), "Mesh": None, "med_to_meshio_type": None},
+    ("meshio.med._med", "read"): {
+        "_read_families": ("fas_data",),
+        "_read_data": ("fields", "profiles", "cell_types", "point_data", "cell_data", "field_data"),
+        "Mesh": None,
+        "med_to_meshio_type": None,
+    },
+    ("meshio.med._med", "_read_data"): {"med_to_meshio_type": None},
     ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags"), "meshio_to_med_type": None},
 }
 
@@ -84,7 +90,9 @@ def med_reader(read_families: Callable[[Any], dict[int, list[str]]], make_mesh: 
     import meshio
 
     types = {code: name for name, code in _med_types().items()}
-    return with_globals(meshio.med.read, _read_families=read_families, Mesh=make_mesh, med_to_meshio_type=types)
+    read_data = with_globals(import_module("meshio.med._med")._read_data, med_to_meshio_type=types)
+    names = {"_read_families": read_families, "_read_data": read_data, "Mesh": make_mesh, "med_to_meshio_type": types}
+    return with_globals(meshio.med.read, **names)
 
 
 def med_writer(write_families: Callable[[Any, dict[int, list[str]]], None]) -> Any:
