@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import pyvista as pv
 from meshes.quadratic_cells import curved_cylinder
 
 import hexconformal as hc
@@ -75,6 +76,25 @@ def test_kinds_of_faces_inside_are_those_of_their_parts():
     directions[node] = 1.0
     np.testing.assert_allclose(boundary.admissible.project(directions)[node], [0, 0, 1], atol=1e-12)
     assert len(where) == 1
+
+
+def test_tags_of_quadrilaterals_are_those_of_all_their_parts():
+    points, cells = box((4, 2, 1))
+    quads, _ = boundary_quads(cells)
+    lid = quads[(points[quads][:, :, 2] == 1.0).all(axis=1)]
+    hexahedra, flat = np.insert(cells, 0, 8, axis=1).ravel(), np.insert(lid, 0, 4, axis=1).ravel()
+    types = np.repeat(np.array([12, 9], np.uint8), [len(cells), len(lid)])
+    grid = pv.UnstructuredGrid(np.concatenate([hexahedra, flat]), types, points)
+    grid.cell_data["tag"] = [*np.zeros(len(cells), int), *np.where(points[lid].mean(axis=1)[:, 0] > 0.5, 2, 1)]
+    mesh = hc.elevated(hc.as_hex_mesh(grid), 20)
+    boundary = boundary_of(mesh)
+    directions = boundary.admissible.project(np.ones_like(mesh.points))
+    on_lid = (mesh.points[:, 2] == 1.0) & (np.abs(mesh.points[:, 0] - 0.5) < 0.4) & (mesh.points[:, 1] % 1.0 > 0.1)
+    between = on_lid & (np.abs(mesh.points[:, 0] - 0.5) < 1e-9)
+    assert between.sum() == 3
+    np.testing.assert_allclose(directions[between], np.tile([0.0, 1.0, 0.0], (3, 1)), atol=1e-12)
+    others = on_lid & ~between
+    np.testing.assert_allclose(directions[others], np.tile([1.0, 1.0, 0.0], (others.sum(), 1)), atol=1e-12)
 
 
 def test_the_bound_is_less_what_parts_are_off():
