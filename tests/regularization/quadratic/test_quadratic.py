@@ -318,3 +318,16 @@ def test_the_best_of_what_raising_comes_to_is_kept(monkeypatch):
     )
     list(run)
     np.testing.assert_allclose(run.points, mesh.points + 0.9 * (exact - mesh.points), atol=1e-14)
+
+
+def test_points_with_a_worse_cell_than_there_was_are_none_to_stop_at(monkeypatch):
+    mesh, _ = tangled(20, 0.05)
+    exact = hc.elevated(hc.generate.box((3, 3, 3)), 20).points
+    run = QuadraticRegularization(mesh, hc.Options(boundary="fixed"))
+    trial = run._setting.start - 0.3 * (exact - mesh.points) / run._setting.unit
+    monkeypatch.setattr(quadratic_run, "minimize_distortion", lambda *arguments: iter([Iteration("lbfgs", trial)]))
+    monkeypatch.setattr(quadratic_run, "raise_worst", lambda *arguments: iter([]))
+    for record in run:
+        if record.phase == "lbfgs":
+            break
+    np.testing.assert_array_equal(run.points, mesh.points)
