@@ -163,10 +163,10 @@ def test_decks_are_read_as_loosely_as_calculix_reads_them(tmp_path):
     mesh = io.read(tmp_path / "a.inp", other_cells="keep")
     np.testing.assert_array_equal(mesh.points[mesh.cells[0]], block(1)[0][block(1)[1][0]])
     source = mesh.origin.source
-    assert source.cells[1].type == "wedge"
-    assert source.cells[1].data.tolist() == [[1, 8, 2, 5, 9, 6]]
+    assert source.cells[1].type == "wedge15"
+    assert source.cells[1].data.tolist() == [[1, 8, 2, 5, 9, 6] * 2 + [1, 8, 2]]
     assert [part.tolist() for part in source.cell_sets["all"]] == [[], [0]]
-    assert any("C3D15 are taken by their corners" in note for note in mesh.notes)
+    assert any("nodes held: 1 wedge15" in note for note in mesh.notes)
     moved = mesh.replaced(points=mesh.points / 3)
     assert io.write(tmp_path / "b.inp", moved) == []
     np.testing.assert_array_equal(io.read(tmp_path / "b.inp", other_cells="keep").points, moved.points)

@@ -60,6 +60,21 @@ def test_no_type_gets_worse(seed):
     assert min(after.values()) > min(before.values()) + 0.02
 
 
+def test_perfect_cells_of_one_type_do_not_keep_the_others_as_they_are():
+    mesh = mixed_block(3)
+    perfect = np.zeros(len(mesh.points), dtype=bool)
+    for block in mesh.blocks:
+        if block.cell_type.name == "hexahedron":
+            perfect[block.cells] = True
+    shaken = jittered_inside(mesh, 0.15).points
+    mesh = mesh.replaced(np.where(perfect[:, None], mesh.points, shaken))
+    before, after = minima(mesh), minima(hc.regularize(mesh).mesh)
+    assert before["hexahedron"] == 1.0
+    assert after["hexahedron"] > 1.0 - 1e-6
+    assert after["tetra"] > before["tetra"] + 0.2
+    assert all(after[name] >= before[name] - 1e-6 for name in NAMES)
+
+
 def test_tetrahedra_alone():
     mesh = jittered_inside(cut_block(5), 0.45, seed=4)
     assert hc.quality(mesh).summary().invalid > 0

@@ -43,3 +43,13 @@ def test_where_the_boundary_must_come_back_it_is_held_while_what_is_inside_is_un
     assert not folded_cells(formulation, instead.points).any()
     quads = setting.normalized.quads
     np.testing.assert_array_equal(instead.points[quads], start[quads])
+
+
+def test_faces_that_are_held_turned_over_are_told():
+    points, cells = hc.generate.box((4, 4, 2))
+    floor = points[:, 2] == 0
+    node = int(np.flatnonzero(floor & (np.abs(points[:, :2] - 0.5).max(axis=1) < 1e-9))[0])
+    points[node, 0] = 0.8  # beyond the next one
+    notes = hc.regularize((points, cells), boundary="fixed").report.notes
+    ids = f"{node}, {node + 1}"
+    assert f"no valid mesh has these nodes where they are held: 2 (ids {ids}); faces there are turned over" in notes

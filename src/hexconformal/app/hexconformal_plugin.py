@@ -181,7 +181,7 @@ class HexahedraQuality(_Filter):
         _Filter.__init__(self, "vtkUnstructuredGrid", linearize=False)
 
     @smproperty.intvector(name="Linearize", default_values=0, number_of_elements=1)
-    @_help("Measure hexahedra with 20 or 27 nodes by their corners, and straighten them.", _BOOLEAN)
+    @_help("Measure cells of second order by their corners, and straighten them.", _BOOLEAN)
     def SetLinearize(self, value: int) -> None:
         self.set_option("linearize", bool(value))
 

@@ -163,7 +163,14 @@ class Formulation:
 
     def spoils_a_type(self, points: Field) -> bool:
         """True where the worst cell of a type is worse than its least."""
-        return bool(len(self.least)) and bool((corner_scaled_jacobian(points, self.cells) < self.least - LEVEL).any())
+        return bool(self.of_spoiled_types(points).any())
+
+    def of_spoiled_types(self, points: Field) -> Mask:
+        """(m,) cells of the types whose worst cell is worse than its least."""
+        if len(self.least) == 0:
+            return np.zeros(len(self.cells), dtype=bool)
+        worse = corner_scaled_jacobian(points, self.cells) < self.least - LEVEL
+        return np.isin(self.least, self.least[worse])
 
     def spoiled(self, valid: ValidCells, weights: CornerWeights | None = None) -> Callable[[Field], Mask]:
         """What tells nodes (n,) of cells that are folded, invalid though they must not be, or worse than is allowed."""

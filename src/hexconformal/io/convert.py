@@ -9,6 +9,7 @@ import numpy as np
 from ..common import WriteError
 from ..mesh import HexMesh, MixedMesh
 from .cell_types import MESHIO_TYPES, VTK_TYPES
+from .format_tools.meshio_internals import cell_block
 from .grid_cells import grid_blocks
 from .meshio_mesh import MeshioOrigin, meshio_from_arrays
 from .pyvista_mesh import PyvistaOrigin, grid_from_arrays
@@ -50,7 +51,7 @@ def _meshio_from_grid(grid: Any) -> tuple[Any, list[str]]:
                 raise WriteError(f"cells that only VTK's formats (.vtu, .vtk) hold: {len(block.rows)} of type {kind}")
             lost.append(f"{len(block.rows)} cells of VTK type {code}")
             continue
-        blocks.append(meshio.CellBlock(block.name, block.nodes))
+        blocks.append(cell_block(block.name, block.nodes))
         places.append(block.rows)
     fields = {}
     for name in grid.field_data:

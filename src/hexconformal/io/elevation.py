@@ -12,6 +12,7 @@ from ..common import MeshError, first_ids
 from ..elements import QUADRATIC_TYPES
 from ..mesh import CellBlock, HexMesh, MixedMesh, require_nodes
 from .cell_types import VTK_TYPES
+from .format_tools.meshio_internals import cell_block
 from .grid_cells import grid_blocks
 from .meshio_mesh import MeshioOrigin, from_meshio, meshio_blocks
 from .pyvista_mesh import from_pyvista
@@ -93,7 +94,7 @@ def _from_meshio(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
     result = meshio.Mesh(
         raised.points(),
         [
-            meshio.CellBlock(block.name, block.nodes, tags=list(source.cells[old].tags))
+            cell_block(block.name, block.nodes, list(source.cells[old].tags))
             for block, old in zip(raised.blocks, olds, strict=True)
         ],
         point_data=_point_data(linear, raised),

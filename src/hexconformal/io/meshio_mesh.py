@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..common import MeshError
 from ..mesh import CarriedCells, HexMesh, MixedMesh, NodePairs, blocks_of, cells_in_rows
 from .carried_cells import of_meshio
+from .format_tools.meshio_internals import cell_block
 from .format_tools.tags import TAG_ARRAYS, tag_names
 from .node_groups import NodeGroups, meshio_groups, meshio_node_sets
 from .selection import HEXAHEDRA, Block, Selection, mesh_of, scatter_to_cells, select, with_straight_edges
@@ -81,7 +82,7 @@ class MeshioOrigin:
             nodes = copy.deepcopy(block.data)
             if len(places) and not same:
                 nodes[places] = cells_in_rows(mesh, mine, nodes.shape[1])
-            blocks.append(meshio.CellBlock(block.type, nodes, tags=list(block.tags)))
+            blocks.append(cell_block(block.type, nodes, list(block.tags)))
             for name, parts in cell_data.items():
                 before = np.asarray(old.cell_data[name][number]) if name in old.cell_data else None
                 values = mesh.cell_data.get(name)

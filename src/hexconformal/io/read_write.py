@@ -71,7 +71,8 @@ def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool 
     other_cells
         Solid cells of other types, such as polyhedra: "refuse" raises, "keep" carries them along.
     linearize
-        Take the corners of hexahedra with 20 or 27 nodes, which otherwise stay as they are.
+        Take the corners of cells of second order. Hexahedra with 20 or 27 nodes otherwise stay as they are, other
+        types are refused.
 
     Returns
     -------

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import BETWEEN, CELL_TYPES, QUADRATIC_TYPES, SOLID_TYPES, recognized
+from ..elements import CELL_TYPES, SECOND_ORDER, SOLID_TYPES, recognized
 from ..mesh import CellBlock, HexMesh, MixedMesh, flat_nodes
 
 __all__ = ["HEXAHEDRA", "Block", "Selection", "mesh_of", "scatter_to_cells", "select", "with_straight_edges"]
@@ -45,7 +45,7 @@ class Selection:
     held
         (n,) nodes that must stay: those of other three-dimensional cells, and those that the file says.
     higher_order
-        Per linearized type its (k, 20 or 27) nodes.
+        Linearized cells, with all of their nodes.
     notes
         What was changed, in words.
     blocks
@@ -55,7 +55,7 @@ class Selection:
     cells: NDArray[np.int64]
     rows: NDArray[np.int64]
     held: NDArray[np.bool_]
-    higher_order: tuple[NDArray[np.int64], ...]
+    higher_order: tuple[Block, ...]
     notes: tuple[str, ...]
     blocks: tuple[CellBlock, ...] = ()
 
@@ -75,18 +75,18 @@ def select(
     Raises
     ------
     MeshError
-        If there are none, if there are other three-dimensional cells and `other_cells` is "refuse", or if there
-        are hexahedra of higher order, not among the types, and `linearize` is False. Collapsed hexahedra (with a
-        repeated node) count as other cells.
+        If there are none, if there are other three-dimensional cells and `other_cells` is "refuse", or if there are
+        cells of second order whose corners are of the types, not among these themselves, and `linearize` is False.
+        Others than hexahedra may be kept. Collapsed hexahedra (with a repeated node) count as other cells.
     """
     blocks, ghost_nodes, notes = _without_ghosts(blocks, ghosts)
     blocks = [part for block in blocks for part in _without_collapsed(block) if len(part.rows)]
-    others, higher_order, linearized = [], [], []
+    others, linearized = [], []
     found: dict[str, list[Block]] = {}
     for block in blocks:
-        if block.name in QUADRATIC_TYPES and linearize:
-            found.setdefault("hexahedron", []).append(replace(block, nodes=block.nodes[:, :8]))
-            higher_order.append(block.nodes)
+        plain = SECOND_ORDER[block.name][0] if block.name in SECOND_ORDER else ""
+        if linearize and plain in types:
+            found.setdefault(plain, []).append(replace(block, nodes=block.nodes[:, : len(CELL_TYPES[plain].nodes)]))
             linearized.append(block)
         elif block.name in types:
             found.setdefault(block.name, []).append(block)
@@ -97,11 +97,14 @@ def select(
             others.append(block)
     if linearized:
         notes.append(f"cells taken as linear, their edges straightened: {_counts_by_type(linearized)}")
-    curved = _counts_by_type([block for block in others if block.name in QUADRATIC_TYPES])
-    if curved:
-        as_they_are = ", as_volume_mesh takes them as they are" if tuple(types) == HEXAHEDRA else ""
+    curved = [block for block in others if _has_corners_of(block, types)]
+    if any(not found or other_cells == "refuse" or block.name.startswith("hexahedron") for block in curved):
+        hexahedra = any(block.name.startswith("hexahedron") for block in curved)
+        as_they_are = ", as_volume_mesh takes them as they are" if hexahedra and tuple(types) == HEXAHEDRA else ""
+        kept = "" if hexahedra or not found else ", other_cells='keep' (--other-cells keep) carries them along"
         raise MeshError(
-            f"cells of higher order: {curved}; linearize=True (--linearize) works with their corners{as_they_are}"
+            f"cells of higher order: {_counts_by_type(curved)}; "
+            f"linearize=True (--linearize) works with their corners{as_they_are}{kept}"
         )
     wanted = ", ".join(CELL_TYPES[name].plural for name in types if name in CELL_TYPES)
     if not found:
@@ -123,7 +126,12 @@ def select(
     by_type = tuple(_cell_block(name, found[name], rows) for name in SOLID_TYPES if name in found)
     only_hexes = list(found) == ["hexahedron"]
     cells = by_type[0].cells if only_hexes else flat_nodes(by_type)
-    return Selection(cells, rows, held, tuple(higher_order), tuple(notes), () if only_hexes else by_type)
+    return Selection(cells, rows, held, tuple(linearized), tuple(notes), () if only_hexes else by_type)
+
+
+def _has_corners_of(block: Block, types: Collection[str]) -> bool:
+    """Whether a block is of second order, and would be of some types by its corners."""
+    return block.name in SECOND_ORDER and SECOND_ORDER[block.name][0] in types
 
 
 def _cell_block(name: str, parts: list[Block], rows: NDArray[np.int64]) -> CellBlock:
@@ -185,9 +193,10 @@ def _without_collapsed(block: Block) -> tuple[Block, ...]:
 def with_straight_edges(points: NDArray[np.float64], selection: Selection) -> NDArray[np.float64]:
     """A writable copy of the points with higher-order nodes put where the trilinear map of the corners has them."""
     result = points.copy()
-    for nodes in selection.higher_order:
-        for column, parents in zip(range(8, nodes.shape[1]), BETWEEN, strict=False):
-            result[nodes[:, column]] = points[nodes[:, list(parents)]].mean(axis=1)
+    for block in selection.higher_order:
+        between = SECOND_ORDER[block.name][1]
+        for column, parents in enumerate(between, block.nodes.shape[1] - len(between)):
+            result[block.nodes[:, column]] = points[block.nodes[:, list(parents)]].mean(axis=1)
     return result
 
 

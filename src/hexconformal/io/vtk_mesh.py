@@ -40,8 +40,12 @@ _NAMES = {
     12: "hexahedron",
     13: "wedge",
     14: "pyramid",
+    24: "tetra10",
     25: "hexahedron20",
+    26: "wedge15",
+    27: "pyramid13",
     29: "hexahedron27",
+    32: "wedge18",
 }
 # Quadrilaterals: pixels, and those of second order and of Lagrange, whose corners come first, are among them.
 QUADS = (8, 9, 23, 28, 70)

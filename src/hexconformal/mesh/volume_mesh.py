@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import MeshError
+from ..elements import SECOND_ORDER
 from .arrays import checked_points
 
 __all__ = ["VolumeMesh"]
@@ -35,8 +36,8 @@ class VolumeMesh:
     def straightened(self) -> NDArray[np.bool_]:
         """(n,) nodes between corners of cells that are taken as linear: they will be put on straight edges."""
         found = np.zeros(len(self.points), dtype=bool)
-        for nodes in () if self.origin is None else self.origin.selection.higher_order:
-            found[nodes[:, 8:]] = True
+        for block in () if self.origin is None else self.origin.selection.higher_order:
+            found[block.nodes[:, -len(SECOND_ORDER[block.name][1]) :]] = True
         return found
 
     @property

@@ -5,7 +5,7 @@ Belongs here: measures with their statistics, checks, node order, what no valid 
 """
 
 from .assessment import MEASURES, MixedQuality, MixedSummary, Quality, Summary, WorstCell, quality
-from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians
+from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians, nodes_without_room
 from .checks import cell_errors, check, require_sound
 from .connectivity_bound import connectivity_bound, connectivity_bounds, scaled_jacobian_around_a_node
 from .node_order import orient
@@ -33,6 +33,7 @@ __all__ = [
     "distributions",
     "inside_out",
     "measure_regions",
+    "nodes_without_room",
     "orient",
     "quality",
     "require_linear",

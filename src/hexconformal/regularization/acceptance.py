@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import first_names
+from ..common import first_ids, first_names
 from ..elements import are_collapsed, corner_scaled_jacobian
 from ..energy import STRETCHED_ASPECTS, aspect_ratios, stretched_boxes
 from ..formulation import LEVEL, Formulation
@@ -30,6 +31,7 @@ __all__ = [
     "limit_notes",
     "mean_boundary_distance",
     "no_worse_than",
+    "room_notes",
     "sheets_distance",
     "size_ratios",
     "swells",
@@ -284,3 +286,12 @@ def limit_notes(normalized: NormalizedMesh, start: Field, held: NDArray[np.bool_
             f"{count} hexahedra meet at node {which}"
         )
     return notes
+
+
+def room_notes(nodes: Ints, labels: NDArray[Any] | None) -> list[str]:
+    """Nodes (k,) at which some cell stays invalid, as what is held is turned over, by their labels (n,) if any."""
+    if len(nodes) == 0:
+        return []
+    return [
+        f"no valid mesh has these nodes where they are held: {first_ids(nodes, labels)}; faces there are turned over"
+    ]

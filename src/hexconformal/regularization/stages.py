@@ -197,11 +197,18 @@ class Stages:
                 self.state = replace(self.state, formulation=formulation, notes=(*self.state.notes, soft.note))
                 yield Iteration("soften curves", points)
         if formulation.spoils_a_type(points) and not formulation.spoils_a_type(unfolded):
-            # What is lost where distortion is lowered on the whole does not always come back: patch by patch none is.
+            # What is lost where distortion is lowered on the whole does not always come back: patch by patch little is;
+            # where that is too much the types that lost are held.
             bounded, points = formulation.within(schedules.work.patches), unfolded
             for iteration in raise_worst_patches(bounded, points):
                 points = iteration.points
                 yield iteration
+            lost = formulation.of_spoiled_types(points)
+            if lost.any() and not lost.all():
+                points = unfolded
+                for iteration in raise_worst(formulation.without(lost).within(schedules.work.patches), points):
+                    points = iteration.points
+                    yield iteration
         if bounded.work.is_done:
             self._ended("the worst cells get better still, but the work allowed for that is done", False)
         else:

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import first_ids
-from ..elements import is_valid
+from ..elements import is_valid, rows_by_type
 from ..formulation import Formulation, Iteration
 from ..geometry import DistanceBarrier
-from ..quality import inside_out
+from ..quality import inside_out, nodes_without_room
 from ..untangling import folded_cells, pull_back, untangle, untangle_interior
-from .acceptance import boundary_distance
+from .acceptance import boundary_distance, room_notes
 from .boundary import Boundary, boundary_of
 from .return_to_surface import return_to_surface
 from .setting import Setting
@@ -165,6 +165,9 @@ def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
         nodes = np.unique(normalized.node_ids[quads[turned]])
         ids = first_ids(nodes, mesh.node_labels)
         notes.append(f"the surface is turned inside out at nodes {ids}: no valid mesh has it")
+    blocks = ((one.cell_type, one.own_nodes(normalized.cells)) for one in rows_by_type(normalized.cells))
+    turned_over = nodes_without_room(found.points, blocks, ~formulation.free)
+    notes += room_notes(np.sort(normalized.node_ids[turned_over]), mesh.node_labels)
     inner = found.boundary.inner
     if inner is not None and (touching := np.isin(formulation.cells[cells], inner.quads).any(axis=1)).any():
         notes.append(f"{touching.sum()} of them are at faces inside that are kept: interfaces='ignore' lets these go")

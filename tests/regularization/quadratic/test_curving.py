@@ -174,6 +174,18 @@ def test_where_the_surface_is_too_far_nodes_stay():
     assert hc.quality(mesh).valid.all()
 
 
+def test_nodes_go_nearly_half_the_length_of_their_edge():
+    points, cells = box((10, 3, 1), (1.0, 3.0, 0.1))
+    lid = pv.Box(bounds=(0, 1, 0, 3, 0, 0.14)).triangulate()
+    mesh, _, notes = hc.curved((points, cells), lid, 20)
+    assert not any("too far" in note for note in notes)
+    straight = hc.elevated((points, cells), 20).points
+    inner = (straight[:, 2] > 0.09) & (np.abs(straight[:, 0] - 0.5) < 0.4) & (np.abs(straight[:, 1] - 1.5) < 1.2)
+    short = inner & (np.round(20 * straight[:, 0]) % 2 == 1)
+    assert short.sum() > 10
+    np.testing.assert_allclose(mesh.points[short, 2], 0.14, atol=1e-12)
+
+
 def test_without_a_surface_it_is_the_other_function_that_is_meant():
     with pytest.raises(hc.OptionError, match="elevated"):
         hc.curved(box((1, 1, 1)), None)

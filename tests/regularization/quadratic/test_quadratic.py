@@ -143,6 +143,7 @@ def test_what_cannot_be_unfolded_comes_back_as_it_was():
     result = hc.regularize(mesh.replaced(points), boundary="fixed")
     assert not result.converged
     assert "no way was found to unfold them as the boundary stays" in result.report.reason
+    assert any("no valid mesh has these nodes where they are held: " in note for note in result.report.notes)
     before, after = hc.quality(mesh.replaced(points)), hc.quality(result.mesh)
     assert not (before.valid & ~after.valid).any()
     np.testing.assert_array_equal(result.points[~inside], points[~inside])
@@ -289,3 +290,44 @@ def test_nodes_that_the_file_names_do_not_stand_in_the_way(tmp_path):
     hc.write(path, mesh)
     for boundary in ("fixed", "free"):
         assert hc.regularize(str(path), boundary=boundary, max_iterations=2).report.after.invalid == 0
+
+
+def test_points_that_lose_a_valid_cell_are_none_to_stop_at(monkeypatch):
+    mesh, _ = tangled(20, 0.0, n=3)
+    points, after = mesh.points.copy(), mesh.points.copy()
+    points[np.abs(points - 1 / 3).max(axis=1).argmin()] += 0.9 / 3  # folds all cells around
+    after[np.abs(after - [5 / 6, 2 / 3, 2 / 3]).max(axis=1).argmin(), 0] -= 0.3  # folds others, and fewer
+    run = QuadraticRegularization(mesh.replaced(points), hc.Options(boundary="fixed"))
+    trial = run._setting.start + (after - points) / run._setting.unit
+    monkeypatch.setattr(quadratic_run, "unfold", lambda *arguments: iter([]))
+    monkeypatch.setattr(quadratic_run, "minimize_distortion", lambda *arguments: iter([Iteration("lbfgs", trial)]))
+    for record in run:
+        if record.phase == "lbfgs":
+            break
+    np.testing.assert_array_equal(run.points, points)
+
+
+def test_the_best_of_what_raising_comes_to_is_kept(monkeypatch):
+    mesh, _ = tangled(20, 0.1)
+    exact = hc.elevated(hc.generate.box((3, 3, 3)), 20).points
+    run = QuadraticRegularization(mesh, hc.Options(boundary="fixed"))
+    trials = [run._setting.start + share * (exact - mesh.points) / run._setting.unit for share in (0.9, 0.5)]
+    monkeypatch.setattr(quadratic_run, "minimize_distortion", lambda *arguments: iter([]))
+    monkeypatch.setattr(
+        quadratic_run, "raise_worst", lambda *arguments: iter([Iteration("stiffen", trial) for trial in trials])
+    )
+    list(run)
+    np.testing.assert_allclose(run.points, mesh.points + 0.9 * (exact - mesh.points), atol=1e-14)
+
+
+def test_points_with_a_worse_cell_than_there_was_are_none_to_stop_at(monkeypatch):
+    mesh, _ = tangled(20, 0.05)
+    exact = hc.elevated(hc.generate.box((3, 3, 3)), 20).points
+    run = QuadraticRegularization(mesh, hc.Options(boundary="fixed"))
+    trial = run._setting.start - 0.3 * (exact - mesh.points) / run._setting.unit
+    monkeypatch.setattr(quadratic_run, "minimize_distortion", lambda *arguments: iter([Iteration("lbfgs", trial)]))
+    monkeypatch.setattr(quadratic_run, "raise_worst", lambda *arguments: iter([]))
+    for record in run:
+        if record.phase == "lbfgs":
+            break
+    np.testing.assert_array_equal(run.points, mesh.points)

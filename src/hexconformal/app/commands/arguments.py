@@ -43,7 +43,10 @@ def add_input(parser: ArgumentParser, others: str = "tetrahedra, wedges, ... bes
         " (default), or keep them, their nodes staying where they are",
     )  # fmt: skip
     parser.add_argument(
-        "--linearize", "--linearise", action="store_true", help="take the corners of hexahedra of 20 or 27 nodes"
+        "--linearize",
+        "--linearise",
+        action="store_true",
+        help="take cells of second order by their corners, as linear ones; what is written has straight edges",
     )
 
 

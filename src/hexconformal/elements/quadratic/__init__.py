@@ -1,6 +1,15 @@
 """Quadratic hexahedra of 20 and 27 nodes: their types, shape functions, validity and measures."""
 
-from .cell_types import BETWEEN, EDGE_NODES, HEXAHEDRON20, HEXAHEDRON27, LATTICE, QUADRATIC_TYPES, from_nodes
+from .cell_types import (
+    BETWEEN,
+    EDGE_NODES,
+    HEXAHEDRON20,
+    HEXAHEDRON27,
+    LATTICE,
+    QUADRATIC_TYPES,
+    SECOND_ORDER,
+    from_nodes,
+)
 from .control_vectors import ControlVectors, control_vectors
 from .measures import quadratic_measures
 from .parts import CellParts, cell_parts
@@ -14,6 +23,7 @@ __all__ = [
     "HEXAHEDRON27",
     "LATTICE",
     "QUADRATIC_TYPES",
+    "SECOND_ORDER",
     "CellParts",
     "ControlVectors",
     "cell_parts",

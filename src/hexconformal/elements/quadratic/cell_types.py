@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from ..cell_type import CellType
 from ..hexahedron import CORNERS, EDGES, FACES, HEXAHEDRON
 
-__all__ = ["BETWEEN", "EDGE_NODES", "HEXAHEDRON20", "HEXAHEDRON27", "LATTICE", "QUADRATIC_TYPES", "from_nodes"]
+__all__ = [
+    "BETWEEN",
+    "EDGE_NODES",
+    "HEXAHEDRON20",
+    "HEXAHEDRON27",
+    "LATTICE",
+    "QUADRATIC_TYPES",
+    "SECOND_ORDER",
+    "from_nodes",
+]
 
 Field = NDArray[np.float64]
 
@@ -50,6 +59,20 @@ EDGE_NODES.setflags(write=False)
 
 HEXAHEDRON20, HEXAHEDRON27 = _quadratic(20), _quadratic(27)
 QUADRATIC_TYPES = {one.name: one for one in (HEXAHEDRON20, HEXAHEDRON27)}
+
+# Types of second order by their meshio names: the linear one of their corners, and these of each further node in VTK's
+# order. Those of hexahedra alone are worked on as they are.
+_WEDGE = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
+_PYRAMID = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)]
+SECOND_ORDER: dict[str, tuple[str, tuple[tuple[int, ...], ...]]] = {
+    "hexahedron20": ("hexahedron", tuple(_EDGES)),
+    "hexahedron27": ("hexahedron", BETWEEN),
+    "wedge15": ("wedge", tuple(_WEDGE)),
+    "wedge18": ("wedge", (*_WEDGE, (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))),
+    "pyramid13": ("pyramid", tuple(_PYRAMID)),
+    "pyramid14": ("pyramid", (*_PYRAMID, (0, 1, 2, 3))),
+    "tetra10": ("tetra", ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))),
+}
 
 
 @cache

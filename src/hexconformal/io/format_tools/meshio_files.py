@@ -15,6 +15,7 @@ import numpy as np
 from ...common import ReadError, WriteError
 from ..source_file import FileContents, SourceFile
 from .captured_output import captured_output
+from .meshio_internals import cell_block
 
 __all__ = [
     "checked_contents",
@@ -95,12 +96,10 @@ def permuted_nodes(blocks: list[Any], orders: dict[str, list[int]], inverse: boo
     inverse
         Go the other way.
     """
-    import meshio
-
     if inverse:
         orders = {name: np.argsort(order).tolist() for name, order in orders.items()}
     return [
-        meshio.CellBlock(block.type, block.data[:, orders[block.type]], block.tags) if block.type in orders else block
+        cell_block(block.type, block.data[:, orders[block.type]], block.tags) if block.type in orders else block
         for block in blocks
     ]
 
@@ -118,7 +117,7 @@ def join_blocks(mesh: Any) -> Any:
         for name, parts in mesh.cell_data.items()
     }
     blocks = [
-        (name, np.concatenate([mesh.cells[number].data for number in group]))
+        cell_block(name, np.concatenate([mesh.cells[number].data for number in group]))
         for name, group in zip(types, groups, strict=True)
     ]
     result = meshio.Mesh(mesh.points, blocks, mesh.point_data, cell_data, mesh.field_data, mesh.point_sets)

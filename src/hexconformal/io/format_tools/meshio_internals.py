@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 __all__ = [
     "REPLACED",
+    "UNKNOWN_SOLIDS",
+    "cell_block",
     "gmsh_cell_types",
     "gmsh_node_order",
     "med_reader",
@@ -24,10 +26,19 @@ __all__ = [
     "with_globals",
 ]
 
+# Solid cells of which meshio has the nodes, but not the dimension.
+UNKNOWN_SOLIDS = ("wedge15", "pyramid13")
+
 # By module and function of meshio: what is replaced among its global names, with its parameters (None: not called).
 REPLACED: dict[tuple[str, str], dict[str, tuple[str, ...] | None]] = {
-    ("meshio.med._med", "read"): {"_read_families": ("fas_data",), "Mesh": None},
-    ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags")},
+    ("meshio.med._med", "read"): {
+        "_read_families": ("fas_data",),
+        "_read_data": ("fields", "profiles", "cell_types", "point_data", "cell_data", "field_data"),
+        "Mesh": None,
+        "med_to_meshio_type": None,
+    },
+    ("meshio.med._med", "_read_data"): {"med_to_meshio_type": None},
+    ("meshio.med._med", "write"): {"_write_families": ("fm_group", "tags"), "meshio_to_med_type": None},
 }
 
 
@@ -43,6 +54,21 @@ def with_globals(function: Any, **replacements: Any) -> Any:
     copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
     copy.__kwdefaults__ = function.__kwdefaults__
     return copy
+
+
+def cell_block(name: str, nodes: Any, tags: list[str] | None = None) -> Any:
+    """A meshio.CellBlock, also of the types of second order whose dimension meshio does not know.
+
+    >>> cell_block("wedge15", [range(15)]).dim
+    3
+    """
+    import meshio
+
+    if name not in UNKNOWN_SOLIDS:
+        return meshio.CellBlock(name, nodes, tags)
+    block = meshio.CellBlock("hexahedron", nodes, tags)
+    block.type = name
+    return block
 
 
 @cache
@@ -63,11 +89,20 @@ def med_reader(read_families: Callable[[Any], dict[int, list[str]]], make_mesh: 
     """meshio.med.read, where other functions read the families and make the meshio.Mesh."""
     import meshio
 
-    return with_globals(meshio.med.read, _read_families=read_families, Mesh=make_mesh)
+    types = {code: name for name, code in _med_types().items()}
+    read_data = with_globals(import_module("meshio.med._med")._read_data, med_to_meshio_type=types)
+    names = {"_read_families": read_families, "_read_data": read_data, "Mesh": make_mesh, "med_to_meshio_type": types}
+    return with_globals(meshio.med.read, **names)
 
 
 def med_writer(write_families: Callable[[Any, dict[int, list[str]]], None]) -> Any:
     """meshio.med.write, where another function writes the families."""
     import meshio
 
-    return with_globals(meshio.med.write, _write_families=write_families)
+    return with_globals(meshio.med.write, _write_families=write_families, meshio_to_med_type=_med_types())
+
+
+def _med_types() -> dict[str, str]:
+    """MED's names of types of cells, those that meshio does not know, too."""
+    known = import_module("meshio.med._med").meshio_to_med_type
+    return {**known, "quad9": "QU9", "wedge18": "P18", "hexahedron27": "H27"}

@@ -13,22 +13,36 @@ from ..format_tools.capabilities import Capabilities, supported_part
 from ..format_tools.captured_output import captured_output
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import checked_contents, join_blocks, parsing, permuted_nodes, require_disk_space
-from ..format_tools.meshio_internals import med_reader, med_writer
+from ..format_tools.meshio_internals import cell_block, med_reader, med_writer
 from ..format_tools.rewriting import changed_arrays
 from ..source_file import FileContents, SourceFile
 
 __all__ = ["MED"]
 
 _CAPABILITIES = Capabilities(
-    cell_types="vertex line line3 triangle triangle6 quad quad8 tetra tetra10 pyramid wedge hexahedron hexahedron20",
+    cell_types="""vertex line line3 triangle triangle6 quad quad8 quad9 tetra tetra10 pyramid pyramid13 wedge wedge15
+        wedge18 hexahedron hexahedron20 hexahedron27""",
     point_arrays="all",
     cell_arrays="all",
 )
 _MODEL = ("names, units and times",)
 _NO_STEP, _NO_PROFILE, _REALS = "-0000000000000000001-0000000000000000001", "MED_NO_PROFILE_INTERNAL", 6
 _LONGEST_NAME = 64  # bytes
-_SOLIDS = {"hexahedron": "MAI.HE8", "hexahedron20": "MAI.H20"}  # what new arrays are on
-_TYPE_BITS = {"MAI.HE8": 1 << 13, "MAI.H20": 1 << 19}
+# What new arrays are on: names of types of cells, and the bits of these.
+_SOLIDS = {
+    "tetra": ("MAI.TE4", 1 << 10),
+    "pyramid": ("MAI.PY5", 1 << 11),
+    "wedge": ("MAI.PE6", 1 << 12),
+    "hexahedron": ("MAI.HE8", 1 << 13),
+    "tetra10": ("MAI.T10", 1 << 14),
+    "pyramid13": ("MAI.P13", 1 << 16),
+    "wedge15": ("MAI.P15", 1 << 17),
+    "wedge18": ("MAI.P18", 1 << 18),
+    "hexahedron20": ("MAI.H20", 1 << 19),
+    "hexahedron27": ("MAI.H27", 1 << 20),
+}
+_TYPE_BITS = dict(_SOLIDS.values())
+_HEX20 = [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17]
 # Where the format has the nodes that VTK names in turn: it goes round the bottom, and the top, the other way.
 _NODE_ORDERS = {
     "tetra": [0, 2, 1, 3],
@@ -37,6 +51,13 @@ _NODE_ORDERS = {
     "wedge": [0, 2, 1, 3, 5, 4],
     "hexahedron": [0, 3, 2, 1, 4, 7, 6, 5],
     "hexahedron20": [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17],
+    "hexahedron27": [
+        *(0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17),
+        *(21, 23, 24, 22, 20, 25, 26),
+    ],
+    "pyramid13": [0, 3, 2, 1, 4, 8, 7, 6, 5, 9, 12, 11, 10],
+    "wedge15": [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13],
+    "wedge18": [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15],
 }
 
 
@@ -70,7 +91,7 @@ def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]] | None:
             _put_field(fields, whole.name.rpartition("/")[2], name, [("NOE", array)])
         for name in of_cells:
             pairs = zip(out.cells, out.cell_data[name], strict=True)
-            parts = [(_SOLIDS[block.type], array) for block, array in pairs if block.type in _SOLIDS]
+            parts = [(_SOLIDS[block.type][0], array) for block, array in pairs if block.type in _SOLIDS]
             _put_field(fields, whole.name.rpartition("/")[2], name, parts)
     return copy.getvalue(), []
 
@@ -143,7 +164,7 @@ def _mesh_of_whole_fields(points: Any, cells: Any, **options: Any) -> Any:
         missing = [number for number, part in enumerate(parts) if part is None]
         for number in missing:
             parts[number] = np.full((len(cells[number][1]), *shape), np.nan)
-    return meshio.Mesh(points, cells, **options)
+    return meshio.Mesh(points, [cell_block(*block) for block in cells], **options)
 
 
 def _read_families(group: Any) -> dict[int, list[str]]:

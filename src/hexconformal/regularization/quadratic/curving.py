@@ -115,8 +115,6 @@ def curved(mesh: Any, surface: Any, nodes: int = 20, schedule: CurvingSchedule |
         return np.where(far[:, None], goal, there.following(straight, goal, sides))
 
     points, less = _placed(straight, goal, behind, [side.nodes for side in sides.of_faces], schedule)
-    corners = block.cells[:, :8]
-    points[corners] = straight.points[corners]
     result = straight.replaced(points)
     before, after, off = there.farthest(straight), there.farthest(result), there.farthest_corner(linear)
     notes = []

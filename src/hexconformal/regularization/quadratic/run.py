@@ -15,8 +15,8 @@ from ...elements import QUADRATIC_TYPES
 from ...formulation import LEVEL, Iteration
 from ...io import as_volume_mesh
 from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays
-from ...quality import Quality, quality, require_sound
-from ..acceptance import no_worse_than
+from ...quality import Quality, nodes_without_room, quality, require_sound
+from ..acceptance import no_worse_than, room_notes
 from ..options import Options, Record
 from ..region_rows import region_rows
 from ..report import Report, Result
@@ -229,7 +229,7 @@ class QuadraticRegularization:
             reason=reason,
             converged=converged,
             options=options.described(),
-            notes=(*self._notes, *surface.boundary.notes, *told),
+            notes=(*self._notes, *surface.boundary.notes, *told, *self._why_invalid(after)),
             hausdorff=distance,
             mean_distance=surface.mean_distance(points) if distance > 0.0 else 0.0,
             sharp_edges=(surface.sharp_length(self.mesh.points), surface.sharp_length(points)),
@@ -247,6 +247,13 @@ class QuadraticRegularization:
         )
         better = better if self._from_our_mesh else better.to_source_type()
         return Result(better, points, report, tuple(self.history), self.mesh, self.options.interfaces)
+
+    def _why_invalid(self, after: Quality) -> list[str]:
+        """Of cells that stay invalid, whether that has to be so."""
+        if after.valid.all():
+            return []
+        blocks = ((block.cell_type, block.cells) for block in self._setting.blocks)
+        return room_notes(nodes_without_room(self.mesh.points, blocks, ~self._setting.free), self.mesh.node_labels)
 
     def _best(self) -> tuple[Quality, _Outcome]:
         """The quality before, and the best of what is within the bound."""

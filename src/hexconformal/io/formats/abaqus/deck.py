@@ -107,8 +107,6 @@ class Deck:
         In order.
     set_aside
         How many elements there are of types that are not known.
-    corners_only
-        How many there are of types of which the corners are taken.
     keywords
         How often keywords are there that are not about nodes, elements and sets.
     """
@@ -118,5 +116,4 @@ class Deck:
     parts: dict[str, Scope] = field(default_factory=dict)
     instances: list[Instance] = field(default_factory=list)
     set_aside: Counter[str] = field(default_factory=Counter)
-    corners_only: Counter[str] = field(default_factory=Counter)
     keywords: Counter[str] = field(default_factory=Counter)

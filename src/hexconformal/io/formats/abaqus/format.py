@@ -65,10 +65,6 @@ def _notes(deck: Deck) -> list[str]:
         "with the same cells keeps them"
         for name, count in deck.set_aside.items()
     ]
-    notes += [
-        f"{count} elements of type {name} are taken by their corners; a deck with the same cells keeps them"
-        for name, count in deck.corners_only.items()
-    ]
     if deck.instances:
         used = {id(instance.part) for instance in deck.instances}
         unused = [part.name for part in deck.parts.values() if id(part) not in used and part.nodes]
@@ -79,8 +75,7 @@ def _notes(deck: Deck) -> list[str]:
 
 def _model(deck: Deck) -> tuple[str, ...]:
     """What other formats do not keep, by name and count."""
-    counts = [*deck.set_aside.items(), *deck.corners_only.items()]
-    listed = [f"{count} elements of type {first_names([name])}" for name, count in counts]
+    listed = [f"{count} elements of type {first_names([name])}" for name, count in deck.set_aside.items()]
     listed += [f"{count} *{first_names([title])}" for title, count in deck.keywords.items()]
     more = [f"{len(listed) - _NAMED} other kinds of statements"] if len(listed) > _NAMED else []
     return (*listed[:_NAMED], *more)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....common import ReadError
 from ....mesh import NodePairs
+from ...format_tools.meshio_internals import cell_block
 from .deck import Deck
 from .members import Cells, Member, members_of
 from .named_sets import NamedSets
@@ -92,7 +93,7 @@ def mesh_of(deck: Deck, length: int) -> DeckMesh:
     sets = NamedSets(members, node_indices, cells, limit)
     mesh = meshio.Mesh(
         np.concatenate([member.points for member in members]),
-        list(cells.nodes.items()),
+        [cell_block(name, nodes) for name, nodes in cells.nodes.items()],
         point_sets=sets.named("NSET"),
         cell_sets={name: cells.by_type(rows) for name, rows in sets.named("ELSET").items()},
     )

@@ -119,11 +119,6 @@ class _Reader:
             )
         table = table.reshape(-1, width)
         labels, nodes = table[:, 0], in_vtk_order(cell_type, table[:, 1:])
-        if cell_type == "wedge15":
-            # meshio cannot hold them; what lies between the corners is held.
-            self.scope.held.extend(map(str, np.unique(nodes[:, 6:]).tolist()))
-            self.deck.corners_only[name] += len(labels)
-            cell_type, nodes = "wedge", nodes[:, :6]
         self.scope.elements.append(ElementBlock(name.upper(), cell_type, labels, nodes))
         self.scope.extend("ELSET", section.options.get("ELSET"), [SetMember(labels)])
 

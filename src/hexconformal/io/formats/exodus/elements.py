@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from ....common import ReadError
+from ....elements import SECOND_ORDER
 
 __all__ = ["ELEMENT_NAMES", "NODE_ORDERS", "SHELLS", "SIDES", "cell_type", "side_nodes"]
 
@@ -18,8 +19,8 @@ _FAMILIES = {
     "QUAD": _QUAD,
     "SHELL": {**_TRIANGLE, **_QUAD},
     "TET TETRA TETRAHEDRON": {4: "tetra", 10: "tetra10"},
-    "PYR PYRA PYRAMID": {5: "pyramid"},
-    "WEDGE PENTA PRISM": {6: "wedge"},
+    "PYR PYRA PYRAMID": {5: "pyramid", 13: "pyramid13"},
+    "WEDGE PENTA PRISM": {6: "wedge", 15: "wedge15"},
     "HEX HEXAHEDRON": {8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"},
 }
 ELEMENT_NAMES = {
@@ -34,14 +35,20 @@ ELEMENT_NAMES = {
     "tetra": "TETRA4",
     "tetra10": "TETRA10",
     "pyramid": "PYRAMID5",
+    "pyramid13": "PYRAMID13",
     "wedge": "WEDGE6",
+    "wedge15": "WEDGE15",
     "hexahedron": "HEX8",
     "hexahedron20": "HEX20",
     "hexahedron27": "HEX27",
 }
 # Where the format has the nodes that VTK names in turn: edges upwards come before those of the top.
 _EDGES = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]
-NODE_ORDERS = {"hexahedron20": _EDGES, "hexahedron27": [*_EDGES, 23, 24, 25, 26, 21, 22, 20]}
+NODE_ORDERS = {
+    "hexahedron20": _EDGES,
+    "hexahedron27": [*_EDGES, 23, 24, 25, 26, 21, 22, 20],
+    "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
+}
 
 # Corners of the sides in the order in which Exodus numbers them.
 _HEX = ((0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1), (4, 5, 6, 7))
@@ -50,19 +57,15 @@ SHELLS = ("triangle", "triangle6", "quad", "quad8", "quad9")
 SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
     **dict.fromkeys(["hexahedron", "hexahedron20", "hexahedron27"], _HEX),
     **dict.fromkeys(["tetra", "tetra10"], _TET),
-    "pyramid": ((0, 1, 4), (1, 2, 4), (2, 3, 4), (0, 4, 3), (0, 3, 2, 1)),
-    "wedge": ((0, 1, 4, 3), (1, 2, 5, 4), (0, 3, 5, 2), (0, 2, 1), (3, 4, 5)),
+    **dict.fromkeys(["pyramid", "pyramid13"], ((0, 1, 4), (1, 2, 4), (2, 3, 4), (0, 4, 3), (0, 3, 2, 1))),
+    **dict.fromkeys(["wedge", "wedge15"], ((0, 1, 4, 3), (1, 2, 5, 4), (0, 3, 5, 2), (0, 2, 1), (3, 4, 5))),
     # The two faces of a shell are its first sides; those that follow are its edges.
     **dict.fromkeys(["triangle", "triangle6"], ((0, 1, 2), (0, 2, 1))),
     **dict.fromkeys(["quad", "quad8", "quad9"], ((0, 1, 2, 3), (0, 3, 2, 1))),
 }
 # Edges in whose middle the further nodes of a type are, in VTK's order.
 _CURVED_EDGES = {
-    **dict.fromkeys(
-        ["hexahedron20", "hexahedron27"],
-        ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
-    ),
-    "tetra10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+    **{name: tuple(pair for pair in between if len(pair) == 2) for name, (_, between) in SECOND_ORDER.items()},
     "triangle6": ((0, 1), (1, 2), (2, 0)),
     **dict.fromkeys(["quad8", "quad9"], ((0, 1), (1, 2), (2, 3), (3, 0))),
 }
@@ -73,7 +76,7 @@ def cell_type(name: str, nodes: int) -> tuple[str, int]:
     """The type of cell of an element, and how many of its nodes are taken: its corners, where no type has them all.
 
     >>> cell_type("HEX", 20), cell_type("wedge15", 15)
-    (('hexahedron20', 20), ('wedge', 6))
+    (('hexahedron20', 20), ('wedge15', 15))
     """
     family = re.sub(r"[\s\d_]*$", "", name.strip().upper())
     types = next((types for names, types in _FAMILIES.items() if family in names.split()), None)
@@ -82,7 +85,7 @@ def cell_type(name: str, nodes: int) -> tuple[str, int]:
     if nodes in types:
         return types[nodes], nodes
     plain = types[min(types)]
-    if plain == "hexahedron" or nodes < min(types):
+    if plain in ("hexahedron", "wedge", "pyramid", "tetra") or nodes < min(types):
         counts = ", ".join(map(str, types))
         raise ReadError(f"elements of type {name!r} with {nodes} nodes are not supported, only with {counts}")
     return plain, _CORNERS[plain]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ....common import ReadError, first_ids
 from ...format_tools.meshio_files import checked_contents, parsing, permuted_nodes
+from ...format_tools.meshio_internals import cell_block
 from ...source_file import FileContents, SourceFile
 from .elements import NODE_ORDERS, SIDES, cell_type, side_nodes
 from .netcdf import ids_of, joined_components, length_of, names_of, opened, texts
@@ -59,13 +60,13 @@ class _Reader:
         import meshio
 
         self._read_sets()
-        cells = permuted_nodes([meshio.CellBlock(kind, nodes) for kind, nodes in self.blocks], NODE_ORDERS)
+        cells = permuted_nodes([cell_block(kind, nodes) for kind, nodes in self.blocks], NODE_ORDERS)
         self.blocks = [(block.type, block.data) for block in cells]
         self._read_side_sets()
         empty = np.empty(0, dtype=np.int64)
         return meshio.Mesh(
             self._points(),
-            [meshio.CellBlock(kind, nodes) for kind, nodes in self.blocks],
+            [cell_block(kind, nodes) for kind, nodes in self.blocks],
             point_data=self._point_data(),
             cell_data={"gmsh:physical": self.tags, **self._cell_data()},
             field_data=self.groups,
@@ -77,7 +78,6 @@ class _Reader:
         )
 
     def _read_blocks(self) -> None:
-        import meshio
 
         data, count = self.data, length_of(self.data, "num_el_blk")
         ids = ids_of(data, "eb", count)
@@ -95,7 +95,7 @@ class _Reader:
                     f"{len(nodes)} elements of type {given} are taken by their corners; they stay in the file"
                 )
             self.blocks.append((kind, nodes[:, :taken].astype(np.int64) - 1))
-            self._tag(names[k - 1], ids[k - 1], len(nodes), meshio.CellBlock(kind, self.blocks[-1][1]).dim)
+            self._tag(names[k - 1], ids[k - 1], len(nodes), cell_block(kind, self.blocks[-1][1]).dim)
             self.starts.append(self.starts[-1] + len(nodes))
 
     def _tag(self, name: str, number: int, count: int, dimension: int) -> None:

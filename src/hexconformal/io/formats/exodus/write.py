@@ -21,8 +21,8 @@ __all__ = ["CAPABILITIES", "write"]
 
 Ints = NDArray[np.int64]
 CAPABILITIES = Capabilities(
-    cell_types="""vertex line line3 triangle triangle6 quad quad8 quad9 tetra tetra10 pyramid wedge hexahedron
-        hexahedron20 hexahedron27""",
+    cell_types="""vertex line line3 triangle triangle6 quad quad8 quad9 tetra tetra10 pyramid pyramid13 wedge wedge15
+        hexahedron hexahedron20 hexahedron27""",
     point_arrays="all",
     cell_arrays="all",
     field_data=True,

@@ -12,7 +12,13 @@ from ...format_tools.meshio_internals import gmsh_cell_types
 from .entities import Entities, Entity
 from .sections import Encoding, Numbers
 
-__all__ = ["ElementBlock", "read_elements"]
+__all__ = ["NODE_ORDERS", "ElementBlock", "read_elements"]
+
+# Where the format has the nodes that VTK names in turn, of types that meshio leaves in its order.
+NODE_ORDERS = {
+    "wedge18": [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16],
+    "pyramid14": [0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13],
+}
 
 
 @dataclass(frozen=True)

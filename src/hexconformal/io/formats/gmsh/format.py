@@ -11,9 +11,17 @@ import numpy as np
 
 from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.format import Format
-from ...format_tools.meshio_files import checked_contents, file_head, parsing, refuse_namesake, write_with_meshio
+from ...format_tools.meshio_files import (
+    checked_contents,
+    file_head,
+    parsing,
+    permuted_nodes,
+    refuse_namesake,
+    write_with_meshio,
+)
 from ...format_tools.tags import is_told_by_tags
 from ...source_file import FileContents, SourceFile
+from .elements import NODE_ORDERS
 from .reader import read_mesh
 from .rewriting import put_points
 
@@ -25,7 +33,7 @@ _CAPABILITIES = Capabilities(
     cell_types="""vertex line line3 line4 line5 line6 line7 line8 line9 line10 line11 triangle triangle6 triangle10
         triangle15 triangle21 triangle28 triangle36 triangle45 triangle55 triangle66 quad quad8 quad9 quad16
         quad25 quad36 quad49 quad64 quad81 quad100 quad121 tetra tetra10 tetra20 tetra35 tetra56 tetra84
-        tetra120 tetra165 tetra220 tetra286 pyramid pyramid14 wedge wedge18 wedge40 wedge75 wedge126
+        tetra120 tetra165 tetra220 tetra286 pyramid pyramid13 pyramid14 wedge wedge15 wedge18 wedge40 wedge75 wedge126
         wedge196 wedge288 wedge405 wedge550 hexahedron hexahedron20 hexahedron27 hexahedron64 hexahedron125
         hexahedron216 hexahedron343 hexahedron512 hexahedron729 hexahedron1000""",
     point_arrays="all",
@@ -82,6 +90,7 @@ def _write(target: Path, mesh: Any) -> list[str]:
     # Both writers ask for both tags; Gmsh itself leaves those of physical groups out where there are none.
     for tag in _TAGS:
         out.cell_data.setdefault(tag, [np.zeros(len(block.data), dtype=np.int32) for block in out.cells])
+    out.cells = permuted_nodes(out.cells, NODE_ORDERS, inverse=True)
     as_text = file is not None and file.ascii
     if as_text:
         _use_python_floats(out)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....common import ReadError
-from ...format_tools.meshio_internals import gmsh_node_order
-from .elements import ElementBlock, read_elements
+from ...format_tools.meshio_files import permuted_nodes
+from ...format_tools.meshio_internals import cell_block, gmsh_node_order
+from .elements import NODE_ORDERS, ElementBlock, read_elements
 from .entities import Entities, read_entities, read_partitioned_entities, read_physical_names
 from .nodes import NodeTags, read_nodes
 from .periodic import read_periodic
@@ -68,9 +69,10 @@ def read_mesh(data: bytes) -> Contents:
             else:
                 cell_data.setdefault(view.name, [view.on(block.tags) for block in blocks])
     cells = [
-        meshio.CellBlock(block.type, tags.indices(block.nodes)[:, gmsh_node_order(block.type, block.nodes.shape[1])])
+        cell_block(block.type, tags.indices(block.nodes)[:, gmsh_node_order(block.type, block.nodes.shape[1])])
         for block in blocks
     ]
+    cells = permuted_nodes(cells, NODE_ORDERS)
     sets: dict[str, list[Any]] = {name: _members(blocks, cells, *group, repeated) for name, group in names.items()}
     if entities:
         sets["gmsh:bounding_entities"] = [block.bounding for block in blocks]

@@ -28,10 +28,9 @@ _TRIANGLE = ElementCard({3: "triangle"})
 _QUAD = ElementCard({4: "quad"})
 ELEMENTS = {
     "CHEXA": ElementCard({8: "hexahedron", 20: "hexahedron20"}),
-    # Of these, meshio holds those of second order by their corners alone.
-    "CPENTA": ElementCard({6: "wedge", 15: "wedge"}),
-    "CPYRAM": ElementCard({5: "pyramid", 13: "pyramid"}),
-    "CPYRA": ElementCard({5: "pyramid", 13: "pyramid"}),
+    "CPENTA": ElementCard({6: "wedge", 15: "wedge15"}),
+    "CPYRAM": ElementCard({5: "pyramid", 13: "pyramid13"}),
+    "CPYRA": ElementCard({5: "pyramid", 13: "pyramid13"}),
     "CTETRA": ElementCard({4: "tetra", 10: "tetra10"}),
     "CQUAD4": _QUAD,
     "CQUADR": _QUAD,
@@ -45,7 +44,10 @@ ELEMENTS = {
     **dict.fromkeys(["CONROD", "PLOTEL"], ElementCard({2: "line"}, first=1)),
 }
 # Where the format has the nodes that VTK names in turn: edges upwards come before those of the top.
-NODE_ORDERS = {"hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15]}
+NODE_ORDERS = {
+    "hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
+    "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
+}
 # Cards that tie nodes together, or add something at them, and have no cells: their beginnings.
 COUPLING_CARDS = (
     *("CELAS", "CDAMP", "CMASS", "CONM", "CBUSH1D", "CBUSH2D", "CFAST", "CWELD", "CSEAM", "CHBDY", "CAABSF", "GENEL"),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ....common import ReadError, first_ids
 from ...format_tools.meshio_files import checked_contents, parsing, permuted_nodes
+from ...format_tools.meshio_internals import cell_block
 from ...source_file import FileContents, SourceFile
 from .cards import Card, bulk_cards
 from .elements import COUPLING_CARDS, ELEMENTS, NODE_ORDERS, UNSUPPORTED_SOLIDS
@@ -22,6 +23,8 @@ __all__ = ["Nodes", "read"]
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
+
+_SOLIDS = ("CHEXA", "CPENTA", "CPYRAM", "CPYRA", "CTETRA")
 
 
 def read(path: Path) -> FileContents:
@@ -129,7 +132,7 @@ def _mesh(cards: list[Card], nodes: Nodes) -> tuple[Any, Ints, list[str]]:
     runs = [elements[start:end] for start, end in zip(starts, [*starts[1:], len(elements)], strict=True)]
     blocks = [(run[0].kind, _places(nodes.labels, np.array([one.nodes for one in run], np.int64))) for run in runs]
     references = [np.array([one.reference for one in run], dtype=np.int64) for run in runs]
-    cells = permuted_nodes([meshio.CellBlock(*block) for block in blocks], NODE_ORDERS)
+    cells = permuted_nodes([cell_block(*block) for block in blocks], NODE_ORDERS)
     mesh = meshio.Mesh(nodes.points(nodes.local), cells, cell_data={"nastran:ref": references})
     return mesh, np.array([one.label for one in elements], dtype=np.int64), notes
 
@@ -140,14 +143,17 @@ def _element(card: Card, by_corners: Counter[str]) -> _Element | None:
     most, corners = max(shape.types), min(shape.types)
     numbers = [card.integer(place, 0) for place in range(shape.first, shape.first + most)]
     given = [number for number in numbers if number]
+    if card.name in _SOLIDS:  # with more than any type has, as Gmsh writes those of 27, it is none of these
+        given += [0 for text in card.fields[shape.first + most :] if text.strip()]
     if 0 in numbers[:corners]:
         if corners == 2:
             return None
         raise ReadError(f"line {card.lines[0][0] + 1}: {card.name} {card.fields[0]} has too few nodes")
     kind = shape.types.get(len(given))
-    if kind is None and card.name == "CHEXA":
-        raise ReadError(f"CHEXA {card.fields[0]} has {len(given)} nodes; only those with 8 or 20 are supported")
-    if kind is None or kind in ("wedge", "pyramid"):
+    if kind is None and card.name in _SOLIDS:
+        counts = " or ".join(map(str, shape.types))
+        raise ReadError(f"{card.name} {card.fields[0]} has {len(given)} nodes; only those with {counts} are supported")
+    if kind is None:
         if len(given) > corners:
             by_corners[card.name] += 1
         kind, given = shape.types[corners], numbers[:corners]

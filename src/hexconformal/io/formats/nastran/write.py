@@ -18,7 +18,8 @@ __all__ = ["CAPABILITIES", "write"]
 
 Ints = NDArray[np.int64]
 CAPABILITIES = Capabilities(
-    cell_types="line triangle triangle6 quad quad8 tetra tetra10 pyramid wedge hexahedron hexahedron20",
+    cell_types="line triangle triangle6 quad quad8 tetra tetra10 pyramid pyramid13 wedge wedge15 "
+    "hexahedron hexahedron20",
     own_arrays=TAG_ARRAYS,
 )
 _CARDS = {
@@ -30,7 +31,9 @@ _CARDS = {
     "tetra": "CTETRA",
     "tetra10": "CTETRA",
     "pyramid": "CPYRAM",
+    "pyramid13": "CPYRAM",
     "wedge": "CPENTA",
+    "wedge15": "CPENTA",
     "hexahedron": "CHEXA",
     "hexahedron20": "CHEXA",
 }

@@ -39,6 +39,7 @@ ELEMENT_NAMES = {
     "tetra": "C3D4",
     "tetra10": "C3D10",
     "wedge": "C3D6",
+    "wedge15": "C3D15",
     "hexahedron": "C3D8",
     "hexahedron20": "C3D20",
 }
