@@ -263,7 +263,8 @@ class Stages:
     def _let_go(self, formulation: Formulation, points: Field) -> Iterator[Field]:
         """Points on the way back to the surface without regard to the worst cells, which are raised again then."""
         watching = formulation
-        for points, watching in return_to_surface(formulation, points, keeps_worst=False):
+        for seen in return_to_surface(formulation, points, keeps_worst=False):
+            points, watching = seen
             yield points
         # More samples are watched now than when they were raised first.
         for iteration in raise_worst_patches(watching.within(self._setting.schedules.work.patches), points):
