@@ -103,6 +103,7 @@ def stated():
     yield f"not below ${low.least_slender:g}$"
     yield f"Worst cells that stall below {worst.reopened:g}, and"
     yield f"by (9), up to a fullness of {worst.opened:g}, from"
+    yield f"the worst cells are raised again, up to {worst.reopenings} times"
     yield f"raised as long as they are below {worst.poor:g}"
     flat = round(math.log10(all_of.untangling.flat))
     yield rf"is below $10^{{{flat}}}$, $F = J W^{{-1}}$, has next to no volume"

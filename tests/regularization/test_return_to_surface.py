@@ -8,7 +8,9 @@ from hexconformal.elements import is_valid
 from hexconformal.formulation import ReturnSchedule
 from hexconformal.geometry import DistanceBarrier, SurfaceLocator
 from hexconformal.mesh import SERIAL, boundary_quads
+from hexconformal.regularization import Regularization
 from hexconformal.regularization.return_to_surface import _falling, towards
+from hexconformal.regularization.stages import Stages
 
 BOUND = 0.02
 
@@ -101,3 +103,38 @@ def test_shares_fall_from_one_to_zero_over_the_rings():
     at = [shares[np.isclose(points[:, 0], x)] for x in range(13)]
     assert all((share == share[0]).all() for share in at)
     np.testing.assert_allclose([share[0] for share in at], [1, 1, 1, 1, 1, 0.75, 0.5, 0.25, 0, 0, 0, 0, 0])
+
+
+def test_worst_cells_that_were_let_go_on_the_way_back_are_raised_again(monkeypatch):
+    run = Regularization(generate.jittered(*generate.ball(4, 2), 0.1, seed=1))
+    for _ in run:
+        pass
+    stages, barrier = Stages(run._setting, run._boundary), run._boundary.barrier
+    formulation, good, cells = run._setting.formulation(run._boundary), run._points, run._setting.normalized.cells
+    poor = good.copy()
+    node = np.setdiff1d(cells, boundary_quads(cells)[0])[0]
+    neighbour = good[cells[(cells == node).any(axis=1)][0]].mean(axis=0)
+    poor[node] += 0.4 * (neighbour - poor[node])
+    worst = [formulation.quality(x).min() for x in (poor, good)]
+    assert 0.0 < worst[0] < worst[1] - 0.2
+    assert not barrier.exceeded(poor)
+    out = good + 0.1 * (good - good.mean(axis=0))
+    assert barrier.exceeded(out)
+    stages._earlier = [poor]
+
+    def back(formulation, points, keeps_worst):
+        if not keeps_worst:
+            yield poor, formulation
+
+    monkeypatch.setattr("hexconformal.regularization.stages.return_to_surface", back)
+    seen = []
+    stage = stages._return_to_surface(formulation, out)
+    while True:
+        try:
+            seen.append(next(stage))
+        except StopIteration as end:
+            best = end.value
+            break
+    assert formulation.quality(best).min() > worst[1] - 0.05
+    assert not barrier.exceeded(best)
+    assert not any(barrier.exceeded(iteration.points) for iteration in seen)

@@ -101,14 +101,15 @@ class WorstCellsSchedule(Schedule):
     alike
         Cells this close to a worst one that stalls are set aside with it.
     poor
-        Scaled Jacobian below which the worst of the others are raised then.
+        Scaled Jacobian below which the worst of the others are raised then, and curves may be let go.
     good
         Worst scaled Jacobian at which nothing is left to do.
     worth
-        By which the worst scaled Jacobian at curves has to rise for these to be let go as far as the surface.
-    reopened, opened, patience
+        By which the worst scaled Jacobian at curves has to rise for these to be let go as far as the surface; what
+        leaves the surface further for more than this, and more than poor, is not sought.
+    reopened, opened, patience, reopenings
         Scaled Jacobian below which worst cells that stall are opened as if folded, the fullness they are opened to,
-        and rounds of that without success.
+        rounds of that without success, and how often all is lowered and raised anew after it.
     many_cells
         Cells up to which those of the whole mesh are raised first; beyond, patches alone.
     """
@@ -125,12 +126,13 @@ class WorstCellsSchedule(Schedule):
     rings: int = tuned(3)
     least_gain: float = tuned(1e-3, 0.0, 1.0)
     alike: float = tuned(0.02, 0.0, 1.0)
-    poor: float = tuned(0.5, 0.0, 1.0)
+    poor: float = tuned(0.6, 0.0, 1.0)
     good: float = tuned(0.98, 0.0, 1.0)
     worth: float = tuned(0.05, 0.0, 1.0)
     reopened: float = tuned(0.2, 0.0, 1.0)
     opened: float = tuned(0.1, 0.0, 1.0)
     patience: int = tuned(2)
+    reopenings: int = tuned(2)
     many_cells: int = tuned(200_000)
 
 

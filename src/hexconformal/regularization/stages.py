@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -29,6 +29,7 @@ __all__ = ["Stages", "State"]
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Stage = Callable[[Formulation, Field], Iterator[Iteration]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +149,7 @@ class Stages:
         self.state = replace(self.state, lowered=True)
         works = normalized.space.anywhere(bool(formulation.free.any()) and len(formulation.cells) > 0)
         if options.raises_worst and works:
-            formulation, points = yield from self._raise_worst(formulation, points, found.points)
+            formulation, points = yield from self._raise_worst(formulation, points, found)
         points = yield from self._return_to_surface(formulation, points)
         if options.energy == "barrier":
             unfolded = untangle_interior(formulation, points)
@@ -169,7 +170,7 @@ class Stages:
         return points
 
     def _raise_worst(
-        self, formulation: Formulation, points: Field, unfolded: Field
+        self, formulation: Formulation, points: Field, found: Unfolded
     ) -> Generator[Iteration, None, tuple[Formulation, Field]]:
         """Raise the worst cells; returns the formulation, which may have softer curves then, and the points."""
         schedules, options = self._setting.schedules, self._setting.options
@@ -187,19 +188,23 @@ class Stages:
         for iteration in raise_cells(bounded, points):
             points = iteration.points
             yield iteration
-        for iteration in reopen_worst(formulation.within(schedules.work.again), points):
-            points = iteration.points
-            yield iteration
+        points = yield from self._reopen_worst(formulation, points, found.bad, raise_cells)
         if options.features == "auto" and options.surface is None:
             soft = yield from soften_curves(formulation.within(schedules.work.patches), points)
             if soft is not None:
                 formulation, points = formulation.with_barrier(soft.barrier), soft.points
                 self.state = replace(self.state, formulation=formulation, notes=(*self.state.notes, soft.note))
                 yield Iteration("soften curves", points)
+<<<<<<< HEAD
         if formulation.spoils_a_type(points) and not formulation.spoils_a_type(unfolded):
             # What is lost where distortion is lowered on the whole does not always come back: patch by patch little is;
             # where that is too much the types that lost are held.
             bounded, points = formulation.within(schedules.work.patches), unfolded
+=======
+        if formulation.spoils_a_type(points) and not formulation.spoils_a_type(found.points):
+            # What is lost where distortion is lowered on the whole does not always come back: patch by patch none is.
+            bounded, points = formulation.within(schedules.work.patches), found.points
+>>>>>>> faith31
             for iteration in raise_worst_patches(bounded, points):
                 points = iteration.points
                 yield iteration
@@ -214,6 +219,26 @@ class Stages:
         else:
             self._ended("the worst cell stalls", True)
         return formulation, points
+
+    def _reopen_worst(
+        self, formulation: Formulation, points: Field, bad: Mask, raise_cells: Stage
+    ) -> Generator[Iteration, None, Field]:
+        """Open the worst cells where they stall next to flat, then lower and raise all anew, as long as that wins."""
+        schedules, space = self._setting.schedules, formulation.space
+        for _ in range(schedules.worst_cells.reopenings):
+            trial = yield from reopen_worst(formulation.within(schedules.work.again), points)
+            if not space.anywhere(trial is not points):
+                return points
+            for iteration in self._minimize(formulation, trial, bad, False):
+                trial = iteration.points
+                yield Iteration("reopen worst cells", points)
+            for iteration in raise_cells(formulation.within(schedules.work.patches), trial):
+                trial = iteration.points
+                yield Iteration("reopen worst cells", points)
+            if space.smallest(formulation.quality(trial)) <= space.smallest(formulation.quality(points)):
+                return points
+            points = trial
+        return points
 
     def _minimize(self, formulation: Formulation, points: Field, bad: Mask, alone: bool) -> Iterator[Iteration]:
         distortion = self._setting.distortion
@@ -241,14 +266,25 @@ class Stages:
         # The worst cell stands in the way: it is let go, or all goes back a little, whatever makes it better.
         best = self._towards_earlier(barrier, points)
         if self._raises_worst:
-            for seen in return_to_surface(formulation, points, keeps_worst=False):
-                points = seen[0]
+            for trial in self._let_go(formulation, points):
                 yield Iteration("return to the surface", best)
-            space = formulation.space
-            one, other = (space.smallest(corner_scaled_jacobian(x, formulation.cells)) for x in (points, best))
-            best = points if one > other and not barrier.exceeded(points) else best
+                one, other = (formulation.space.smallest(formulation.quality(x)) for x in (trial, best))
+                best = trial if one > other and not barrier.exceeded(trial) else best
         yield Iteration("return to the surface", best)
         return best
+
+    def _let_go(self, formulation: Formulation, points: Field) -> Iterator[Field]:
+        """Points on the way back to the surface without regard to the worst cells, which are raised again then."""
+        watching = formulation
+        for seen in return_to_surface(formulation, points, keeps_worst=False):
+            points, watching = seen
+            yield points
+        # More samples are watched now than when they were raised first.
+        for iteration in raise_worst_patches(watching.within(self._setting.schedules.work.patches), points):
+            points = iteration.points
+            yield points
+        for points, _ in return_to_surface(watching, points, keeps_worst=True):
+            yield points
 
     def _towards_earlier(self, barrier: DistanceBarrier, points: Field) -> Field:
         """Points on the way back to the last ones within the bound: the first that are so, without spoiling a cell."""

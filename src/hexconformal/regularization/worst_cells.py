@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from dataclasses import replace
-from itertools import chain, islice
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -102,37 +102,42 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         aside |= quality >= limits
 
 
-def reopen_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
-    """Open the worst cells as folded ones are, where they stall next to flat, and raise them again.
+def reopen_worst(formulation: Formulation, points: Field) -> Generator[Iteration, None, Field]:
+    """Open the worst cells as folded ones are, where they stall next to flat; returns the points that gives.
 
     The barrier of equation (12) keeps a cell on the way it is on. chi_eps of equation (9) lets it go, and finds others
-    from harmonic positions, too.
+    from harmonic positions, too. Meanwhile the points are seen as they were, and these come back where nothing opens.
     """
     schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
     opened = formulation.quality(points) < np.minimum(limits, schedule.reopened)
     if not space.anywhere(bool(opened.any())):
-        return
+        return points
+    trial = points
     if space.is_shared:
         region = node_rings(cells, len(points), opened, formulation.schedules.untangling.rounds, space)
-        yield from steps_on_one_rank(formulation, points, region, lambda whole, start, _: reopen_worst(whole, start))
-        return
-    # In patches alone: the mesh as a whole is in order.
+        for iteration in steps_on_one_rank(formulation, points, region, lambda whole, start, _: _opened(whole, start)):
+            trial = iteration.points
+            yield Iteration("reopen worst cells", points)
+        return trial
+    for iteration in _opened(formulation, points):
+        trial = iteration.points
+        yield Iteration("reopen worst cells", points)
+    return trial
+
+
+def _opened(formulation: Formulation, points: Field) -> Iterator[Iteration]:
+    """Untangle what is next to flat, in patches alone, as the mesh as a whole is in order; valid ones are yielded."""
+    schedule = formulation.schedules.worst_cells
     untangling = replace(formulation.schedules.untangling, flat=schedule.opened, many_folded=1.0)
-    schedules = replace(formulation.schedules, untangling=untangling)
-    worst, valid, trial = formulation.quality(points).min(), ValidCells(points, cells), points
+    schedules, valid = replace(formulation.schedules, untangling=untangling), ValidCells(points, formulation.cells)
+    trial = points
     for iteration in untangle(replace(formulation, schedules=schedules), points, schedule.patience):
         trial = iteration.points
         yield Iteration("reopen worst cells", points)
-    if trial is points:
-        return
     # Opened corners may leave cells that are folded inside.
-    trial = untangle_interior(formulation, trial)
-    raised = (iteration.points for iteration in raise_worst_patches(formulation, trial))
-    for trial in chain([trial], raised):
-        if formulation.quality(trial).min() > worst and valid(trial):
-            points = trial
-        yield Iteration("reopen worst cells", points)
+    if trial is not points and valid(trial := untangle_interior(formulation, trial)):
+        yield Iteration("reopen worst cells", trial)
 
 
 def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteration, None, Softened | None]:
@@ -157,7 +162,7 @@ def soften_curves(formulation: Formulation, points: Field) -> Generator[Iteratio
     for iteration in raise_worst_patches(soft, points):
         yield Iteration("soften curves", points)
         best, after = iteration.points, space.smallest(corner_scaled_jacobian(iteration.points, formulation.cells))
-        if after >= schedule.poor:
+        if after >= max(schedule.poor, before + schedule.worth):
             break
     if after < before + schedule.worth:
         return None

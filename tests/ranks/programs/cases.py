@@ -62,11 +62,12 @@ def block():
     return generate.jittered(*generate.box((5, 4, 6), (1.0, 1.0, 1.5)), 0.25, seed=1)
 
 
-# Worst cells are opened again, though they need not be.
+# All is lowered a little only, and again for cells that are opened though they are not next to flat.
 REOPENED = Schedules(
+    minimization=replace(Schedules().minimization, stall=0.9),
     worst_cells=replace(
-        Schedules().worst_cells, angle_steps=1, stiff_steps=0, patch_rounds=2, reopened=1.0, opened=0.85
-    )
+        Schedules().worst_cells, angle_steps=0, stiff_steps=0, patch_rounds=0, reopened=1.0, opened=0.85
+    ),
 )
 
 
@@ -138,12 +139,13 @@ CASES = {
 # Patches of ranks are not those of one process: what counts is how good cells are.
 GOOD = {
     "worst cells are raised": (ball, Options(boundary="fixed")),
-    "worst cells are opened once more": (ball, Options(boundary="fixed"), REOPENED),
     "curved faces slide as they do by themselves": (ball, Options()),
     "folded cells are unfolded": (folded_cube, Options()),
     "folded cells are unfolded, by patches": (folded_cube, Options(boundary="fixed"), PATCHES),
     "folded cells are unfolded, nothing on a rank": (folded_far_apart, Options(), PATCHES),
 }
+
+OPENED = {"worst cells are opened once more": (ball, Options(boundary="fixed"), REOPENED)}
 
 
 def two_materials():

@@ -5,7 +5,7 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-from cases import CASES, GOOD
+from cases import CASES, GOOD, OPENED
 from mpi4py import MPI
 
 from hexconformal import Regularization
@@ -50,4 +50,4 @@ def write(saved):
 
 
 if __name__ == "__main__":
-    write(run_all(CASES | GOOD))
+    write(run_all(CASES | GOOD | OPENED))
