@@ -195,22 +195,16 @@ class Stages:
                 formulation, points = formulation.with_barrier(soft.barrier), soft.points
                 self.state = replace(self.state, formulation=formulation, notes=(*self.state.notes, soft.note))
                 yield Iteration("soften curves", points)
-<<<<<<< HEAD
-        if formulation.spoils_a_type(points) and not formulation.spoils_a_type(unfolded):
+        if formulation.spoils_a_type(points) and not formulation.spoils_a_type(found.points):
             # What is lost where distortion is lowered on the whole does not always come back: patch by patch little is;
             # where that is too much the types that lost are held.
-            bounded, points = formulation.within(schedules.work.patches), unfolded
-=======
-        if formulation.spoils_a_type(points) and not formulation.spoils_a_type(found.points):
-            # What is lost where distortion is lowered on the whole does not always come back: patch by patch none is.
             bounded, points = formulation.within(schedules.work.patches), found.points
->>>>>>> faith31
             for iteration in raise_worst_patches(bounded, points):
                 points = iteration.points
                 yield iteration
             lost = formulation.of_spoiled_types(points)
             if lost.any() and not lost.all():
-                points = unfolded
+                points = found.points
                 for iteration in raise_worst(formulation.without(lost).within(schedules.work.patches), points):
                     points = iteration.points
                     yield iteration
