@@ -193,7 +193,7 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
         ("quality broken.ply", 1, "cannot read broken.ply"),
         ("quality ball.ply --out ball.ply", 2, "--overwrite"),
         ("quality ball.ply --out out.inp", 1, "unknown extension .inp"),
-        ("quality tets.vtu", 1, "there are no hexahedra, wedges, pyramids, tetrahedra, only"),
+        ("quality tets.vtu", 1, "cells of higher order: 1 tetra10"),
         ("quality ball.xyz", 1, "ball.xyz does not exist"),
     ],
 )
