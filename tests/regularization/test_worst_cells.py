@@ -58,6 +58,21 @@ def test_nothing_is_tried_once_the_worst_cell_is_what_the_connections_allow(monk
     assert tried
 
 
+def test_cells_that_are_better_than_the_worst_can_get_are_not_raised_with_it(monkeypatch):
+    points, cells = generate.jittered(*generate.box((12, 12, 12)), 0.3, seed=1)
+    formulation, firsts = fixed_boundary(points, cells), []
+    quality = formulation.quality(points)
+    for most in (1.0, quality.min() + 0.01):
+        regions = []
+        monkeypatch.setattr(
+            worst_cells, "_raised", lambda seen, points, region, regions=regions: regions.append(region) or points
+        )
+        list(raise_worst_patches(replace(formulation, attainable=np.full(len(quality), most)), points))
+        firsts.append(regions[0])
+    assert firsts[1].sum() < 0.7 * firsts[0].sum()
+    assert firsts[1][cells[quality.argmin()]].all()
+
+
 def drained(stage):
     """The iterations of a stage, and what it returns."""
     seen = []

@@ -92,8 +92,9 @@ class WorstCellsSchedule(Schedule):
         Relative decrease two of which in a row end the former.
     patch_steps, patch_passes, patch_rounds
         Newton steps on a patch, passes with the stiffness anew, and patches at most.
-    margin
-        Cells this close to the worst scaled Jacobian are raised with it.
+    margin, spared
+        Cells this close to the worst scaled Jacobian are raised with it, but for those that are better by this than the
+        connections allow the worst to get.
     rings
         Of cells around them that move.
     least_gain
@@ -123,6 +124,7 @@ class WorstCellsSchedule(Schedule):
     patch_passes: int = tuned(3)
     patch_rounds: int = tuned(40)
     margin: float = tuned(0.1, 0.0, 1.0)
+    spared: float = tuned(0.005, 0.0, 1.0)
     rings: int = tuned(3)
     least_gain: float = tuned(1e-3, 0.0, 1.0)
     alike: float = tuned(0.02, 0.0, 1.0)

@@ -83,7 +83,11 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         worst = min(space.smallest(quality[~aside]), 1.0)
         if worst >= (schedule.poor if stalled else schedule.good):
             return
-        seeds = ~aside & (quality < worst + schedule.margin)
+        # What is better than the worst can get stands in nobody's way.
+        most = worst + schedule.margin
+        if worst < attainable:
+            most = min(most, attainable + schedule.spared)
+        seeds = ~aside & (quality < most)
         region = node_rings(cells, len(points), seeds, schedule.rings, space)
         seen = formulation.seen_from(points)
         trial = _raised(seen, points, region)
