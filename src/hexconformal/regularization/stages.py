@@ -29,7 +29,7 @@ __all__ = ["Stages", "State"]
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Stage = Callable[[Formulation, Field], Iterator[Iteration]]
+Raising = Callable[[Formulation, Field, bool], Iterator[Iteration]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,10 +185,15 @@ class Stages:
             raise_cells = raise_worst_patches
             formulation.release()
         bounded = formulation.within(schedules.work.patches)
-        for iteration in raise_cells(bounded, points):
+        for iteration in raise_cells(bounded, points, True):
             points = iteration.points
             yield iteration
         points = yield from self._reopen_worst(formulation, points, found.bad, raise_cells)
+        if formulation.space.smallest(formulation.quality(points)) < schedules.worst_cells.reopened:
+            # Others beside what stays next to flat.
+            for iteration in raise_worst_patches(bounded, points):
+                points = iteration.points
+                yield iteration
         if options.features == "auto" and options.surface is None:
             soft = yield from soften_curves(formulation.within(schedules.work.patches), points)
             if soft is not None:
@@ -215,7 +220,7 @@ class Stages:
         return formulation, points
 
     def _reopen_worst(
-        self, formulation: Formulation, points: Field, bad: Mask, raise_cells: Stage
+        self, formulation: Formulation, points: Field, bad: Mask, raise_cells: Raising
     ) -> Generator[Iteration, None, Field]:
         """Open the worst cells where they stall next to flat, then lower and raise all anew, as long as that wins."""
         schedules, space = self._setting.schedules, formulation.space
@@ -226,7 +231,7 @@ class Stages:
             for iteration in self._minimize(formulation, trial, bad, False):
                 trial = iteration.points
                 yield Iteration("reopen worst cells", points)
-            for iteration in raise_cells(formulation.within(schedules.work.patches), trial):
+            for iteration in raise_cells(formulation.within(schedules.work.patches), trial, True):
                 trial = iteration.points
                 yield Iteration("reopen worst cells", points)
             if space.smallest(formulation.quality(trial)) <= space.smallest(formulation.quality(points)):
@@ -257,12 +262,13 @@ class Stages:
             yield Iteration("return to the surface", points)
         if not barrier.exceeded(points):
             return points
-        # The worst cell stands in the way: it is let go, or all goes back a little, whatever makes it better.
-        best = self._towards_earlier(barrier, points)
-        if self._raises_worst:
+        # The worst cell stands in the way: all goes back a little, or it is let go, whatever makes it better.
+        best, space = self._towards_earlier(barrier, points), formulation.space
+        lost = space.smallest(formulation.quality(points)) - space.smallest(formulation.quality(best))
+        if self._raises_worst and lost > self._setting.schedules.worst_cells.least_gain:
             for trial in self._let_go(formulation, points):
                 yield Iteration("return to the surface", best)
-                one, other = (formulation.space.smallest(formulation.quality(x)) for x in (trial, best))
+                one, other = (space.smallest(formulation.quality(x)) for x in (trial, best))
                 best = trial if one > other and not barrier.exceeded(trial) else best
         yield Iteration("return to the surface", best)
         return best

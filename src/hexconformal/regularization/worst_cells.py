@@ -48,11 +48,16 @@ def stiffened(formulation: Formulation, points: Field) -> CornerWeights:
     return CornerWeights(schedule.distortion_share, 1.0, stiffness)
 
 
-def raise_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
-    """Raise the worst cells of a whole valid mesh, then its worst patches, until the worst cell stalls."""
+def raise_worst(formulation: Formulation, points: Field, opens: bool = False) -> Iterator[Iteration]:
+    """Raise the worst cells of a whole valid mesh, then its worst patches, until the worst cell stalls.
+
+    Where such cells are opened afterwards, nothing is done for others beside one that stalls next to flat.
+    """
     if formulation.space.is_shared:
         everywhere = np.ones(len(points), dtype=bool)
-        yield from steps_on_one_rank(formulation, points, everywhere, lambda whole, start, _: raise_worst(whole, start))
+        yield from steps_on_one_rank(
+            formulation, points, everywhere, lambda whole, start, _: raise_worst(whole, start, opens)
+        )
         return
     schedule = formulation.schedules.worst_cells
     weights = CornerWeights(schedule.distortion_share, 1.0)
@@ -64,13 +69,14 @@ def raise_worst(formulation: Formulation, points: Field) -> Iterator[Iteration]:
     for iterate in islice(stiff, schedule.stiff_steps):
         points = iterate.points
         yield Iteration("stiffen", points)
-    yield from raise_worst_patches(formulation, points)
+    yield from raise_worst_patches(formulation, points, opens)
 
 
-def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Iteration]:
+def raise_worst_patches(formulation: Formulation, points: Field, opens: bool = False) -> Iterator[Iteration]:
     """Raise the patches around the worst cells only, until all are good enough or stall, or the work is done.
 
-    A worst cell that stalls is set aside, and those that come after it are raised, as long as they are poor.
+    A worst cell that stalls is set aside, and those that come after it are raised, as long as they are poor; not beside
+    one that stalls next to flat, where that is opened afterwards.
     """
     schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
@@ -101,6 +107,8 @@ def raise_worst_patches(formulation: Formulation, points: Field) -> Iterator[Ite
         if formulation.work.is_done:
             return
         if spoiled or space.smallest(quality[~aside]) < worst + min(schedule.least_gain, 0.1 * worst):
+            if opens and worst < schedule.reopened:
+                return
             stalled = True
             aside |= quality < worst + schedule.alike
         aside |= quality >= limits
