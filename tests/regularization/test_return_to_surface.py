@@ -138,3 +138,8 @@ def test_worst_cells_that_were_let_go_on_the_way_back_are_raised_again(monkeypat
     assert formulation.quality(best).min() > worst[1] - 0.05
     assert not barrier.exceeded(best)
     assert not any(barrier.exceeded(iteration.points) for iteration in seen)
+    # Where little going back loses nothing it is not let go at all.
+    monkeypatch.setattr(stages, "_towards_earlier", lambda barrier, points: good)
+    monkeypatch.setattr(stages, "_let_go", None)
+    last = [iteration.points for iteration in stages._return_to_surface(formulation, out)][-1]
+    assert last is good

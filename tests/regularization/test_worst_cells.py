@@ -73,6 +73,21 @@ def test_cells_that_are_better_than_the_worst_can_get_are_not_raised_with_it(mon
     assert firsts[1][cells[quality.argmin()]].all()
 
 
+def test_others_wait_for_a_cell_that_stalls_next_to_flat_and_is_opened_then(monkeypatch):
+    formulation, points = nearly_flat()
+    tried = []
+    monkeypatch.setattr(worst_cells, "_raised", lambda seen, points, region: tried.append(region) or points)
+    assert list(raise_worst_patches(formulation, points, opens=True)) == []
+    assert len(tried) == 1
+    assert list(raise_worst_patches(formulation, points)) == []
+    assert len(tried) > 2
+    schedule = replace(formulation.schedules.worst_cells, reopened=1e-4)
+    formulation = replace(formulation, schedules=replace(formulation.schedules, worst_cells=schedule))
+    tried.clear()
+    assert list(raise_worst_patches(formulation, points, opens=True)) == []
+    assert len(tried) > 1
+
+
 def drained(stage):
     """The iterations of a stage, and what it returns."""
     seen = []
