@@ -48,7 +48,7 @@ def fixed_run(mesh, **options):
 
 
 def test_a_better_worst_cell_is_more_than_a_better_mean(stages):
-    start, even, raised = (row_of_boxes(*shears) for shears in ((0.3, 0.3), (0.25, 0.0), (0.2, 0.2)))
+    start, even, raised = (row_of_boxes(*shears) for shears in ((0.2, 0.2), (0.17, 0.0), (0.13, 0.13)))
     assert worst_and_mean(even)[0] < worst_and_mean(raised)[0] - 1e-3
     assert worst_and_mean(even)[1] > worst_and_mean(raised)[1] + 1e-3
     stages(run := fixed_run(start), minimize=[even.points], raising=[raised.points])
@@ -57,7 +57,7 @@ def test_a_better_worst_cell_is_more_than_a_better_mean(stages):
 
 
 def test_what_raising_loses_without_a_better_worst_cell_is_taken_back(stages):
-    start, even, raised = (row_of_boxes(*shears) for shears in ((0.3, 0.3), (0.25, 0.0), (0.25, 0.2)))
+    start, even, raised = (row_of_boxes(*shears) for shears in ((0.2, 0.2), (0.17, 0.0), (0.17, 0.1)))
     stages(run := fixed_run(start), minimize=[even.points], raising=[raised.points])
     list(run)
     np.testing.assert_allclose(run.points, raised.points, atol=1e-14)
@@ -110,7 +110,7 @@ def test_nor_is_the_worst_cell_of_another_type(stages):
 
 @pytest.mark.parametrize(("taken", "reason"), [(2, "the energy falls no more"), (3, "limit of iterations")])
 def test_a_run_whose_gradient_is_large_ends_by_its_limit_only_where_it_is_reached(stages, taken, reason):
-    start, better = row_of_boxes(0.3), row_of_boxes(0.1)
+    start, better = row_of_boxes(0.2), row_of_boxes(0.1)
     run = fixed_run(start, emphasis="mean", max_iterations=3)
     stages(run, minimize=[better.points] * taken, gradient=0.5)
     list(run)
@@ -178,3 +178,35 @@ def test_of_what_takes_the_surface_too_far_a_share_is_taken(stages):
     result = run.result()
     assert 0.5 * bound < result.report.hausdorff <= bound
     assert result.points[middle, 0] < start[middle, 0] - 0.03
+
+
+def test_fewer_invalid_cells_are_worth_a_lower_mean(stages):
+    start = with_a_held_fold(row_of_boxes(*6 * [0.0]), 0.15)
+    after = row_of_boxes(0.0, *5 * [0.2])
+    assert (~hc.quality(start).valid).sum() == 1
+    assert hc.quality(after).valid.all()
+    assert worst_and_mean(after)[1] < worst_and_mean(start)[1]
+    stages(run := fixed_run(start), minimize=[after.points])
+    for record in run:
+        if record.phase == "lbfgs":  # later, the type would be held
+            break
+    np.testing.assert_allclose(run.result().points, after.points, atol=1e-14)
+
+
+def test_a_share_of_the_way_that_loses_a_valid_cell_is_not_taken(stages, monkeypatch):
+    # Two cells unfold, and a third turns about, half-way of which it is flat; at the end it is as it was.
+    single = hc.elevated(hc.generate.box((1, 1, 1)), 20)
+    cells = np.concatenate([single.blocks[0].cells + 20 * k for k in range(4)])
+    good = np.concatenate([single.points + [2.0 * k, 0.0, 0.0] for k in range(4)])
+    start, after = good.copy(), good.copy()
+    start[cells[:2, 8]] += 0.35
+    after[40:60] = (single.points - 0.5) * [-1.0, -1.0, 1.0] + [4.5, 0.5, 0.5]
+    mesh = hc.MixedMesh.of_types(start, {"hexahedron20": cells})
+    half = hc.quality(mesh.replaced((start + after) / 2)).valid
+    assert hc.quality(mesh).valid.tolist() == [False, False, True, True]
+    assert half.tolist() == [True, True, False, True]
+    stages(run := QuadraticRegularization(mesh, hc.Options(boundary="free")), minimize=[after])
+    list(run)
+    np.testing.assert_allclose(run.result().points, after, atol=1e-12)
+    monkeypatch.setattr(quadratic_run, "_SHARES", (0.5,))
+    np.testing.assert_array_equal(run.result().points, start)
