@@ -77,8 +77,9 @@ def ids_of(data: Any, kind: str, count: int) -> list[int]:
 
 def property_of(data: Any, kind: str, name: str, count: int) -> list[int]:
     """What blocks or sets have of a property with a name; 0, as the format has it, for none."""
-    found = (one for key, one in data.variables.items() if key.startswith(f"{kind}_prop"))
-    values = next((np.asarray(one[:]).ravel().tolist() for one in found if getattr(one, "name", "") == name), [])
+    # A variable's own name hides the attribute.
+    found = (one for key, one in data.variables.items() if key.startswith(f"{kind}_prop") and "name" in one.ncattrs())
+    values = next((np.asarray(one[:]).ravel().tolist() for one in found if one.getncattr("name") == name), [])
     return values if len(values) == count else [0] * count
 
 
