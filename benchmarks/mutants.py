@@ -558,18 +558,22 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("bend > tolerance * parts**2", "bend > tolerance * parts"),
             ("8 * cells * parts**3 <= _MOST", "cells * parts**3 <= _MOST"),
             (".any(axis=1)]", ".all(axis=1)]"),
+            ("np.repeat(sheets, quads.each)", "np.tile(sheets, quads.each)"),
             ("np.searchsorted(order, own))", "own)"),
             ("for points in (after, before)", "for points in (before, before)"),
             ("block.cells[np.isin(block.places, own)]", "block.cells[: len(own)]"),
         ],
     ),
     "hexconformal.regularization.quadratic.curved_boundary": (
-        ("regularization/quadratic/test_curved_boundary.py", "regularization/quadratic/test_sliding_boundary.py"),
+        ("regularization/quadratic/test_curved_boundary.py", "regularization/quadratic/test_curved_surface.py"),
         [
             ("near = bound - bend / parts**2", "near = bound"),
             ("bound = near\n", "bound = bound\n"),
             ("fixed[:count] = fixed_components(", "fixed[:count] |= 0 * fixed_components("),
-            ("return max(apart / self.diagonal, inside)", "return inside"),
+            ("(self._surface, self._inside) if len(self.sheets) else (self._surface,)", "(self._surface,)"),
+            ("for one in surfaces) / self.diagonal", "for one in surfaces[1:]) / self.diagonal"),
+            ("(samples.weights.max(axis=1) == 1.0) & (nodes[:, 0] >= count)", "samples.weights.max(axis=1) == 1.0"),
+            ("_EXACT = 0.02", "_EXACT = 0.2"),
             ("attraction=np.zeros(len(samples))", "attraction=samples.attraction"),
             ("else self.sliding.with_held(np.flatnonzero(nodes))", "else self.sliding"),
             ("np.repeat(regions.labels, self.cut.per_cell)", "np.tile(regions.labels, self.cut.per_cell)"),
@@ -615,7 +619,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
         ],
     ),
     "hexconformal.regularization.quadratic.run": (
-        ("regularization/quadratic/test_quadratic.py", "regularization/quadratic/test_sliding_boundary.py"),
+        ("regularization/quadratic/test_run.py", "regularization/quadratic/test_quadratic.py"),
         [
             ("if not (self._valid & ~valid).any() and invalid", "if invalid"),
             ("kept &= record.min_scaled_jacobian >= floor - LEVEL", "pass"),
@@ -630,6 +634,8 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("for candidate in (self._points, self._before_raising)", "for candidate in (self._points,)"),
             ("        if setting.folded_cells(points).any():", "        if False:"),
             ("if taken == options.max_iterations and relative", "if relative"),
+            ("if (before.valid & ~after.valid).any():", "if False:"),
+            ("same, gain = (after.valid == before.valid).all(), ", "same, gain = True, "),
         ],
     ),
     "hexconformal.io.raised_cells": (

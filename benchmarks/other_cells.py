@@ -144,7 +144,7 @@ def _linear_row(name: str, method: str, mesh: MixedMesh, points: Field | None, c
     return f"| {name} | {method} | {int((~measured.valid).sum())} | {scaled} | {cpu} | {note} |"
 
 
-def _shaken(mesh: MixedMesh, amount: float) -> MixedMesh:
+def shaken(mesh: MixedMesh, amount: float) -> MixedMesh:
     """The mesh with nodes that are not on its boundary moved by up to `amount` along each axis."""
     moves = np.random.default_rng(1).uniform(-amount, amount, mesh.points.shape)
     moves[boundary_quads(collapsed_mesh(mesh).cells)[0]] = 0.0
@@ -156,7 +156,7 @@ def meshes(folders: list[Path]) -> Iterator[tuple[str, MixedMesh]]:
     for name, make in CURVED:
         yield name, make()
     for amount in (0.2, 0.5):
-        yield f"bar of four types, inner nodes off by {amount:g} h", _shaken(mixed_block(4), amount)
+        yield f"bar of four types, inner nodes off by {amount:g} h", shaken(mixed_block(4), amount)
     for folder in folders:
         for path in sorted(folder.iterdir()):
             if path.suffix.lower() not in READ_EXTENSIONS:

@@ -5,6 +5,7 @@
 
 fixed      a cube twisted by 60 degrees, jittered; fixed boundary, mean distortion, relative gradient 1e-6
 part       a real part with a curved boundary, plain defaults, cut in 8^k cells (benchmarks/cut.py)
+mixed      a swept cylinder, a quarter wedges and the rest hexahedra, inner nodes off by .25 edges; plain defaults
 tangled    a jittered box of which 6 % of the cells are inverted, fixed boundary, plain defaults
 flow       a step of mean curvature flow of a sphere of triangles
 
@@ -29,10 +30,17 @@ from typing import Any
 import numpy as np
 from machine import described, run
 
-SIZES = {"fixed": (40, 64, 100), "part": (0, 1, 2), "tangled": (32, 64, 100), "flow": (20_000, 100_000)}
+SIZES = {
+    "fixed": (40, 64, 100),
+    "part": (0, 1, 2),
+    "mixed": (4, 8),
+    "tangled": (32, 64, 100),
+    "flow": (20_000, 100_000),
+}
 TITLES = {
     "fixed": "Cube twisted by 60 degrees, jittered by 0.1; fixed boundary, mean distortion, relative gradient 1e-6",
     "part": "A part with a curved boundary, cut in 8^k; plain defaults",
+    "mixed": "Swept cylinder of wedges and hexahedra, inner nodes off by .25 edges; plain defaults",
     "tangled": "Jittered box with 6 % of its cells inverted, fixed boundary; plain defaults",
     "flow": "A step of mean curvature flow of a sphere, with remeshing",
 }
@@ -60,14 +68,14 @@ def triad(threads: int) -> float:
     return 24e-9 * count / best
 
 
-def regularized(mesh: tuple[Any, Any], **options: Any) -> Callable[[], dict[str, Any]]:
+def regularized(mesh: Any, **options: Any) -> Callable[[], dict[str, Any]]:
     """A run of regularize, to be timed."""
     import hexconformal as hc
 
     def call() -> dict[str, Any]:
         report = hc.regularize(mesh, **options).report
         return {
-            "cells": len(mesh[1]),
+            "cells": report.before.count,
             "inverted": report.before.inverted,
             "before": f"{report.before.scaled_jacobian.min:.3f}",
             "iterations": report.iterations,
@@ -81,6 +89,7 @@ def regularized(mesh: tuple[Any, Any], **options: Any) -> Callable[[], dict[str,
 def prepared(case: str, size: int, part: str) -> Callable[[], dict[str, Any]]:
     """What is timed, with its mesh made."""
     from cut import cut_in_eight
+    from other_cells import shaken
 
     import hexconformal as hc
     import surface
@@ -97,6 +106,9 @@ def prepared(case: str, size: int, part: str) -> Callable[[], dict[str, Any]]:
         for _ in range(size):
             points, cells = cut_in_eight(points, cells)
         return regularized((points, cells))
+    if case == "mixed":
+        mixed = hc.as_volume_mesh(generate.swept_cylinder(size, 3 * size, 8 * size, core_size=0.25))
+        return regularized(shaken(mixed, 0.25 / (4 * size)))  # edges along the axis are 1 / (4 size)
     if case == "tangled":
         mesh = generate.jittered(*generate.box((size, size, size)), 0.36, valid=False)
         return regularized(mesh, boundary="fixed")
@@ -129,7 +141,7 @@ def measured(case: str, size: int, threads: int, part: str) -> dict[str, Any]:
     import hexconformal as hc
 
     hc.use_threads(threads)
-    small = {"fixed": 6, "part": 0, "tangled": 6, "flow": 300}
+    small = {"fixed": 6, "part": 0, "mixed": 1, "tangled": 6, "flow": 300}
     if case == "part":
         hc.regularize(hc.generate.jittered(*hc.generate.ball(3, 2), 0.2))
     else:
@@ -174,7 +186,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=SIZES, nargs="+", default=list(SIZES), help="prints instead of writing")
     parser.add_argument("--part", default="", help="the part; without, a generated one")
-    parser.add_argument("--sizes", type=int, nargs="+", help="other sizes: edges of cubes, cuts, triangles; prints")
+    parser.add_argument(
+        "--sizes", type=int, nargs="+", help="other sizes: edges of cubes, cuts, rings of wedges, triangles; prints"
+    )
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--limit", type=float, default=1200.0, help="CPU seconds of a run")
     parser.add_argument("--one", choices=SIZES, help=argparse.SUPPRESS)

@@ -6,9 +6,10 @@ import pytest
 from meshes.files import PARENTS
 from meshes.hexahedra import block
 
-from hexconformal import as_hex_mesh
+from hexconformal import as_hex_mesh, as_volume_mesh
 from hexconformal.common.errors import ReadError
 from hexconformal.io import read_write as io
+from hexconformal.mesh import collapsed_mesh, find_regions
 
 
 def curved_meshio(name):
@@ -59,3 +60,49 @@ def test_exodus_elements_have_many_names(tmp_path):
         data["connect2"].elem_type = "NFACED"
     with pytest.raises(ReadError, match="type 'NFACED' are not supported"):
         io.read(path)
+
+
+def hexahedra_and_wedges():
+    """Two hexahedra on each other, and beside each two wedges."""
+    points, cells = block(2)
+    low = cells[[0, 4]]
+    halves = [cells[k][[0, 1, 3, 4, 5, 7] if half else [1, 2, 3, 5, 6, 7]] for k in (1, 5) for half in (0, 1)]
+    return points, [("hexahedron", low), ("wedge", np.array(halves))]
+
+
+@pytest.mark.parametrize("named", [None, False, True])
+def test_a_region_of_several_types_comes_back_as_one(named, tmp_path):
+    netcdf = pytest.importorskip("netCDF4")
+    points, cells = hexahedra_and_wedges()
+    tags = None if named is None else {"gmsh:physical": [np.array([5, 9]), np.array([5, 5, 9, 9])]}
+    names = {"steel": np.array([5, 3]), "stone": np.array([9, 3])} if named else {}
+    path, again = tmp_path / "a.exo", tmp_path / "b.exo"
+    made = meshio.Mesh(points, cells, cell_data=tags or {}, field_data=names)
+    mesh = as_volume_mesh(made)
+    io.write(path, mesh)
+    for read in (path, again):
+        back = as_volume_mesh(read)
+        assert len(back.table) == 6
+        regions = find_regions(collapsed_mesh(back))
+        if named is None:
+            assert regions is None
+        else:
+            assert regions.labels.tolist() == find_regions(collapsed_mesh(mesh)).labels.tolist()
+            assert np.unique(back.cell_data["gmsh:physical"]).tolist() == [5, 9]
+            assert regions.names == (("steel", "stone") if named else ("block_5", "block_9"))
+        io.write(again, back)
+    with netcdf.Dataset(path) as data:
+        assert len(set(data["eb_prop1"][:].tolist())) == len(data["eb_prop1"]) == (2 if named is None else 4)
+        if named:
+            data["eb_names"].set_auto_chartostring(False)
+            told = {bytes(row).split(b"\0")[0].decode() for row in np.ma.getdata(data["eb_names"][:])}
+            assert told == {"steel", "stone", "steel_WEDGE6", "stone_WEDGE6"}
+
+
+def test_blocks_of_which_nothing_is_told_are_regions_of_their_own(tmp_path):
+    netcdf = pytest.importorskip("netCDF4")
+    path = tmp_path / "a.exo"
+    io.write(path, as_volume_mesh(meshio.Mesh(*hexahedra_and_wedges())))
+    with netcdf.Dataset(path, "a") as data:
+        data["eb_prop2"].setncattr("name", "OTHER")
+    assert len(find_regions(collapsed_mesh(as_volume_mesh(path))).names) == 2

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from meshes.hexahedra import block
 
+import hexconformal as hc
 from hexconformal import HexMesh
 from hexconformal.common.errors import ReadError
 from hexconformal.io import read_write as io
@@ -210,3 +211,26 @@ def test_other_kinds_of_mfem_are_refused_by_name(text, message, tmp_path):
     (tmp_path / "a.mesh").write_text(text)
     with pytest.raises(ReadError, match=message):
         io.read(tmp_path / "a.mesh")
+
+
+@pytest.mark.parametrize("extension", [".mesh", ".meshb"])
+def test_blocks_of_one_type_are_one_section(tmp_path, extension):
+    points, cells = hc.generate.box((2, 2, 1))
+    blocks = [("hexahedron", cells[:1]), ("hexahedron", cells[1:])]
+    mesh = meshio.Mesh(points, blocks, cell_data={"medit:ref": [np.array([5]), np.array([5, 9, 9])]})
+    path = tmp_path / f"a{extension}"
+    hc.write(path, mesh)
+    back = hc.read(path)
+    np.testing.assert_array_equal(back.cells, cells)
+    np.testing.assert_array_equal(back.cell_data["medit:ref"], [5, 5, 9, 9])
+
+
+def test_sections_of_one_keyword_go_on_with_each_other(tmp_path):
+    points, cells = hc.generate.box((2, 1, 1))
+    path = tmp_path / "a.mesh"
+    hc.write(path, hc.HexMesh(points, cells))
+    second = " ".join(map(str, [*(cells[1] + 1), 0]))
+    text = path.read_text().replace("Hexahedra\n2\n", "Hexahedra\n1\n").rstrip()
+    lines = [line for line in text.splitlines() if line.split() != second.split()]
+    path.write_text("\n".join([*lines[:-1], "Hexahedra", "1", second, "End", ""]))
+    np.testing.assert_array_equal(hc.read(path).cells, cells)

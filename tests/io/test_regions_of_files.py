@@ -123,3 +123,38 @@ def test_what_else_a_file_has_beside_names_of_groups_is_no_obstacle():
     tags = {"gmsh:physical": [np.where(STEEL, 5, 2)]}
     mesh = hc.as_hex_mesh(meshio.Mesh(POINTS, [("hexahedron", CELLS)], cell_data=tags, field_data=fields))
     assert find_regions(mesh).names == ("rubber", "steel")
+
+
+def of_families():
+    """The box with families of cells as MED has them: negative numbers, by name."""
+    mesh = meshio.Mesh(POINTS, [("hexahedron", CELLS)], cell_data={"cell_tags": [np.where(STEEL, -1, -2)]})
+    mesh.cell_tags = {-1: ["steel"], -2: ["rubber"]}
+    return mesh
+
+
+@pytest.mark.parametrize("extension", [".msh", ".inp"])
+def test_families_of_med_are_groups_or_sets_in_other_formats(tmp_path, extension):
+    first, second = tmp_path / "a.med", tmp_path / f"b{extension}"
+    pytest.importorskip("h5py")
+    hc.write(first, of_families())
+    lost = hc.write(second, hc.read(first))
+    found, regions = partition_of(second)
+    assert found == EXPECTED
+    assert sorted(regions.names) == ["rubber", "steel"]
+    assert any(text.startswith("the numbers of") and "kept as" in text for text in lost)
+    assert not any("steel" in text for text in lost)
+
+
+@pytest.mark.parametrize("first", [".bdf", ".msh", ".mesh", ".xdmf"])
+def test_tags_are_sets_in_decks(tmp_path, first):
+    hc.write(tmp_path / f"a{first}", hc.HexMesh(POINTS, CELLS, cell_data={"gmsh:physical": np.where(STEEL, 5, 2)}))
+    hc.write(tmp_path / "b.inp", hc.read(tmp_path / f"a{first}"))
+    found, regions = partition_of(tmp_path / "b.inp")
+    assert found == EXPECTED
+    assert sorted(name[-2:] for name in regions.names) == ["_2", "_5"]
+
+
+def test_of_several_arrays_of_tags_decks_tell_which_is_lost(tmp_path):
+    tags = {"gmsh:physical": np.where(STEEL, 5, 2), "medit:ref": np.arange(len(CELLS))}
+    lost = hc.write(tmp_path / "b.inp", hc.HexMesh(POINTS, CELLS, cell_data=tags))
+    assert lost == ["cell array 'medit:ref'", "the numbers of cell array 'gmsh:physical' (kept as sets)"]

@@ -190,3 +190,10 @@ def test_beside_hexahedra_it_is_kept_where_that_is_asked_for(command):
         linear = hc.as_volume_mesh(both, other_cells="keep", linearize=True)
         assert linear.held.sum() == 0
         assert {one.cell_type.name for one in linear.blocks} == {"hexahedron", "tetra"}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("linearize", [False, True])
+def test_where_hexahedra_are_needed_they_are_called_what_they_are(name, linearize):
+    with pytest.raises(hc.MeshError, match=f"cells of higher order: 1 {name}; there are no hexahedra"):
+        hc.as_hex_mesh(grid_of(name, straight(name)), linearize=linearize)

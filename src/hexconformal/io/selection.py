@@ -110,6 +110,11 @@ def select(
     if not found:
         flat = blocks and all(block.name in ("triangle", "quad") for block in blocks)
         hint = "; for surfaces there are surface.remesh, and the command remesh" if flat else ""
+        higher = [block for block in others if block.name in SECOND_ORDER]
+        if higher:
+            raise MeshError(
+                f"cells of higher order: {_counts_by_type(higher)}; there are no {wanted}, by their corners neither"
+            )
         raise MeshError(f"there are no {wanted}, only: {_counts_by_type(blocks) or 'points'}{hint}")
     if others and other_cells == "refuse":
         raise MeshError(

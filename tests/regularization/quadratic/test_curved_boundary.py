@@ -7,9 +7,11 @@ from meshes.quadratic_cells import curved_cylinder
 
 import hexconformal as hc
 from hexconformal.generate import box
+from hexconformal.geometry import hausdorff
 from hexconformal.mesh import boundary_quads, find_regions
 from hexconformal.regularization.quadratic.curved_boundary import CurvedBoundary
 from hexconformal.regularization.quadratic.curved_surface import largest_bend
+from hexconformal.regularization.quadratic.cut_mesh import CutMesh
 from hexconformal.regularization.quadratic.schedule import QuadraticSchedule
 
 
@@ -105,3 +107,30 @@ def test_the_bound_is_less_what_parts_are_off():
     off = bend / (normalized.diagonal * normalized.unit) / boundary.parts**2
     assert boundary.boundary.barrier.bound / normalized.diagonal == pytest.approx(0.005 - off, rel=1e-9)
     assert boundary.bound == 0.005
+
+
+@pytest.mark.parametrize("bound", [0.05, 0.2])
+def test_faces_inside_are_measured_as_they_bend(bound):
+    # What is outside is flat; the middle of the face between two cells stands out, and moves along the face.
+    mesh = hc.elevated(box((1, 1, 2), (2.0, 2.0, 4.0)), 27)
+    (middle,) = np.flatnonzero(np.abs(mesh.points - [1.0, 1.0, 2.0]).max(axis=1) < 1e-9)
+    before = mesh.points.copy()
+    before[middle, 2] += 0.3
+    mesh, after = mesh.replaced(before), before.copy()
+    after[middle] += [0.3, 0.0, -0.3 * 0.3**2]
+    boundary, cut = boundary_of(mesh, interfaces=np.array([0, 1]), hausdorff=bound), CutMesh(mesh, 32)
+    nodes, quads = np.unique(cut.faces(boundary.sheets).nodes, return_inverse=True)
+    apart = hausdorff(cut.matrix(nodes) @ after, cut.matrix(nodes) @ before, quads.reshape(-1, 4)) / boundary.diagonal
+    assert apart > 0.01
+    assert boundary.distance(after) == pytest.approx(apart, abs=0.02 * bound)
+    assert boundary.distance(before) == 0.0
+
+
+def test_the_barrier_samples_nodes_of_parts_that_are_none_of_the_mesh_and_draws_none():
+    boundary = boundary_of(curved_cylinder(20), hausdorff=0.02)
+    forward, faces = boundary.boundary.barrier.forward, boundary.boundary.barrier.original.faces
+    assert (forward.weights.max(axis=1) == 1.0).all()
+    assert not forward.attraction.any()
+    places = np.take_along_axis(faces[forward.faces], forward.weights.argmax(axis=1)[:, None], axis=1).ravel()
+    skin = np.unique(boundary.normalized.quads)
+    np.testing.assert_array_equal(np.sort(places), skin[skin >= len(boundary.start)])

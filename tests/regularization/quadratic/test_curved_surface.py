@@ -63,3 +63,15 @@ def test_cells_of_two_types_of_which_few_are_at_the_faces():
         assert [x.min(), x.max(), y.min(), y.max()] == pytest.approx([0, 1, 0, 1], abs=1e-12)
         assert np.ptp(places[:, 2]) == pytest.approx(0.1 if first else 0.0, rel=1e-12, abs=1e-12)
         assert surface.hausdorff(points, points + [0.0, 0.0, 0.3], 1e-3) == pytest.approx(0.3, rel=1e-6)
+
+
+def test_each_sheet_is_compared_with_itself():
+    mesh = hc.elevated(hc.generate.box((1, 2, 3), (1.0, 2.0, 3.0)), 20)
+    cells, moved = mesh.blocks[0].cells, mesh.points.copy()
+    # Two planes change places: all of them together are where they were.
+    inside = np.isin(mesh.points[:, 2], [1.0, 2.0])
+    moved[inside, 2] = 3.0 - moved[inside, 2]
+    faces = np.concatenate([cells[:2, 4:8], cells[2:4, 4:8]])
+    for sheets, apart in ((None, 0.0), (np.array([0, 0, 1, 1]), 1.0)):
+        surface = CurvedSurface.of(mesh, faces, 1e-3, sheets)
+        assert surface.hausdorff(mesh.points, moved, 1e-3) == pytest.approx(apart, abs=1e-9)

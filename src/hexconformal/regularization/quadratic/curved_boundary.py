@@ -14,7 +14,7 @@ from ...formulation import Schedules
 from ...geometry import DistanceBarrier, sharp_length
 from ...mesh import MixedMesh, NormalizedMesh, Regions, boundary_quads, collapsed_mesh, face_edges, unique_edges
 from ...solver import AdmissibleDirections, coupled_nodes, fixed_components
-from ..acceptance import boundary_distance, sheets_distance
+from ..acceptance import boundary_distance
 from ..boundary import Boundary, KeptGeometry, Said, boundary_of, kept_geometry
 from ..options import Options
 from ..region_rows import InterfaceRow, interface_rows
@@ -158,13 +158,10 @@ class CurvedBoundary:
 
         Points (n, 3) of the mesh are in the user's unit, here and in what follows.
         """
-        places = self._normalized_places(points)
         if self.boundary.barrier is None:
-            return boundary_distance(places, self.normalized, self.boundary, "slide")
-        inside = sheets_distance(places, self.normalized, self.boundary, self.bound)
+            return boundary_distance(self._normalized_places(points), self.normalized, self.boundary, "slide")
         surfaces = (self._surface, self._inside) if len(self.sheets) else (self._surface,)
-        apart = max(one.hausdorff(self.cut.mesh.points, points, self._tolerance) for one in surfaces)
-        return max(apart / self.diagonal, inside)
+        return max(one.hausdorff(self.cut.mesh.points, points, self._tolerance) for one in surfaces) / self.diagonal
 
     def mean_distance(self, points: Field) -> float:
         """Mean distance of the boundary from where it was, in diagonals."""
@@ -181,7 +178,9 @@ class CurvedBoundary:
 
     @cached_property
     def _inside(self) -> CurvedSurface:
-        return CurvedSurface.of(self.cut.mesh, self.sheets, self._tolerance)
+        inner = self.boundary.inner
+        sheets = None if inner is None else inner.sheets[:: self.parts**2]
+        return CurvedSurface.of(self.cut.mesh, self.sheets, self._tolerance, sheets)
 
     def sharp_length(self, points: Field) -> float:
         """Length of the sharp edges of the boundary."""

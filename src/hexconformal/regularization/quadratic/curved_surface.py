@@ -50,27 +50,34 @@ class CurvedSurface:
         (q, 4) the quads, by rows of the matrix.
     matrix
         (k, n) takes points of the mesh to those of the quads.
+    sheets
+        (q,) sheet of each quad, where each is compared with itself.
     """
 
     quads: Ints
     matrix: scipy.sparse.csr_array
+    sheets: Ints | None = None
 
     @classmethod
-    def of(cls, mesh: MixedMesh, faces: Ints, tolerance: float) -> CurvedSurface:
-        """The faces (f, 4), given by their corners, cut so finely that quads are within a tolerance, if may be."""
+    def of(cls, mesh: MixedMesh, faces: Ints, tolerance: float, sheets: Ints | None = None) -> CurvedSurface:
+        """The faces (f, 4), given by their corners, cut so finely that quads are within a tolerance, if may be.
+
+        Of several sheets (f,) each is compared with itself.
+        """
         touched = np.zeros(len(mesh.points), dtype=bool)
         touched[faces] = True
         beside = replace(mesh, blocks=_some(mesh.blocks, touched), cell_data={}, origin=None)
         parts = needed_parts(beside, largest_bend(beside, faces), tolerance)
         cut = CutMesh(beside, parts)
-        nodes, which = np.unique(cut.faces(faces).nodes, return_inverse=True)
-        return cls(which.reshape(-1, 4), cut.matrix(nodes))
+        quads = cut.faces(faces)
+        nodes, which = np.unique(quads.nodes, return_inverse=True)
+        return cls(which.reshape(-1, 4), cut.matrix(nodes), None if sheets is None else np.repeat(sheets, quads.each))
 
     def hausdorff(self, before: Field, after: Field, tolerance: float) -> float:
         """Hausdorff distance of the faces from where they were, with points (n, 3) of the mesh before and after."""
         if np.array_equal(before, after):
             return 0.0
-        return hausdorff(self.matrix @ after, self.matrix @ before, self.quads, tolerance)
+        return hausdorff(self.matrix @ after, self.matrix @ before, self.quads, tolerance, sheets=self.sheets)
 
     def mean_distance(self, before: Field, after: Field) -> float:
         """Mean distance of the faces from where they were."""

@@ -6,11 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ....common import ReadError, first_names
 from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.format import Format
 from ...format_tools.meshio_files import checked_contents, file_head, parsing
 from ...format_tools.rewriting import through_meshio
+from ...format_tools.tags import TAG_ARRAYS, cell_tags, tag_names
 from ...meshio_mesh import MeshioOrigin
 from ...source_file import FileContents, SourceFile
 from .deck import Deck
@@ -82,7 +85,8 @@ def _model(deck: Deck) -> tuple[str, ...]:
 
 
 def _write(target: Path, mesh: Any) -> list[str]:
-    out, lost = supported_part(mesh, "abaqus", _CAPABILITIES)
+    out, lost = supported_part(mesh, "abaqus", replace(_CAPABILITIES, own_arrays=TAG_ARRAYS))
+    lost = _tags_as_sets(out, lost)
     file = getattr(mesh.origin, "file", None)
     node_labels = None if file is None else file.node_labels
     # Other sources have their cells in another order than a meshio.Mesh.
@@ -91,6 +95,23 @@ def _write(target: Path, mesh: Any) -> list[str]:
     count = sum(len(block.data) for block in out.cells)
     names = None if names is None or len(names) != count else names
     return lost + write_deck(target, out, _usable(node_labels, len(out.points)), _usable(cell_labels, count), names)
+
+
+def _tags_as_sets(out: Any, lost: list[str]) -> list[str]:
+    """Give a meshio.Mesh a set of all cells of each tag; what is lost, less the names that the sets have."""
+    array, tags = cell_tags(out)
+    names = tag_names(out)
+    for dimension, tag in dict.fromkeys(
+        (block.dim, tag) for block, part in zip(out.cells, tags, strict=True) for tag in np.unique(part).tolist() if tag
+    ):
+        name = names.get((dimension, tag), f"{array.rpartition(':')[2]}_{tag}")
+        if name not in out.cell_sets:
+            masks = [(part == tag) & (block.dim == dimension) for block, part in zip(out.cells, tags, strict=True)]
+            out.cell_sets[name] = [np.flatnonzero(mask) for mask in masks]
+    told = {f"field data {name!r}" for name in out.cell_sets}
+    others = [f"cell array {name!r}" for name in TAG_ARRAYS if name in out.cell_data and name != array]
+    kept = [f"the numbers of cell array {array!r} (kept as sets)"] if array else []
+    return [*(text for text in lost if text not in told), *others, *kept]
 
 
 def _usable(labels: Any, count: int) -> Any:

@@ -20,6 +20,7 @@ __all__ = [
     "length_of",
     "names_of",
     "opened",
+    "property_of",
     "texts",
 ]
 
@@ -72,6 +73,14 @@ def ids_of(data: Any, kind: str, count: int) -> list[int]:
     name = f"{kind}_prop1"
     ids = np.asarray(data[name][:]).astype(np.int64).tolist() if name in data.variables else []
     return ids if len(ids) == count else list(range(1, count + 1))
+
+
+def property_of(data: Any, kind: str, name: str, count: int) -> list[int]:
+    """What blocks or sets have of a property with a name; 0, as the format has it, for none."""
+    # A variable's own name hides the attribute.
+    found = (one for key, one in data.variables.items() if key.startswith(f"{kind}_prop") and "name" in one.ncattrs())
+    values = next((np.asarray(one[:]).ravel().tolist() for one in found if one.getncattr("name") == name), [])
+    return values if len(values) == count else [0] * count
 
 
 def names_of(data: Any, kind: str, ids: list[int], default: str) -> list[str]:

@@ -12,8 +12,9 @@ from ....common import ReadError, first_ids
 from ...format_tools.meshio_files import checked_contents, parsing, permuted_nodes
 from ...format_tools.meshio_internals import cell_block
 from ...source_file import FileContents, SourceFile
+from .blocks import REGION
 from .elements import NODE_ORDERS, SIDES, cell_type, side_nodes
-from .netcdf import ids_of, joined_components, length_of, names_of, opened, texts
+from .netcdf import ids_of, joined_components, length_of, names_of, opened, property_of, texts
 
 __all__ = ["element_blocks", "read"]
 
@@ -78,10 +79,10 @@ class _Reader:
         )
 
     def _read_blocks(self) -> None:
-
         data, count = self.data, length_of(self.data, "num_el_blk")
         ids = ids_of(data, "eb", count)
         names = names_of(data, "eb", ids, "block")
+        regions, first = property_of(data, "eb", REGION, count), dict[int, str]()
         self.starts = [0]
         for k in element_blocks(data):
             connect = data[f"connect{k}"]
@@ -95,7 +96,8 @@ class _Reader:
                     f"{len(nodes)} elements of type {given} are taken by their corners; they stay in the file"
                 )
             self.blocks.append((kind, nodes[:, :taken].astype(np.int64) - 1))
-            self._tag(names[k - 1], ids[k - 1], len(nodes), cell_block(kind, self.blocks[-1][1]).dim)
+            name = first.setdefault(regions[k - 1], names[k - 1]) if regions[k - 1] else names[k - 1]
+            self._tag(name, ids[k - 1], len(nodes), cell_block(kind, self.blocks[-1][1]).dim)
             self.starts.append(self.starts[-1] + len(nodes))
 
     def _tag(self, name: str, number: int, count: int, dimension: int) -> None:

@@ -37,7 +37,7 @@ class SideTable:
         """Groups of one tag, whatever the types of their cells, as one."""
         merged: dict[int, CellGroup] = {}
         for group in self.groups:
-            rows = merged.setdefault(group.tag, CellGroup("", group.tag, group.name, {})).rows
+            rows = merged.setdefault(group.tag, CellGroup("", group.tag, group.name, {}, 2)).rows
             rows.update(group.rows)
         return list(merged.values())
 

@@ -12,7 +12,7 @@ from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.captured_output import captured_output
 from ...format_tools.meshio_files import permuted_nodes
 from ...format_tools.tags import cell_tags, element_numbers, is_told_by_tags
-from .blocks import CellGroup, cell_groups, with_ids
+from .blocks import REGION, CellGroup, cell_groups, with_ids
 from .elements import ELEMENT_NAMES, NODE_ORDERS
 from .netcdf import as_characters, component_names
 from .side_sets import SideTable
@@ -62,7 +62,10 @@ class _Writer:
         groups = cell_groups(mesh, tags)
         self.sides = SideTable(mesh, groups)
         self.blocks = with_ids([group for group in groups if group not in self.sides.groups])
-        renumbered = [group for group in self.blocks if group.tag and group.id != group.tag]
+        self.first: dict[int, CellGroup] = {}
+        for group in self.blocks:
+            self.first.setdefault(group.region, group)
+        renumbered = [group for group in self.first.values() if group.tag and group.id != group.tag]
         if renumbered:
             self.lost.append(f"the numbers of {len(renumbered)} groups of cells (numbered anew, to be different)")
         # Per meshio block the place of each cell among all elements; -1: it is not an element, but a side.
@@ -73,8 +76,8 @@ class _Writer:
                 self.places[number][rows] = np.arange(start, start + len(rows))
                 start += len(rows)
         names = [*mesh.field_data, *mesh.point_sets, *mesh.cell_sets, *mesh.point_data, *mesh.cell_data]
-        # Room for the longest name, that of a component, and a zero.
-        self.width = max([33, *(len(str(name).encode("utf-8", "surrogateescape")) + 4 for name in names)])
+        # Room for the longest name, that of a component or with a type of elements, and a zero.
+        self.width = max([33, *(len(str(name).encode("utf-8", "surrogateescape")) + 12 for name in names)])
         self.data.createDimension("len_string", 33)
         self.data.createDimension("len_name", self.width)
         self.data.createDimension("time_step", None)
@@ -91,13 +94,20 @@ class _Writer:
     def write_blocks(self) -> None:
         blocks = permuted_nodes(self.mesh.cells, NODE_ORDERS, inverse=True)
         self.data.createDimension("num_elem", sum(group.size for group in self.blocks))
-        self._write_ids("eb", "num_el_blk", [(group.id, group.name) for group in self.blocks])
+        self._write_ids("eb", "num_el_blk", [(group.id, self._block_name(group)) for group in self.blocks])
+        if len(self.first) < len(self.blocks):
+            regions = [group.region for group in self.blocks]
+            self._create("eb_prop2", "i4", ("num_el_blk",), regions).setncattr("name", REGION)
         for k, group in enumerate(self.blocks, 1):
             nodes = np.concatenate([blocks[number].data[rows] for number, rows in group.rows.items()])
             dimensions = (f"num_el_in_blk{k}", f"num_nod_per_el{k}")
             for name, length in zip(dimensions, nodes.shape, strict=True):
                 self.data.createDimension(name, length)
             self._create(f"connect{k}", "i4", dimensions, nodes + 1).elem_type = ELEMENT_NAMES[group.kind]
+
+    def _block_name(self, group: CellGroup) -> str:
+        further = group.name and group is not self.first[group.region]
+        return f"{group.name}_{ELEMENT_NAMES[group.kind]}" if further else group.name
 
     def write_sets(self) -> None:
         """Node sets; element sets and side sets, of tags and of named sets of cells."""

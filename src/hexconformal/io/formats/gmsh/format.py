@@ -19,7 +19,7 @@ from ...format_tools.meshio_files import (
     refuse_namesake,
     write_with_meshio,
 )
-from ...format_tools.tags import is_told_by_tags
+from ...format_tools.tags import cell_tags, is_told_by_tags, tag_names
 from ...source_file import FileContents, SourceFile
 from .elements import NODE_ORDERS
 from .reader import read_mesh
@@ -76,6 +76,7 @@ def _write(target: Path, mesh: Any) -> list[str]:
     lost = [
         text for text in lost if text not in {f"cell set {key!r}" for key in out.cell_sets if is_told_by_tags(out, key)}
     ]
+    lost += _families_as_groups(out)
     arrays = [*out.point_data.items(), *((name, parts[0]) for name, parts in out.cell_data.items())]
     integers = [name for name, array in arrays if array.dtype.kind in "iu" and name not in (*_TAGS, _ENTITIES)]
     if integers:
@@ -96,6 +97,25 @@ def _write(target: Path, mesh: Any) -> list[str]:
         _use_python_floats(out)
     write_with_meshio(target, out, "gmsh" if version_4 else "gmsh22", binary=not as_text)
     return lost
+
+
+def _families_as_groups(out: Any) -> list[str]:
+    """Make physical groups of MED's families, which meshio takes for groups, and does not write, where there are none.
+
+    Families of cells have negative numbers, groups must not.
+    """
+    array, tags = cell_tags(out)
+    if array != "cell_tags":
+        return []
+    names, free = tag_names(out), max(int(part.max(initial=0)) for part in tags) + 1
+    found = sorted({int(tag) for part in tags for tag in np.unique(part) if tag})
+    numbers = {tag: tag if tag > 0 else free + k for k, tag in enumerate(reversed(found))} | {0: 0}
+    del out.cell_data["cell_tags"]
+    out.cell_data["gmsh:physical"] = [np.array([numbers[tag] for tag in part.tolist()], np.int32) for part in tags]
+    here = {(block.dim, tag) for block, part in zip(out.cells, tags, strict=True) for tag in np.unique(part).tolist()}
+    for dimension, tag in sorted(here & set(names)):
+        out.field_data.setdefault(names[dimension, tag], np.array([numbers[tag], dimension]))
+    return ["the numbers of families (kept as physical groups)"]
 
 
 def _entities_are_known(out: Any) -> bool:

@@ -110,7 +110,11 @@ def _sections(text: str) -> tuple[int, int, dict[str, NDArray[np.float64]]]:
     for keyword, (start, end) in _spans(text):
         body = re.sub(r"#.*", "", text[start:end])
         words = np.array(body.split(), dtype=np.float64)
-        numbers[keyword] = np.concatenate([numbers[keyword], words]) if keyword in numbers else words
+        if keyword in numbers and len(numbers[keyword]) * len(words):
+            # Sections of one keyword go on with what was there: their counts add up.
+            before = numbers[keyword]
+            words = np.concatenate([before[:1] + words[:1], before[1:], words[1:]])
+        numbers[keyword] = words
     try:
         return int(numbers["MeshVersionFormatted"][0]), int(numbers["Dimension"][0]), numbers
     except (KeyError, IndexError):
