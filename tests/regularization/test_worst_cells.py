@@ -108,7 +108,7 @@ def nearly_flat():
 
 def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():
     formulation, points = nearly_flat()
-    seen, opened = drained(reopen_worst(formulation, points))
+    seen, opened = drained(reopen_worst(formulation, points, points))
     assert seen
     assert all(iteration.points is points for iteration in seen)
     assert formulation.quality(opened).min() > 0.05
@@ -116,7 +116,7 @@ def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():
     assert np.array_equal(opened[~formulation.free], points[~formulation.free])
     raised = [iteration.points for iteration in raise_worst_patches(formulation, opened)][-1]
     assert formulation.quality(raised).min() > 0.3
-    seen, kept = drained(reopen_worst(formulation, raised))
+    seen, kept = drained(reopen_worst(formulation, raised, points))
     assert seen == []
     assert kept is raised
 
@@ -130,13 +130,33 @@ def test_what_has_been_opened_is_lowered_and_raised_anew_and_kept_if_it_is_bette
     seen, better = drained(stages._reopen_worst(formulation, points, none, raise_worst))
     assert formulation.quality(better).min() > 0.4
     assert {iteration.phase for iteration in seen} == {"reopen worst cells"}
-    assert all(iteration.points is points for iteration in seen)
+    assert all(iteration.points is points for iteration in seen[:-1])
+    assert seen[-1].points is better
     # What comes of it may be worse.
     worse = points.copy()
     worse[formulation.cells[0]] = 0.0
     seen, kept = drained(stages._reopen_worst(formulation, points, none, lambda *_: iter([Iteration("worse", worse)])))
     assert kept is points
     assert seen
+
+
+def test_what_opening_has_brought_out_of_the_bound_comes_back_before_it_is_lowered(monkeypatch):
+    run = Regularization(flattened(*generate.jittered(*generate.ball(4, 2), 0.2, seed=1), 1e-3, 4))
+    stages, points, cells = Stages(run._setting, run._boundary), run._points, run._setting.normalized.cells
+    formulation, none = run._setting.formulation(run._boundary), np.zeros(len(cells), dtype=bool)
+    out = points + 0.03 * (points - points.mean(axis=0))
+    assert formulation.barrier.exceeded(out)
+
+    def opened(*_):
+        yield Iteration("reopen worst cells", points)
+        return out
+
+    monkeypatch.setattr("hexconformal.regularization.stages.reopen_worst", opened)
+    starts = []
+    monkeypatch.setattr(stages, "_minimize", lambda formulation, points, *_: iter(starts.append(points) or ()))
+    drained(stages._reopen_worst(formulation, points, none, raise_worst))
+    assert starts
+    assert not any(formulation.barrier.exceeded(start) for start in starts)
 
 
 def test_no_cell_is_given_up_inside_for_opening_others(monkeypatch):
@@ -150,7 +170,7 @@ def test_no_cell_is_given_up_inside_for_opening_others(monkeypatch):
     monkeypatch.setattr(worst_cells, "untangle_interior", lambda whole, places: places)
     for opened, kept in ((both, points), (np.concatenate([both[:8], points[8:]]), None)):
         monkeypatch.setattr(worst_cells, "untangle", lambda *_, opened=opened: iter([Iteration("untangle", opened)]))
-        assert np.array_equal(drained(reopen_worst(formulation, points))[1], opened if kept is None else kept)
+        assert np.array_equal(drained(reopen_worst(formulation, points, points))[1], opened if kept is None else kept)
 
 
 def cylinder_with_a_rough_rim():
