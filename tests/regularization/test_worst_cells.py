@@ -108,7 +108,7 @@ def nearly_flat():
 
 def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():
     formulation, points = nearly_flat()
-    seen, opened = drained(reopen_worst(formulation, points, points))
+    seen, opened = drained(reopen_worst(formulation, points))
     assert seen
     assert all(iteration.points is points for iteration in seen)
     assert formulation.quality(opened).min() > 0.05
@@ -116,7 +116,7 @@ def test_worst_cells_next_to_flat_are_opened_as_folded_ones_are():
     assert np.array_equal(opened[~formulation.free], points[~formulation.free])
     raised = [iteration.points for iteration in raise_worst_patches(formulation, opened)][-1]
     assert formulation.quality(raised).min() > 0.3
-    seen, kept = drained(reopen_worst(formulation, raised, points))
+    seen, kept = drained(reopen_worst(formulation, raised))
     assert seen == []
     assert kept is raised
 
@@ -170,7 +170,7 @@ def test_no_cell_is_given_up_inside_for_opening_others(monkeypatch):
     monkeypatch.setattr(worst_cells, "untangle_interior", lambda whole, places: places)
     for opened, kept in ((both, points), (np.concatenate([both[:8], points[8:]]), None)):
         monkeypatch.setattr(worst_cells, "untangle", lambda *_, opened=opened: iter([Iteration("untangle", opened)]))
-        assert np.array_equal(drained(reopen_worst(formulation, points, points))[1], opened if kept is None else kept)
+        assert np.array_equal(drained(reopen_worst(formulation, points))[1], opened if kept is None else kept)
 
 
 def cylinder_with_a_rough_rim():

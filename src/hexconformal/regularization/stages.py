@@ -222,12 +222,11 @@ class Stages:
     def _reopen_worst(
         self, formulation: Formulation, points: Field, bad: Mask, raise_cells: Raising
     ) -> Generator[Iteration, None, Field]:
-        """Open the worst cells where they stall next to flat, then lower and raise all anew; the best is kept."""
-        schedules, space, trial = self._setting.schedules, formulation.space, points
+        """Open the worst cells where they stall next to flat, then lower and raise all anew, as long as that wins."""
+        schedules, space = self._setting.schedules, formulation.space
         for _ in range(schedules.worst_cells.reopenings):
-            before = trial
-            trial = yield from reopen_worst(formulation.within(schedules.work.again), before, points)
-            if not space.anywhere(trial is not before):
+            trial = yield from reopen_worst(formulation.within(schedules.work.again), points)
+            if not space.anywhere(trial is not points):
                 return points
             # A patch watches the surface around itself only.
             if formulation.barrier is not None and formulation.barrier.reference is None:
@@ -240,9 +239,10 @@ class Stages:
             for iteration in raise_cells(formulation.within(schedules.work.patches), trial, True):
                 trial = iteration.points
                 yield Iteration("reopen worst cells", points)
-            if space.smallest(formulation.quality(trial)) > space.smallest(formulation.quality(points)):
-                points = trial
-                yield Iteration("reopen worst cells", points)
+            if space.smallest(formulation.quality(trial)) <= space.smallest(formulation.quality(points)):
+                return points
+            points = trial
+            yield Iteration("reopen worst cells", points)
         return points
 
     def _minimize(self, formulation: Formulation, points: Field, bad: Mask, alone: bool) -> Iterator[Iteration]:

@@ -114,11 +114,11 @@ def raise_worst_patches(formulation: Formulation, points: Field, opens: bool = F
         aside |= quality >= limits
 
 
-def reopen_worst(formulation: Formulation, points: Field, seen: Field) -> Generator[Iteration, None, Field]:
+def reopen_worst(formulation: Formulation, points: Field) -> Generator[Iteration, None, Field]:
     """Open the worst cells as folded ones are, where they stall next to flat; returns the points that gives.
 
     The barrier of equation (12) keeps a cell on the way it is on. chi_eps of equation (9) lets it go, and finds others
-    from harmonic positions, too. Where nothing opens the points come back; meanwhile others may be what is seen.
+    from harmonic positions, too. Meanwhile the points are seen as they were, and these come back where nothing opens.
     """
     schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
     limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
@@ -130,11 +130,11 @@ def reopen_worst(formulation: Formulation, points: Field, seen: Field) -> Genera
         region = node_rings(cells, len(points), opened, formulation.schedules.untangling.rounds, space)
         for iteration in steps_on_one_rank(formulation, points, region, lambda whole, start, _: _opened(whole, start)):
             trial = iteration.points
-            yield Iteration("reopen worst cells", seen)
+            yield Iteration("reopen worst cells", points)
         return trial
     for iteration in _opened(formulation, points):
         trial = iteration.points
-        yield Iteration("reopen worst cells", seen)
+        yield Iteration("reopen worst cells", points)
     return trial
 
 
