@@ -220,6 +220,7 @@ def test_blocks_of_one_type_are_one_section(tmp_path, extension):
     mesh = meshio.Mesh(points, blocks, cell_data={"medit:ref": [np.array([5]), np.array([5, 9, 9])]})
     path = tmp_path / f"a{extension}"
     hc.write(path, mesh)
+    assert [(block.type, len(block.data)) for block in meshio.read(path).cells] == [("hexahedron", 4)]
     back = hc.read(path)
     np.testing.assert_array_equal(back.cells, cells)
     np.testing.assert_array_equal(back.cell_data["medit:ref"], [5, 5, 9, 9])

@@ -140,6 +140,22 @@ def test_what_has_been_opened_is_lowered_and_raised_anew_and_kept_if_it_is_bette
     assert seen
 
 
+def test_what_is_left_while_opened_cells_are_raised_is_not_called_converged():
+    formulation, points = nearly_flat()
+    run = Regularization((points, formulation.cells), Options(boundary="fixed"))
+    stages, none, seen = Stages(run._setting, run._boundary), np.zeros(len(formulation.cells), dtype=bool), []
+
+    def raising(whole, places, opens):
+        for iteration in raise_worst(whole, places, opens):
+            seen.append(stages.state)
+            yield iteration
+
+    drained(stages._reopen_worst(run._setting.formulation(run._boundary), run._points, none, raising))
+    assert seen
+    assert not any(state.converged for state in seen)
+    assert {state.reason for state in seen} == {"interrupted"}
+
+
 def test_what_opening_has_brought_out_of_the_bound_comes_back_before_it_is_lowered(monkeypatch):
     run = Regularization(flattened(*generate.jittered(*generate.ball(4, 2), 0.2, seed=1), 1e-3, 4))
     stages, points, cells = Stages(run._setting, run._boundary), run._points, run._setting.normalized.cells

@@ -23,7 +23,7 @@ from .on_ranks.unfolding_on_ranks import unfold_on_ranks
 from .return_to_surface import return_to_surface, towards
 from .setting import Setting
 from .unfolding import Unfolded, hold_folded, unfold, within_bound
-from .worst_cells import raise_worst, raise_worst_patches, reopen_worst, soften_curves
+from .worst_cells import next_to_flat, raise_worst, raise_worst_patches, reopen_worst, soften_curves
 
 __all__ = ["Stages", "State"]
 
@@ -139,12 +139,9 @@ class Stages:
         # What an earlier run has won for the worst cells would be lost for a while if the distortion came first again.
         if not (setting.lowered and options.raises_worst):
             # Where nothing but the distortion counts there is nothing that thin cells could outweigh.
-            for iteration in thicken(formulation, points) if options.energy == "barrier" and not alone else ():
-                points = iteration.points
-                yield iteration
-            for iteration in self._minimize(formulation, points, found.bad, alone):
-                points = iteration.points
-                yield iteration
+            if options.energy == "barrier" and not alone:
+                points = yield from _followed(thicken(formulation, points), points)
+            points = yield from _followed(self._minimize(formulation, points, found.bad, alone), points)
             self._earlier.append(points)
         self.state = replace(self.state, lowered=True)
         works = normalized.space.anywhere(bool(formulation.free.any()) and len(formulation.cells) > 0)
@@ -156,10 +153,9 @@ class Stages:
             if unfolded is not points:
                 points = unfolded
                 yield Iteration("untangle interior", points)
-                again = formulation.within(schedules.work.patches)
-                for iteration in raise_worst_patches(again, points) if options.raises_worst else ():
-                    points = iteration.points
-                    yield iteration
+                if options.raises_worst:
+                    again = formulation.within(schedules.work.patches)
+                    points = yield from _followed(raise_worst_patches(again, points), points)
                 points = yield from self._return_to_surface(formulation, points)
         if folded:
             points = improve_folded(whole.formulation, points, found.bad)
@@ -185,15 +181,11 @@ class Stages:
             raise_cells = raise_worst_patches
             formulation.release()
         bounded = formulation.within(schedules.work.patches)
-        for iteration in raise_cells(bounded, points, True):
-            points = iteration.points
-            yield iteration
+        points = yield from _followed(raise_cells(bounded, points, True), points)
         points = yield from self._reopen_worst(formulation, points, found.bad, raise_cells)
-        if formulation.space.smallest(formulation.quality(points)) < schedules.worst_cells.reopened:
-            # Others beside what stays next to flat.
-            for iteration in raise_worst_patches(bounded, points):
-                points = iteration.points
-                yield iteration
+        if formulation.space.anywhere(bool(next_to_flat(formulation, points).any())):
+            # Others beside what stays so.
+            points = yield from _followed(raise_worst_patches(bounded, points), points)
         if options.features == "auto" and options.surface is None:
             soft = yield from soften_curves(formulation.within(schedules.work.patches), points)
             if soft is not None:
@@ -203,16 +195,12 @@ class Stages:
         if formulation.spoils_a_type(points) and not formulation.spoils_a_type(found.points):
             # What is lost where distortion is lowered on the whole does not always come back: patch by patch little is;
             # where that is too much the types that lost are held.
-            bounded, points = formulation.within(schedules.work.patches), found.points
-            for iteration in raise_worst_patches(bounded, points):
-                points = iteration.points
-                yield iteration
+            bounded = formulation.within(schedules.work.patches)
+            points = yield from _followed(raise_worst_patches(bounded, found.points), found.points)
             lost = formulation.of_spoiled_types(points)
             if lost.any() and not lost.all():
-                points = found.points
-                for iteration in raise_worst(formulation.without(lost).within(schedules.work.patches), points):
-                    points = iteration.points
-                    yield iteration
+                others = formulation.without(lost).within(schedules.work.patches)
+                points = yield from _followed(raise_worst(others, found.points), found.points)
         if bounded.work.is_done:
             self._ended("the worst cells get better still, but the work allowed for that is done", False)
         else:
@@ -236,6 +224,7 @@ class Stages:
             for iteration in self._minimize(formulation, trial, bad, False):
                 trial = iteration.points
                 yield Iteration("reopen worst cells", points)
+            self._ended("interrupted", False)  # what is left here is not at its end
             for iteration in raise_cells(formulation.within(schedules.work.patches), trial, True):
                 trial = iteration.points
                 yield Iteration("reopen worst cells", points)
@@ -309,3 +298,11 @@ class Stages:
             for iteration in self._return_to_surface(formulation, points):
                 points = iteration.points
         return points
+
+
+def _followed(stage: Iterator[Iteration], points: Field) -> Generator[Iteration, None, Field]:
+    """The iterations of a stage; returns the points of the last one, those given if there is none."""
+    for iteration in stage:
+        points = iteration.points
+        yield iteration
+    return points

@@ -24,7 +24,15 @@ from ..mesh import node_rings
 from ..quality import attainable_scaled_jacobians
 from ..untangling import untangle, untangle_interior
 
-__all__ = ["Softened", "raise_worst", "raise_worst_patches", "reopen_worst", "soften_curves", "stiffened"]
+__all__ = [
+    "Softened",
+    "next_to_flat",
+    "raise_worst",
+    "raise_worst_patches",
+    "reopen_worst",
+    "soften_curves",
+    "stiffened",
+]
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -79,7 +87,7 @@ def raise_worst_patches(formulation: Formulation, points: Field, opens: bool = F
     one that stalls next to flat, where that is opened afterwards.
     """
     schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
-    limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
+    limits = _limits(formulation, points)
     attainable = (1.0 - schedule.least_gain) * space.smallest(formulation.attainable)
     quality = formulation.quality(points)
     aside, stalled = quality >= limits, False
@@ -120,9 +128,7 @@ def reopen_worst(formulation: Formulation, points: Field) -> Generator[Iteration
     The barrier of equation (12) keeps a cell on the way it is on. chi_eps of equation (9) lets it go, and finds others
     from harmonic positions, too. Meanwhile the points are seen as they were, and these come back where nothing opens.
     """
-    schedule, cells, space = formulation.schedules.worst_cells, formulation.cells, formulation.space
-    limits = (1.0 - schedule.least_gain) * attainable_scaled_jacobians(points, cells, ~formulation.free)
-    opened = formulation.quality(points) < np.minimum(limits, schedule.reopened)
+    cells, space, opened = formulation.cells, formulation.space, next_to_flat(formulation, points)
     if not space.anywhere(bool(opened.any())):
         return points
     trial = points
@@ -136,6 +142,18 @@ def reopen_worst(formulation: Formulation, points: Field) -> Generator[Iteration
         trial = iteration.points
         yield Iteration("reopen worst cells", points)
     return trial
+
+
+def next_to_flat(formulation: Formulation, points: Field) -> Mask:
+    """(m,) cells that are next to flat, though held corners let them be better."""
+    most = np.minimum(_limits(formulation, points), formulation.schedules.worst_cells.reopened)
+    return np.asarray(formulation.quality(points) < most)
+
+
+def _limits(formulation: Formulation, points: Field) -> Field:
+    """(m,) scaled Jacobians from which on held corners leave nothing to gain."""
+    attainable = attainable_scaled_jacobians(points, formulation.cells, ~formulation.free)
+    return (1.0 - formulation.schedules.worst_cells.least_gain) * attainable
 
 
 def _opened(formulation: Formulation, points: Field) -> Iterator[Iteration]:

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...format_tools.capabilities import Capabilities, supported_part
 from ...format_tools.format import Format
-from ...format_tools.meshio_files import checked_contents, file_head, parsing, write_with_meshio
-from ...format_tools.meshio_internals import cell_block
+from ...format_tools.meshio_files import checked_contents, file_head, join_blocks, parsing, write_with_meshio
 from ...format_tools.rewriting import changed_arrays, decoded, encoded, named
 from ...source_file import FileContents, SourceFile
 from . import medit_binary, medit_text, mfem_text
@@ -76,21 +75,8 @@ def _write(target: Path, mesh: Any) -> list[str]:
     if target.suffix.lower() == ".mesh" and file is not None and file.version == _OF_MFEM:
         return _write_mfem(target, mesh)
     out, lost = supported_part(mesh, "medit", _MEDIT)
-    _merge_types(out)
-    write_with_meshio(target, out, "medit")
+    write_with_meshio(target, join_blocks(out), "medit")  # the format has one section for each type
     return lost
-
-
-def _merge_types(out: Any) -> None:
-    """Make one block of all cells of a type: the format has one section for each."""
-    rows: dict[str, list[int]] = {}
-    for number, block in enumerate(out.cells):
-        rows.setdefault(block.type, []).append(number)
-    blocks = [np.concatenate([out.cells[k].data for k in numbers]) for numbers in rows.values()]
-    out.cells = [cell_block(name, nodes) for name, nodes in zip(rows, blocks, strict=True)]
-    out.cell_sets = {}
-    for name, parts in out.cell_data.items():
-        out.cell_data[name] = [np.concatenate([parts[k] for k in numbers]) for numbers in rows.values()]
 
 
 MEDIT = Format("mesh", (".mesh", ".meshb"), _read, _write, _MEDIT, put_points=_put_points)
