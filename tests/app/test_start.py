@@ -14,7 +14,7 @@ import sys
 from hexconformal.app import main
 main({words!r})
 print("loaded", *{heavy!r} & {{name.partition(".")[0] for name in sys.modules}}, *(
-    name for name in ("scipy.sparse", "scipy.spatial", "surface", "hexconformal.generate") if name in sys.modules
+    name for name in ("scipy.sparse", "surface", "hexconformal.generate", "hexconformal.solver") if name in sys.modules
 ))
 """
 
@@ -25,7 +25,9 @@ def loaded_by(*words):
     return set(ran.stdout.splitlines()[-1].split()[1:])
 
 
-@pytest.mark.parametrize("words", [("--help",), ("--version",), ("quality", "--help")], ids=" ".join)
+@pytest.mark.parametrize(
+    "words", [("--help",), ("--version",), ("quality", "--help"), ("check", "--help")], ids=" ".join
+)
 def test_help_loads_no_library_but_numpy(words):
     assert loaded_by(*words) == set()
 
