@@ -12,7 +12,6 @@ The main job is one call::
 from typing import TYPE_CHECKING
 
 from . import current_folder as current_folder  # before all others
-from . import generate
 from .common import MeshError, OptionError, ReadError, WriteError, loaded_later
 from .io import as_hex_mesh, as_volume_mesh, elevated, read, write
 from .kernel import use_threads
@@ -21,12 +20,14 @@ from .quality import MixedQuality, Quality, check, orient, quality
 from .version import __version__
 
 if TYPE_CHECKING:
+    from . import generate
     from .motion import MeshMotion, MotionReport, MotionStep
     from .regularization import Curved, Options, Record, Regularization, Report, Result, curved, regularize
     from .runs import Series
 else:
     __getattr__ = loaded_later(
         __name__,
+        generate="",
         motion="MeshMotion MotionReport MotionStep",
         regularization="Curved Options Record Regularization Report Result curved regularize",
         runs="Series",

@@ -104,3 +104,19 @@ assert "hexconformal.motion" in sys.modules
 def test_version_and_module_entry():
     done = run_program("--version")
     assert (done.returncode, done.stdout) == (0, f"hexconformal {hc.__version__}\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        ("regularise a.vtu b.vtu", "did you mean regularize?"),
+        ("regularize a.vtu b.vtu --hausdorf .01", "did you mean --hausdorff?"),
+        ("quality a.vtu --plt=p.png", "did you mean --plot?"),
+        ("quality a.vtu --unheard-of", ""),
+    ],
+)
+def test_a_misspelt_word_is_answered_with_what_may_be_meant(capsys, words, meant):
+    assert main(words.split()) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.endswith(meant)
+    assert ("did you mean" in line) == bool(meant)

@@ -10,6 +10,7 @@ from meshes.hexahedra import block
 from hexconformal import HexMesh, as_hex_mesh
 from hexconformal.common.errors import ReadError
 from hexconformal.io import read_write as io
+from hexconformal.io import to_pyvista
 
 
 @pytest.mark.parametrize("extension", [".vtu", ".vtk"])
@@ -120,3 +121,30 @@ def legacy_bytes(grid, version, as_text):
     writer.Write()
     data = writer.GetOutputStdString()
     return data if isinstance(data, bytes) else data.encode()
+
+
+def odd_grids():
+    """Hexahedra with arrays of VTK's numbers, and of what only strings, names, or notes of pyvista can tell."""
+    points, cells = block(1)
+    grids = [pv.UnstructuredGrid({12: cells}, points) for _ in range(4)]
+    grids[0].point_data["T"] = np.arange(8.0)
+    grids[0].cell_data["stress"] = np.arange(6, dtype=np.float32)[None]
+    grids[1].cell_data["inside"] = np.array([True])
+    grids[1].point_data["phase"] = np.arange(8) + 1j
+    grids[2].cell_data["name"] = np.array(["steel"])
+    grids[3].field_data["unit"] = np.array(["mm"])
+    return grids
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk"])
+@pytest.mark.parametrize("number", range(4))
+def test_arrays_come_as_pyvista_reads_them(tmp_path, extension, number):
+    path = tmp_path / f"odd{extension}"
+    odd_grids()[number].save(path)
+    expected, mesh = pv.read(path), io.read(path)
+    assert to_pyvista(mesh)[0] == expected
+    for arrays, own in ((expected.point_data, mesh.point_data), (expected.cell_data, mesh.cell_data)):
+        assert set(own) == set(arrays.keys())
+        for name, values in own.items():
+            assert values.dtype == arrays[name].dtype
+            np.testing.assert_array_equal(values, arrays[name])

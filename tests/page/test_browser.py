@@ -137,8 +137,7 @@ def test_a_click_on_the_worst_cell_flies_there(page, both, run):
     rows.first.click()
     page.rest()
     mesh = hc.read(run / "part.vtu")
-    middle = page.ask("page.mesh.middle")
-    centre = mesh.points[mesh.cells[named[0]]].mean(axis=0) - middle
+    centre = page.ask(f"page.mesh.drawn({mesh.points[mesh.cells[named[0]]].mean(axis=0).tolist()})")
     np.testing.assert_allclose(page.ask("page.stage.controls.target.toArray()"), centre, atol=1e-6)
     place = np.array(page.ask("page.stage.camera.position.toArray()"))
     assert np.linalg.norm(place - centre) < 0.8 * np.linalg.norm(start)
@@ -306,10 +305,10 @@ def test_curves_between_regions_of_a_surface(started, tmp_path):
     opened.tab.locator("#interfaces").check()
     assert opened.ask("page.views.after.seams.visible")
     ends = np.array(opened.ask("Array.from(page.views.after.seams.geometry.attributes.instanceStart.data.array)"))
-    drawn = ends.reshape(-1, 2, 3) + opened.ask("page.mesh.middle")
+    drawn = ends.reshape(-1, 2, 3) * opened.ask("page.mesh.diagonal") + opened.ask("page.mesh.middle")
     assert len(drawn) == n
-    np.testing.assert_allclose(drawn[..., 0], 2.0)
-    np.testing.assert_allclose(np.sort(drawn[..., 1], axis=None), np.repeat(np.arange(n + 1), 2)[1:-1])
+    np.testing.assert_allclose(drawn[..., 0], 2.0, atol=1e-6)
+    np.testing.assert_allclose(np.sort(drawn[..., 1], axis=None), np.repeat(np.arange(n + 1), 2)[1:-1], atol=1e-6)
 
 
 def test_axes_turn_with_the_mesh(page):
@@ -322,6 +321,23 @@ def test_axes_turn_with_the_mesh(page):
     assert page.tab.locator(".axes text").all_text_contents() == ["x", "y", "z"]
 
 
+@pytest.mark.parametrize("unit", [2.0**-150, 2.0**150], ids=["tiny", "huge"])
+def test_the_unit_of_length_makes_no_difference(started, tmp_path, unit):
+    points, cells = generate.jittered(*generate.box((3, 3, 3)), 0.2, seed=1)
+    views = []
+    for scale in (1.0, unit):
+        page = volume_page((scale * points, cells))
+        page.write(tmp_path / "page.html")
+        opened = Opened(started, tmp_path / "page.html").ready().rest()
+        views.append(opened.ask("Array.from(page.views.after.faces.geometry.attributes.position.array)"))
+        opened.tab.keyboard.press("w")
+        opened.rest()
+        views.append(opened.ask("page.stage.camera.position.toArray()"))
+        assert opened.complaints == []
+    assert np.ptp(views[0]) > 0.5
+    assert views[:2] == views[2:]
+
+
 def test_curved_faces_go_through_their_middles(started, tmp_path):
     corners, cells = generate.box((1, 1, 1))
     mesh = hc.elevated(hc.HexMesh(corners, cells), nodes=27)
@@ -329,7 +345,7 @@ def test_curved_faces_go_through_their_middles(started, tmp_path):
     volume_page(mesh.replaced(bulged)).write(tmp_path / "page.html")
     opened = Opened(started, tmp_path / "page.html").ready()
     flat = opened.ask("Array.from(page.views.after.faces.geometry.attributes.position.array)")
-    drawn = np.array(flat).reshape(-1, 3) + opened.ask("page.mesh.middle")
+    drawn = np.array(flat).reshape(-1, 3) * opened.ask("page.mesh.diagonal") + opened.ask("page.mesh.middle")
     assert len(drawn) == 6 * 25
     on_skin = bulged[np.unique(opened.ask("Array.from(page.mesh.middles)") + [0])]
     nearest = np.abs(drawn[:, None] - on_skin).max(axis=2).min(axis=0)

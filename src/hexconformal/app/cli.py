@@ -7,7 +7,7 @@ from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
 from ..common import MeshError, OptionError, WriteError, interruptible
-from ..io import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, outside_references_allowed
+from ..io import READ_EXTENSIONS, SURFACES_ONLY, WRITE_EXTENSIONS, outside_references_allowed
 from ..kernel import use_threads
 from ..version import __version__
 from .commands import COMMANDS, Command, load
@@ -27,7 +27,7 @@ _FORMATS = f"""formats:
   read      {" ".join(READ_EXTENSIONS[:14])}
             {" ".join(READ_EXTENSIONS[14:])}
   written   {" ".join(WRITE_EXTENSIONS)}
-  surfaces  also {" ".join(sorted(key for key, form in FORMATS.items() if form.surfaces_only))}
+  surfaces  also {" ".join(SURFACES_ONLY)}
 """
 
 

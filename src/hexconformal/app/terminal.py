@@ -7,7 +7,8 @@ import re
 import sys
 from argparse import ArgumentParser
 from contextlib import suppress
-from typing import Any
+from difflib import get_close_matches
+from typing import Any, NoReturn
 
 __all__ = ["Parser", "flush_standard_streams", "open_standard_streams", "print_line", "print_text", "printable"]
 
@@ -75,7 +76,24 @@ def _encodable(text: str, stream: Any) -> str:
 
 
 class Parser(ArgumentParser):
-    """A parser of arguments that prints in the same way."""
+    """A parser of arguments that prints in the same way, and tells what may have been meant."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong, and end with exit code 2."""
+        found = re.search("invalid choice: '([^']+)'|unrecognized arguments: (--[a-z-]+)", message)
+        similar = get_close_matches(found[1] or found[2], self._known_words(), 1) if found else []
+        super().error(f"{message}; did you mean {similar[0]}?" if similar else message)
+
+    def _known_words(self) -> list[str]:
+        """Options, commands, and the options of commands."""
+        words: list[str] = []
+        for action in self._actions:
+            words += action.option_strings
+            for name in action.choices or ():
+                words.append(str(name))
+                command = action.choices[name] if isinstance(action.choices, dict) else None
+                words += command._known_words() if isinstance(command, Parser) else []
+        return words
 
     def _print_message(self, message: str, file: Any = None) -> None:
         with suppress(OSError, ValueError):

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from .errors import MeshError, OptionError, ReadError, WriteError
+from .errors import MeshError, OptionError, ReadError, WriteError, first_names
 from .interruption import uninterrupted
 
 __all__ = ["check_writable", "companion_file", "reading", "save_atomically", "temporary_folder_beside", "write_text"]
@@ -25,7 +25,9 @@ def reading(path: Path, extensions: tuple[str, ...]) -> Iterator[str]:
     """The extension of a file that is there and can be opened; what goes wrong becomes a readable error."""
     extension = path.suffix.lower()
     if path.is_dir():
-        raise ReadError(f"{path} is a folder, not a mesh file")
+        inside = sorted(file.name for file in path.iterdir() if file.suffix.lower() in extensions)
+        advice = f"give one of the files in it: {first_names(inside)}" if inside else "and there is no such file in it"
+        raise ReadError(f"{path} is a folder, not a mesh file; {advice}")
     if not path.exists():
         raise ReadError(f"{path} does not exist")
     if extension not in extensions:

@@ -10,7 +10,15 @@ from .elevation import elevated
 from .format_tools.file_checks.references import outside_references_allowed, referenced_file
 from .format_tools.file_checks.vtk_xml_checks import pieces_of
 from .format_tools.vtu_rows import VtuRows
-from .formats import FORMATS, READ_EXTENSIONS, WRITE_EXTENSIONS, Format, files_named_by, read_contents
+from .formats import (
+    FORMATS,
+    READ_EXTENSIONS,
+    SURFACES_ONLY,
+    WRITE_EXTENSIONS,
+    Format,
+    files_named_by,
+    read_contents,
+)
 from .formats.vtk import CELL_IDS, NODE_IDS, write_vtk
 from .grid_cells import cell_nodes, cell_offsets
 from .meshio_mesh import MeshioOrigin
@@ -26,6 +34,7 @@ __all__ = [
     "HEXAHEDRA",
     "NODE_IDS",
     "READ_EXTENSIONS",
+    "SURFACES_ONLY",
     "WRITE_EXTENSIONS",
     "Format",
     "MeshioOrigin",

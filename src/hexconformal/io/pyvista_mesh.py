@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common import MeshError, first_ids, unusable_points
+from ..common import MeshError, unusable_points
 from ..elements import collapsed_cells
 from ..mesh import CarriedCells, HexMesh, MixedMesh, blocks_of
 from .carried_cells import of_grid
@@ -18,11 +18,20 @@ from .grid_cells import cell_nodes, cell_offsets, node_places
 from .node_groups import NodeGroups, cell_array_groups
 from .selection import HEXAHEDRA, Selection, mesh_of, scatter_to_cells, select, with_straight_edges
 from .source_file import SourceFile
-from .vtk_mesh import SOLIDS, cell_blocks, cell_table, ghost_cells
+from .vtk_mesh import (
+    SOLIDS,
+    cell_blocks,
+    cell_table,
+    cell_types,
+    check_cell_nodes,
+    ghost_cells,
+    is_grid_of_numbers,
+    named_arrays,
+    points_of,
+)
 
 __all__ = [
     "PyvistaOrigin",
-    "check_cell_nodes",
     "from_pyvista",
     "grid_from_arrays",
     "to_polydata",
@@ -31,18 +40,22 @@ __all__ = [
 ]
 
 _VOXEL, _HEXAHEDRON, _POLYHEDRON = 11, 12, 42
-# Numbers of nodes by VTK type, of types that have always the same.
-_NODE_COUNTS = {1: 1, 3: 2, 5: 3, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12}
-_NODE_COUNTS |= {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27}
 
 
 @dataclass(frozen=True)
 class PyvistaOrigin:
-    """A structured or unstructured grid, and which of its cells are the hexahedra."""
+    """A structured or unstructured grid of VTK or pyvista, and which of its cells are the hexahedra."""
 
-    source: Any
+    dataset: Any
     selection: Selection
     file: SourceFile | None = None
+
+    @cached_property
+    def source(self) -> Any:
+        """The grid as one of pyvista, which is loaded when it is first asked for."""
+        import pyvista as pv
+
+        return pv.wrap(self.dataset)
 
     def updated_source(self, mesh: HexMesh | MixedMesh) -> Any:
         """A new grid that holds all of the source, with the points, cells and arrays of `mesh`."""
@@ -83,11 +96,11 @@ class PyvistaOrigin:
     @property
     def node_sets(self) -> NodeGroups:
         """None: VTK has no sets of nodes besides arrays."""
-        return NodeGroups(self.source.n_points)
+        return NodeGroups(self.dataset.GetNumberOfPoints())
 
     def carried_cells(self, corners: int) -> CarriedCells:
         """The cells with 1 to 4 corners, with their arrays."""
-        if self.source.n_cells == len(self.selection.rows):
+        if self.dataset.GetNumberOfCells() == len(self.selection.rows):
             return CarriedCells(np.empty((0, corners), dtype=np.int64))
         grid = self.source.cast_to_unstructured_grid()
         nodes = np.asarray(grid.cell_connectivity, dtype=np.int64)
@@ -138,23 +151,37 @@ def from_pyvista(
     types: Collection[str] = HEXAHEDRA,
 ) -> HexMesh | MixedMesh:
     """Take in a pyvista or VTK grid; see :func:`hexconformal.io.read_write.as_hex_mesh`."""
+    if not is_grid_of_numbers(source):
+        source = _with_points(source)
+    grid = source if source.IsA("vtkUnstructuredGrid") else source.cast_to_unstructured_grid()
+    blocks = cell_blocks(cell_types(grid), *cell_table(grid.GetCells()))
+    selection = select(blocks, grid.GetNumberOfPoints(), other_cells, linearize, ghost_cells(grid), types)
+    point_data, cell_data = _arrays(grid)
+    cell_data = {name: values[selection.rows] for name, values in cell_data.items()}
+    return mesh_of(points_of(grid), selection, point_data, cell_data, PyvistaOrigin(source, selection, file))
+
+
+def _with_points(source: Any) -> Any:
+    """A grid of pyvista whose points can move."""
     import pyvista as pv
 
     source = pv.wrap(source)
     if isinstance(source, pv.MultiBlock):
         raise MeshError(f"this is a collection of {len(source)} blocks: pass one of them, or join them with combine()")
     if isinstance(source, (pv.ImageData, pv.RectilinearGrid)):
-        # Their points cannot move; a structured grid keeps points, cells and arrays in the same order.
+        # A structured grid keeps points, cells and arrays in the same order.
         source = source.cast_to_structured_grid()
     if not isinstance(source, (pv.StructuredGrid, pv.UnstructuredGrid)):
         raise MeshError(f"{type(source).__name__} holds no hexahedra: pass a volume mesh")
-    grid = source.cast_to_unstructured_grid()
-    blocks = cell_blocks(grid.celltypes, cell_offsets(grid), np.asarray(grid.cell_connectivity))
-    selection = select(blocks, grid.n_points, other_cells, linearize, ghost_cells(grid), types)
-    cell_data = {name: np.asarray(grid.cell_data[name])[selection.rows] for name in grid.cell_data}
-    point_data = {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
-    origin = PyvistaOrigin(source, selection, file)
-    return mesh_of(np.asarray(grid.points), selection, point_data, cell_data, origin)
+    return source
+
+
+def _arrays(grid: Any) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]]]:
+    """Arrays on the points and cells of an unstructured grid, by name."""
+    if is_grid_of_numbers(grid):
+        return named_arrays(grid.GetPointData()), named_arrays(grid.GetCellData())
+    on_points, on_cells = ({name: np.asarray(a[name]) for name in a} for a in (grid.point_data, grid.cell_data))
+    return on_points, on_cells
 
 
 def grid_from_arrays(mesh: HexMesh | MixedMesh) -> Any:
@@ -283,40 +310,6 @@ def to_polydata(grid: Any) -> Any:
     for name in grid.field_data:
         result.field_data.set_array(grid.field_data[name], name)
     return result
-
-
-def check_cell_nodes(dataset: Any) -> None:
-    """Raise a MeshError if cells of a VTK dataset have a wrong number of nodes, or nodes that are no points.
-
-    VTK itself follows them wherever they lead.
-    """
-    count = dataset.GetNumberOfPoints()
-    if dataset.IsA("vtkPolyData"):
-        tables = [dataset.GetVerts(), dataset.GetLines(), dataset.GetPolys(), dataset.GetStrips()]
-    elif dataset.IsA("vtkUnstructuredGrid"):
-        tables = [dataset.GetCells()]
-    else:
-        tables = []
-        if dataset.IsA("vtkStructuredGrid") and np.prod(dataset.dimensions) != count:
-            raise MeshError(f"points must be those of a grid of {dataset.dimensions}, not {count}")
-    for cells in tables:
-        offsets, nodes = cell_table(cells)
-        sizes = np.diff(offsets)
-        if len(offsets) and (offsets[0] != 0 or (sizes < 0).any() or offsets[-1] > len(nodes)):
-            raise MeshError(
-                "the numbers of nodes of its cells must lie within the list of nodes: the dataset is damaged"
-            )
-        bad = (nodes < 0) | (nodes >= count)
-        if bad.any():
-            ids = np.searchsorted(offsets, np.flatnonzero(bad), side="right") - 1
-            raise MeshError(f"cells with node ids outside 0..{count - 1}: {first_ids(np.unique(ids))}")
-    if dataset.IsA("vtkUnstructuredGrid"):
-        expected = np.array([_NODE_COUNTS.get(code, 0) for code in range(256)])[dataset.celltypes]
-        if len(expected) != len(sizes):
-            raise MeshError(f"types must be one for each of the {len(sizes)} cells, not {len(expected)}")
-        odd = np.flatnonzero((expected > 0) & (expected != sizes))
-        if len(odd):
-            raise MeshError(f"cells must have as many nodes as their type; others: {first_ids(odd)}")
 
 
 def _nodes_of_run(grid: Any, run: range) -> NDArray[np.int64]:

@@ -14,7 +14,7 @@ from ..mesh import HexMesh, MixedMesh, blocks_of, counts_by_type
 from .convert import grid_from_meshio
 from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS, read_contents
 from .meshio_mesh import MeshioOrigin, from_meshio, meshio_from_arrays
-from .pyvista_mesh import from_pyvista, triangles
+from .pyvista_mesh import from_pyvista, triangles_of
 from .selection import HEXAHEDRA
 
 __all__ = [
@@ -226,7 +226,7 @@ def read_surface(path: str | os.PathLike[str]) -> Any:
     path = Path(path)
     with reading(path, SURFACE_EXTENSIONS) as extension:
         data = read_contents(path, extension).data
-        return triangles(grid_from_meshio(data)[0] if library_of(data) == "meshio" else data)
+        return triangles_of(grid_from_meshio(data)[0] if library_of(data) == "meshio" else data)
 
 
 def write(path: str | os.PathLike[str], mesh: Any) -> list[str]:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common import MeshError, first_ids
 from ..mesh import CarriedCells, HexMesh, MixedMesh
 from .carried_cells import of_grid
 from .node_groups import NodeGroups, cell_array_groups
@@ -26,8 +27,12 @@ __all__ = [
     "cell_blocks",
     "cell_table",
     "cell_type_name",
+    "cell_types",
+    "check_cell_nodes",
     "from_vtk",
     "ghost_cells",
+    "is_grid_of_numbers",
+    "named_arrays",
     "points_of",
     "updated_dataset",
 ]
@@ -47,6 +52,9 @@ _NAMES = {
     29: "hexahedron27",
     32: "wedge18",
 }
+# Numbers of nodes by VTK type, of types that have always the same.
+_NODE_COUNTS = {1: 1, 3: 2, 5: 3, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12}
+_NODE_COUNTS |= {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27}
 # Quadrilaterals: pixels, and those of second order and of Lagrange, whose corners come first, are among them.
 QUADS = (8, 9, 23, 28, 70)
 
@@ -67,7 +75,7 @@ class VtkOrigin:
     @property
     def node_groups(self) -> NodeGroups:
         """Nodes by the names of cell arrays."""
-        arrays = _cell_arrays(self.source)
+        arrays = named_arrays(self.source.GetCellData())
         return cell_array_groups(self.source.GetNumberOfPoints(), arrays, *cell_table(self.source.GetCells()))
 
     @property
@@ -80,7 +88,7 @@ class VtkOrigin:
         if self.source.GetNumberOfCells() == len(self.selection.rows):
             return CarriedCells(np.empty((0, corners), dtype=np.int64))
         table = cell_table(self.source.GetCells())
-        return of_grid(_cell_types(self.source), *table, corners, _cell_arrays(self.source))
+        return of_grid(cell_types(self.source), *table, corners, named_arrays(self.source.GetCellData()))
 
 
 def from_vtk(
@@ -100,7 +108,7 @@ def from_vtk(
     ('vtkUnstructuredGrid', (0.0, 7.0))
     """
     offsets, nodes = cell_table(grid.GetCells())
-    blocks = cell_blocks(_cell_types(grid), offsets, nodes)
+    blocks = cell_blocks(cell_types(grid), offsets, nodes)
     selection = select(blocks, grid.GetNumberOfPoints(), other_cells, linearize, ghost_cells(grid), types)
     return mesh_of(points_of(grid), selection, {}, {}, VtkOrigin(grid, selection))
 
@@ -200,15 +208,27 @@ def cell_table(cells: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return offsets.astype(np.int64), nodes.astype(np.int64)
 
 
-def _cell_arrays(grid: Any) -> dict[str, NDArray[Any]]:
+def named_arrays(attributes: Any) -> dict[str, NDArray[Any]]:
+    """The arrays of numbers in the attributes of a VTK dataset, by name."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    data = grid.GetCellData()
-    names = [data.GetArrayName(number) for number in range(data.GetNumberOfArrays())]
-    return {name: vtk_to_numpy(data.GetArray(name)) for name in names if data.GetArray(name) is not None}
+    names = [attributes.GetArrayName(number) for number in range(attributes.GetNumberOfArrays())]
+    return {name: vtk_to_numpy(attributes.GetArray(name)) for name in names if attributes.GetArray(name) is not None}
 
 
-def _cell_types(grid: Any) -> NDArray[np.uint8]:
+def is_grid_of_numbers(dataset: Any) -> bool:
+    """Whether VTK alone tells all of a dataset: an unstructured grid whose arrays are numbers, and have names.
+
+    Others need pyvista: strings, bits, and booleans and complex numbers, of which it leaves a note in strings.
+    """
+    if not type(dataset).__module__.startswith("vtkmodules.") or not dataset.IsA("vtkUnstructuredGrid"):
+        return False
+    found = [dataset.GetPointData(), dataset.GetCellData(), dataset.GetFieldData()]
+    arrays = [data.GetAbstractArray(number) for data in found for number in range(data.GetNumberOfArrays())]
+    return all(array.IsA("vtkDataArray") and not array.IsA("vtkBitArray") and array.GetName() for array in arrays)
+
+
+def cell_types(grid: Any) -> NDArray[np.uint8]:
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonCore import vtkVersion
 
@@ -216,6 +236,40 @@ def _cell_types(grid: Any) -> NDArray[np.uint8]:
     renamed = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 6)
     types: NDArray[np.uint8] = vtk_to_numpy(grid.GetCellTypes() if renamed else grid.GetCellTypesArray())
     return types
+
+
+def check_cell_nodes(dataset: Any) -> None:
+    """Raise a MeshError if cells of a VTK dataset have a wrong number of nodes, or nodes that are no points.
+
+    VTK itself follows them wherever they lead.
+    """
+    count = dataset.GetNumberOfPoints()
+    if dataset.IsA("vtkPolyData"):
+        tables = [dataset.GetVerts(), dataset.GetLines(), dataset.GetPolys(), dataset.GetStrips()]
+    elif dataset.IsA("vtkUnstructuredGrid"):
+        tables = [dataset.GetCells()]
+    else:
+        tables = []
+        if dataset.IsA("vtkStructuredGrid") and np.prod(dataset.GetDimensions()) != count:
+            raise MeshError(f"points must be those of a grid of {tuple(dataset.GetDimensions())}, not {count}")
+    for cells in tables:
+        offsets, nodes = cell_table(cells)
+        sizes = np.diff(offsets)
+        if len(offsets) and (offsets[0] != 0 or (sizes < 0).any() or offsets[-1] > len(nodes)):
+            raise MeshError(
+                "the numbers of nodes of its cells must lie within the list of nodes: the dataset is damaged"
+            )
+        bad = (nodes < 0) | (nodes >= count)
+        if bad.any():
+            ids = np.searchsorted(offsets, np.flatnonzero(bad), side="right") - 1
+            raise MeshError(f"cells with node ids outside 0..{count - 1}: {first_ids(np.unique(ids))}")
+    if dataset.IsA("vtkUnstructuredGrid"):
+        expected = np.array([_NODE_COUNTS.get(code, 0) for code in range(256)])[cell_types(dataset)]
+        if len(expected) != len(sizes):
+            raise MeshError(f"types must be one for each of the {len(sizes)} cells, not {len(expected)}")
+        odd = np.flatnonzero((expected > 0) & (expected != sizes))
+        if len(odd):
+            raise MeshError(f"cells must have as many nodes as their type; others: {first_ids(odd)}")
 
 
 def cell_type_name(code: int) -> str:

@@ -86,9 +86,9 @@ class _Announcement(event.Listener):  # type: ignore[misc]
         if not self._said and event.data["dispatcher"] in self.loops:
             self._said = True
             logging.getLogger("hexconformal").warning(
-                "hexconformal: compiling, once for each kind of work; this takes some twenty seconds"
+                "hexconformal: compiling, once for each kind of work; this takes half a minute, on a busy machine more"
                 if self.kept
-                else "hexconformal: compiling, which takes some twenty seconds at every run, as there is no folder to "
+                else "hexconformal: compiling, which takes half a minute at every run, as there is no folder to "
                 "keep the result in: set NUMBA_CACHE_DIR to one that can be written to"
             )
 

@@ -55,7 +55,8 @@ def region_scene(points: Floats, blocks: Sequence[CellBlock], regions: Regions, 
             canvas.add_interfaces(plotter, faces_of_cells(points, blocks, table.quads[left_out], owners))
 
     legend = tuple(zip(regions.names, _COLOURS, strict=False)) if few else ()
-    return canvas.Scene("regions", np.empty(0), draw, f"{count} regions, {len(pairs)} interfaces", None, legend)
+    counts = f"{count} regions, {len(pairs)} interface{'s' if len(pairs) != 1 else ''}"
+    return canvas.Scene("regions", np.empty(0), draw, counts, None, legend)
 
 
 def _rgb() -> Any:

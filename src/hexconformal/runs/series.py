@@ -186,7 +186,7 @@ def frames_listed(path: str | os.PathLike[str]) -> list[tuple[float, Path]]:
     Raises
     ------
     ReadError
-        If the list cannot be read, or is empty.
+        If the list cannot be read, or is empty, or names files that do not exist.
 
     Examples
     --------
@@ -203,6 +203,10 @@ def frames_listed(path: str | os.PathLike[str]) -> list[tuple[float, Path]]:
         raise ReadError(f"cannot read the series {path}: {problem}") from problem
     if not frames:
         raise ReadError(f"cannot read the series {path}: it lists no frames")
+    missing = [name for _, name in frames if not (path.parent / name).is_file()]
+    if missing:
+        text = f"{len(missing)} of the {len(frames)} files that it lists do not exist: {first_names(missing)}"
+        raise ReadError(f"cannot read the series {path}: {text}")
     return [(time, path.parent / name) for time, name in frames]
 
 

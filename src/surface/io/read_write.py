@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hexconformal.common import OptionError, check_writable, reading, save_atomically
-from hexconformal.io import FORMATS, MeshioOrigin, library_of, read_contents, to_pyvista
+from hexconformal.io import FORMATS, SURFACES_ONLY, MeshioOrigin, library_of, read_contents, to_pyvista
 
 from ..mesh import SurfaceMesh
 from .convert import (
@@ -21,7 +21,7 @@ from .convert import (
 __all__ = ["EXTENSIONS", "as_surface_mesh", "read", "write"]
 
 _GMSH = ".msh"
-EXTENSIONS = tuple(sorted((_GMSH, ".vtk", ".vtu", *(key for key, form in FORMATS.items() if form.surfaces_only))))
+EXTENSIONS = tuple(sorted((_GMSH, ".vtk", ".vtu", *SURFACES_ONLY)))
 
 
 def as_surface_mesh(source: Any) -> SurfaceMesh:

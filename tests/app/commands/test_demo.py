@@ -16,7 +16,7 @@ def test_demo_leaves_all_it_speaks_of(here, capsys):
     out = capsys.readouterr().out
     places = {path.name for path in (here / "cube").iterdir()}
     expected = {"sheared_cube.vtu", "regular_cube.vtu", "run.pvd", "run_frames", "quality.png", "history.csv"}
-    expected |= {"report.txt", "report.json"}
+    expected |= {"report.txt", "report.json", "report.html"}
     try:
         require_rendering()
         expected.add("figure3.png")

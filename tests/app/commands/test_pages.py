@@ -13,7 +13,7 @@ from program import error_line, frames, run
 from web_pages import PageFile
 
 import hexconformal as hc
-from hexconformal import generate
+from hexconformal import Series, generate
 
 
 def page_of(path):
@@ -154,6 +154,29 @@ def test_what_does_not_go_together_is_told(here, capsys):
     assert "--history goes with a series (.pvd), not with part.vtu" in error_line(capsys)
     assert run("view run.pvd part.vtu --no-browser") == 2
     assert "a series is shown alone: leave part.vtu out" in error_line(capsys)
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ("view folder", "give one of the files in it: a.vtu, b.vtu"),
+        ("view empty", "no such file in it"),
+        ("view part.vtu folder", "give one of the files in it"),
+        ("view run", "hexconformal view run/series.pvd"),
+        ("view run/series.pvd", "1 of the 2 files that it lists do not exist: series_frames/series_0001.vtu"),
+    ],
+)
+def test_what_to_look_at_in_place_of_a_folder_is_told(here, capsys, words, text):
+    for name in ("folder", "empty", "run"):
+        (here / name).mkdir()
+    for name in ("a.vtu", "b.vtu", "notes.txt"):
+        shutil.copy("part.vtu", f"folder/{name}")
+    with Series("run/series.pvd") as series:
+        for time in (0.0, 1.0):
+            series.add(time, hc.read("part.vtu"))
+    (here / "run" / "series_frames" / "series_0001.vtu").unlink()
+    assert run(f"{words} --no-browser") == 1
+    assert text in error_line(capsys)
 
 
 def test_a_history_that_is_cut_off_has_the_columns_that_are_whole(tmp_path):

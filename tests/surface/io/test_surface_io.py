@@ -328,7 +328,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
         target.write_bytes(b"ply")
         raise OSError("no space left on device")
 
-    monkeypatch.setitem(FORMATS, ".ply", replace(FORMATS[".ply"], write=full))
+    monkeypatch.setattr("hexconformal.io.formats.ply.PLY", replace(FORMATS[".ply"], write=full))
     with pytest.raises(WriteError, match="no space left"):
         surface.write(path, (2 * SQUARE, [[0, 1, 2]]))
     assert path.read_bytes() == before

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...common import MeshError, OptionError, ReadError
 from ...elements import HEXAHEDRON
-from ...io import FORMATS, as_volume_mesh, read
+from ...io import SURFACES_ONLY, as_volume_mesh, read
 from ...mesh import HexMesh, MixedMesh
 from ..terminal import print_line
 from .kinds import VOLUMES, MeshKind
@@ -143,8 +143,7 @@ def note_dropped(path: str, dropped: list[str]) -> None:
 def read_any_mesh(arguments: Namespace) -> tuple[MeshKind, Any]:
     """Read a mesh of solid cells, or of triangles and quadrilaterals if there are none."""
     path = Path(arguments.input)
-    form = FORMATS.get(path.suffix.lower())
-    if form is not None and form.surfaces_only:
+    if path.suffix.lower() in SURFACES_ONLY:
         return _surface(path)
     try:
         return VOLUMES, read_volume(arguments)

@@ -148,7 +148,7 @@ def run(arguments: Namespace) -> int:
 def _run_demo(
     demo: _Demo, folder: str | os.PathLike[str], size: int, progress: Progress
 ) -> tuple[FinishedJob, list[str]]:
-    """Regularize a mesh and leave meshes, a series for ParaView, pictures and reports in a folder.
+    """Regularize a mesh and leave meshes, a page, a series for ParaView, pictures and reports in a folder.
 
     Parameters
     ----------
@@ -191,6 +191,7 @@ def _run_demo(
         report=str(folder / "report.json"),
         plot=str(folder / "quality.png"),
         picture=None if missing else str(folder / f"{demo.picture}.png"),
+        html=str(folder / "report.html"),
     )
     outputs.check()
     source = folder / before
@@ -199,14 +200,15 @@ def _run_demo(
     write_text(folder / "report.txt", f"{finished.result.report}\n")
     files = {
         f"{before}, {after}": "the mesh before and after",
+        "report.html": "to look at in a browser",
         "run.pvd": "all iterations, for ParaView",
         f"{demo.picture}.png": "cut open, before and after",
         "quality.png, history.csv": "histograms, a row per iteration",
         "report.txt, report.json": "what became better",
     }
-    lines = [f"  {names:<44}{what}" for names, what in files.items()]
     if missing:
-        lines[2] = missing
+        del files[f"{demo.picture}.png"]
+    lines = [f"  {names:<44}{what}" for names, what in files.items()] + [missing] * bool(missing)
     words = f" {demo.words}" if demo.words else ""
     by_hand = f"  hexconformal regularize {source} regular.vtu{words}"
     return finished, [demo.told(finished.result, size), f"{folder}:", *lines, "The same by hand:", by_hand]

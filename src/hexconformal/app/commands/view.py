@@ -47,6 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Write the page of a mesh, or of a series, and open it."""
     given = Path(arguments.input)
+    _refuse_folder_of_run(given)
     is_series = given.suffix.lower() == _SERIES
     if arguments.history is not None and not is_series:
         raise OptionError(f"--history goes with a series ({_SERIES}), not with {given}")
@@ -69,6 +70,14 @@ def run(arguments: Namespace) -> int:
     opened = not arguments.no_browser and webbrowser.open(target.resolve().as_uri())
     print_line(f"wrote {target}" + ("" if opened else ": open it in a browser"))
     return 0
+
+
+def _refuse_folder_of_run(given: Path) -> None:
+    """Raise a ReadError if this is a folder with a series in it, which is what to look at."""
+    series = sorted(given.glob(f"*{_SERIES}")) if given.is_dir() else []
+    if series:
+        text = f"view the series in it: hexconformal view {series[0]} (ParaView opens that file, too)"
+        raise ReadError(f"{given} is a folder; {text}")
 
 
 def _page_of_series(arguments: Namespace) -> Page:

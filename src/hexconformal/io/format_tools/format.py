@@ -24,8 +24,6 @@ class Format:
     ----------
     name
         As messages say it.
-    extensions
-        In lower case, with the dot.
     read
         Reads a file.
     write
@@ -39,18 +37,14 @@ class Format:
         file must be written anew. None for formats whose files always are.
     files_named
         The files that one of this format names, which are read with it.
-    surfaces_only
-        Whether it has no volumes.
     """
 
     name: str
-    extensions: tuple[str, ...]
     read: Callable[[Path], FileContents]
     write: Callable[[Path, Any], list[str]] | None = None
     capabilities: Capabilities | None = None
     put_points: Callable[[SourceFile, Any], tuple[bytes, list[str]] | None] | None = None
     files_named: Callable[[Path], Iterable[Path]] = lambda path: ()
-    surfaces_only: bool = False
 
     def save(self, target: Path, mesh: Any) -> list[str]:
         """Write a mesh: into the file it came from if it can be, otherwise anew; returns what could not be kept."""

@@ -119,9 +119,7 @@ def polygon_format(
     A file whose arrays changed is written anew if the format holds arrays; otherwise the arrays are listed as lost.
     """
     put = partial(_put_points, put_points, holds_arrays)
-    return Format(
-        name, (f".{name}",), partial(_read, name, read), partial(_write, write), put_points=put, surfaces_only=True
-    )
+    return Format(name, partial(_read, name, read), partial(_write, write), put_points=put)
 
 
 def _read(name: str, read: Callable[[Path], Polygons], path: Path) -> FileContents:

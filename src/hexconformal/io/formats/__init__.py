@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
 
 from ...common import MeshError
 from ..format_tools.file_checks.hdf5_checks import check_hdf5
 from ..format_tools.format import Format
 from ..source_file import FileContents
-from .abaqus import ABAQUS
-from .exodus import EXODUS
-from .gmsh import GMSH
-from .med import MED
-from .medit import MEDIT, MFEM
-from .meshio_read_only import MESHIO_READ_ONLY
-from .nastran import NASTRAN
-from .obj import OBJ
-from .off import OFF
-from .ply import PLY
-from .stl import STL
-from .vtk import VTK_GRID, VTK_POLYDATA, VTK_READ_ONLY
-from .xdmf import XDMF
 
 __all__ = [
     "FORMATS",
     "READ_EXTENSIONS",
+    "SURFACES_ONLY",
     "SURFACE_EXTENSIONS",
     "WRITE_EXTENSIONS",
     "Format",
@@ -32,29 +22,62 @@ __all__ = [
     "read_contents",
 ]
 
-_ALL = (
-    ABAQUS,
-    EXODUS,
-    GMSH,
-    MED,
-    MEDIT,
-    MFEM,
-    NASTRAN,
-    OBJ,
-    OFF,
-    PLY,
-    STL,
-    VTK_GRID,
-    VTK_POLYDATA,
-    VTK_READ_ONLY,
-    XDMF,
-    *MESHIO_READ_ONLY,
-)
-FORMATS: dict[str, Format] = {extension: form for form in _ALL for extension in form.extensions}
+# Modules with the names of their formats, and the extensions of each.
+_WRITTEN = {
+    "abaqus.ABAQUS": ".inp",
+    "exodus.EXODUS": ".e .ex2 .exo",
+    "gmsh.GMSH": ".msh",
+    "med.MED": ".med",
+    "medit.MEDIT": ".mesh .meshb",
+    "medit.MFEM": ".mfem",
+    "nastran.NASTRAN": ".bdf .fem .nas",
+    "vtk.VTK_GRID": ".vtk .vtu",
+    "xdmf.XDMF": ".xdmf .xmf",
+}
+_READ_ONLY = {
+    "meshio_read_only.AVS_UCD": ".avs",
+    "meshio_read_only.FLAC3D": ".f3grid",
+    "meshio_read_only.H5M": ".h5m",
+    "meshio_read_only.KRATOS": ".mdpa",
+    "meshio_read_only.NETGEN": ".vol",
+    "meshio_read_only.SU2": ".su2",
+    "meshio_read_only.TECPLOT": ".dat .tec",
+    "meshio_read_only.UGRID": ".ugrid",
+    "vtk.VTK_READ_ONLY": ".pvtu .vti .vtr .vts",
+}
+_WITHOUT_VOLUMES = {
+    "obj.OBJ": ".obj",
+    "off.OFF": ".off",
+    "ply.PLY": ".ply",
+    "stl.STL": ".stl",
+    "vtk.VTK_POLYDATA": ".vtp",
+}
 
-# Of volumes, read and written; and of all that a surface can be taken from.
-READ_EXTENSIONS = tuple(sorted(key for key, form in FORMATS.items() if not form.surfaces_only))
-WRITE_EXTENSIONS = tuple(key for key in READ_EXTENSIONS if FORMATS[key].write is not None)
+
+class _Formats(Mapping[str, Format]):
+    """Formats by extension; the module of one is loaded when it is asked for."""
+
+    def __init__(self, homes: Mapping[str, str]) -> None:
+        self._homes = {extension: home for home, extensions in homes.items() for extension in extensions.split()}
+
+    def __getitem__(self, extension: str) -> Format:
+        module, name = self._homes[extension].split(".")
+        found: Format = getattr(import_module(f"{__name__}.{module}"), name)
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._homes)
+
+    def __len__(self) -> int:
+        return len(self._homes)
+
+
+FORMATS = _Formats(_WRITTEN | _READ_ONLY | _WITHOUT_VOLUMES)
+
+# Of volumes, read and written; of faces alone; and of all that a surface can be taken from.
+READ_EXTENSIONS = tuple(sorted(_Formats(_WRITTEN | _READ_ONLY)))
+WRITE_EXTENSIONS = tuple(sorted(_Formats(_WRITTEN)))
+SURFACES_ONLY = tuple(sorted(_Formats(_WITHOUT_VOLUMES)))
 SURFACE_EXTENSIONS = tuple(sorted(FORMATS))
 
 

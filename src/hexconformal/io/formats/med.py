@@ -186,4 +186,4 @@ def _write_families(group: Any, families: dict[int, list[str]]) -> None:
             data[row] = np.frombuffer(name.encode("utf-8", "surrogateescape")[:80].ljust(80, b"\0"), dtype=np.int8)
 
 
-MED = Format("med", (".med",), _read, _write, _CAPABILITIES, put_points=_put_points)
+MED = Format("med", _read, _write, _CAPABILITIES, put_points=_put_points)

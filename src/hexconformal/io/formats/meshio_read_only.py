@@ -12,18 +12,7 @@ from ..format_tools.meshio_files import checked_contents, parsing
 from ..format_tools.meshio_internals import with_globals
 from ..source_file import FileContents, SourceFile
 
-__all__ = ["MESHIO_READ_ONLY"]
-
-_EXTENSIONS = {
-    "avsucd": (".avs",),
-    "flac3d": (".f3grid",),
-    "h5m": (".h5m",),
-    "mdpa": (".mdpa",),
-    "netgen": (".vol",),
-    "su2": (".su2",),
-    "tecplot": (".dat", ".tec"),
-    "ugrid": (".ugrid",),
-}
+__all__ = ["AVS_UCD", "FLAC3D", "H5M", "KRATOS", "NETGEN", "SU2", "TECPLOT", "UGRID"]
 
 
 def _read(path: Path, name: str) -> FileContents:
@@ -33,6 +22,15 @@ def _read(path: Path, name: str) -> FileContents:
     return checked_contents(mesh, SourceFile(path, name), output)
 
 
-MESHIO_READ_ONLY = tuple(
-    Format(name, extensions, partial(_read, name=name)) for name, extensions in _EXTENSIONS.items()
-)
+def _format(name: str) -> Format:
+    return Format(name, partial(_read, name=name))
+
+
+AVS_UCD = _format("avsucd")
+FLAC3D = _format("flac3d")
+H5M = _format("h5m")
+KRATOS = _format("mdpa")
+NETGEN = _format("netgen")
+SU2 = _format("su2")
+TECPLOT = _format("tecplot")
+UGRID = _format("ugrid")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,9 @@ from ..format_tools.file_checks.vtk_xml_checks import MOST_IMPLICIT_POINTS, chec
 from ..format_tools.format import Format
 from ..format_tools.meshio_files import file_head
 from ..grid_cells import cell_offsets
-from ..pyvista_mesh import check_cell_nodes, to_polydata
+from ..pyvista_mesh import to_polydata
 from ..source_file import FileContents, SourceFile
+from ..vtk_mesh import check_cell_nodes, is_grid_of_numbers
 
 __all__ = ["CELL_IDS", "NODE_IDS", "VTK_GRID", "VTK_POLYDATA", "VTK_READ_ONLY", "write_vtk"]
 
@@ -27,13 +29,21 @@ NODE_IDS, CELL_IDS = "GlobalNodeId", "GlobalCellId"  # arrays by which pieces of
 _BEFORE_5, _SINCE_5 = 42, 51  # the layouts of .vtk files, as VTK's writer numbers them
 _VERSION = "4.2"  # of files that came from elsewhere: most programs read no newer layout
 _TEXT_DIGITS = 11
+_READERS = {
+    ".pvtu": ("vtkIOXML", "vtkXMLPUnstructuredGridReader"),
+    ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
+    ".vtk": ("vtkIOLegacy", "vtkDataSetReader"),
+    ".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
+    ".vtr": ("vtkIOXML", "vtkXMLRectilinearGridReader"),
+    ".vts": ("vtkIOXML", "vtkXMLStructuredGridReader"),
+    ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
+}
 _SHARE_READ, _SHARE_WRITTEN = 4, 6  # memory that VTK takes, over what arrays and file have
 
 
 def _read(path: Path) -> FileContents:
-    import pyvista as pv
-
-    if path.suffix.lower() == ".vtk":
+    extension = path.suffix.lower()
+    if extension == ".vtk":
         check_last_array(path)
         check_reader_survives(path)
         require_memory(_SHARE_READ * path.stat().st_size)
@@ -41,7 +51,7 @@ def _read(path: Path) -> FileContents:
         require_memory(_SHARE_READ * (check_vtk_xml(path) + path.stat().st_size))
     with captured_output(), captured_vtk_messages() as messages:
         try:
-            grid = pv.read(path)
+            grid = _dataset(path)
         except (ImportError, MemoryError):
             raise
         except (Exception, SystemExit) as problem:
@@ -49,24 +59,49 @@ def _read(path: Path) -> FileContents:
     bad = [line for line in messages if "error" in line.lower()]
     if bad:
         raise ReadError(f"the file is malformed or truncated ({bad[0].splitlines()[0]})")
-    if isinstance(grid, (pv.ImageData, pv.RectilinearGrid)):
+    if grid is None:
+        raise ReadError("the file holds no mesh, or only the beginning of one")
+    if grid.IsA("vtkImageData") or grid.IsA("vtkRectilinearGrid"):
         most = max(MOST_IMPLICIT_POINTS, 1100 * path.stat().st_size)
-        if grid.n_points > most:
-            what = f"{grid.n_points} points, at most {most}"
+        if grid.GetNumberOfPoints() > most:
+            what = f"{grid.GetNumberOfPoints()} points, at most {most}"
             raise ReadError(f"it announces more than a file of its size can hold: {what}")
-    if isinstance(grid, pv.DataSet):
-        if grid.n_points == 0 or grid.n_cells == 0:
+    if grid.IsA("vtkDataSet"):
+        if grid.GetNumberOfPoints() == 0 or grid.GetNumberOfCells() == 0:
             raise ReadError("the file holds no mesh, or only the beginning of one")
         check_cell_nodes(grid)
-        if path.suffix.lower() == ".pvtu":
+        if extension == ".pvtu":
             grid = _with_nodes_once(grid)
     return FileContents(grid, SourceFile(path, "VTK", *_legacy_layout(path)))
+
+
+def _dataset(path: Path) -> Any:
+    """What a file holds: a grid of VTK where that tells all of it, otherwise a dataset of pyvista.
+
+    Loading pyvista takes longer than most files.
+    """
+    module, name = _READERS[path.suffix.lower()]
+    reader = getattr(import_module(f"vtkmodules.{module}"), name)()
+    if path.suffix.lower() == ".vtk":
+        for kind in ("Scalars", "ColorScalars", "Normals", "TCoords", "Vectors", "Fields", "Tensors"):
+            getattr(reader, f"ReadAll{kind}On")()
+    reader.SetFileName(str(path))
+    reader.Update()
+    dataset = reader.GetOutputDataObject(0)
+    if dataset is None or is_grid_of_numbers(dataset):
+        return dataset
+    import pyvista as pv
+
+    wrapped = pv.wrap(dataset)
+    wrapped._restore_metadata()  # which arrays were of booleans, or complex
+    return wrapped
 
 
 def _with_nodes_once(grid: Any) -> Any:
     """A grid of pieces with each node once, where an array of ids tells which points are one."""
     import pyvista as pv
 
+    grid = pv.wrap(grid)
     ids = grid.point_data.get(NODE_IDS)
     if ids is None or ids.ndim != 1 or len(np.unique(ids)) == len(ids):
         return grid
@@ -181,6 +216,6 @@ def _has_more_digits(array: NDArray[Any]) -> bool:
     return any(float(f"{number:.{_TEXT_DIGITS}g}") != number for number in numbers.tolist())
 
 
-VTK_GRID = Format("VTK", (".vtk", ".vtu"), _read, _write)
-VTK_READ_ONLY = Format("VTK", (".pvtu", ".vti", ".vtr", ".vts"), _read, files_named=pieces_of)
-VTK_POLYDATA = Format("VTK", (".vtp",), _read, _write_polydata, surfaces_only=True)
+VTK_GRID = Format("VTK", _read, _write)
+VTK_READ_ONLY = Format("VTK", _read, files_named=pieces_of)
+VTK_POLYDATA = Format("VTK", _read, _write_polydata)

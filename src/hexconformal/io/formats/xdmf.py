@@ -88,4 +88,4 @@ def _write(target: Path, mesh: Any) -> list[str]:
     return lost
 
 
-XDMF = Format("xdmf", (".xdmf", ".xmf"), _read, _write, _CAPABILITIES, files_named=_files_named)
+XDMF = Format("xdmf", _read, _write, _CAPABILITIES, files_named=_files_named)

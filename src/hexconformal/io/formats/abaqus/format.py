@@ -129,7 +129,6 @@ def _put_points(file: SourceFile, mesh: Any) -> tuple[bytes, list[str]]:
 
 ABAQUS = Format(
     "abaqus",
-    (".inp",),
     _read,
     _write,
     _CAPABILITIES,

@@ -13,4 +13,4 @@ from .write import CAPABILITIES, write
 
 __all__ = ["EXODUS"]
 
-EXODUS = Format("exodus", (".e", ".ex2", ".exo"), read, write, CAPABILITIES, through_meshio(put_points, CAPABILITIES))
+EXODUS = Format("exodus", read, write, CAPABILITIES, through_meshio(put_points, CAPABILITIES))

@@ -136,4 +136,4 @@ def _use_python_floats(out: Any) -> None:
         out.cell_data[name] = [part.astype(np.float64).astype(object) for part in out.cell_data[name]]
 
 
-GMSH = Format("gmsh", (".msh",), _read, _write, _CAPABILITIES, put_points=put_points)
+GMSH = Format("gmsh", _read, _write, _CAPABILITIES, put_points=put_points)

@@ -79,5 +79,5 @@ def _write(target: Path, mesh: Any) -> list[str]:
     return lost
 
 
-MEDIT = Format("mesh", (".mesh", ".meshb"), _read, _write, _MEDIT, put_points=_put_points)
-MFEM = Format("mesh", (".mfem",), _read, _write_mfem, _MFEM, put_points=_put_points)
+MEDIT = Format("mesh", _read, _write, _MEDIT, put_points=_put_points)
+MFEM = Format("mesh", _read, _write_mfem, _MFEM, put_points=_put_points)

@@ -10,6 +10,4 @@ from .write import CAPABILITIES, write
 
 __all__ = ["NASTRAN"]
 
-NASTRAN = Format(
-    "nastran", (".bdf", ".fem", ".nas"), read, write, CAPABILITIES, through_meshio(put_points, CAPABILITIES)
-)
+NASTRAN = Format("nastran", read, write, CAPABILITIES, through_meshio(put_points, CAPABILITIES))

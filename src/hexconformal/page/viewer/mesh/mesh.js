@@ -85,7 +85,12 @@ export class Mesh {
     this.outline = this.placesOfSkin();
   }
 
-  /** Some hundred places of the skin, from the middle of the mesh: what has to be in sight. */
+  /** A place as it is drawn: from the middle, in diagonals, as graphics know only numbers from 1e-38 to 1e38. */
+  drawn(place) {
+    return [0, 1, 2].map((axis) => (place[axis] - this.middle[axis]) / this.diagonal);
+  }
+
+  /** Some hundred places of the skin, as they are drawn: what has to be in sight. */
   placesOfSkin() {
     const nodes = [];
     for (let face = 0; face < this.faceCount; face += 1) {
@@ -95,7 +100,7 @@ export class Mesh {
     const places = [];
     for (const { points } of [this.first, this.last]) {
       for (let k = 0; k < nodes.length; k += step) {
-        places.push([0, 1, 2].map((axis) => points[3 * nodes[k] + axis] - this.middle[axis]));
+        places.push(this.drawn(points.subarray(3 * nodes[k], 3 * nodes[k] + 3)));
       }
     }
     return places;

@@ -118,11 +118,11 @@ class Target {
   }
 
   vertex(x, y, z, value) {
-    const [mx, my, mz] = this.mesh.middle;
+    const { diagonal, middle } = this.mesh;
     const at = 3 * this.vertices;
-    this.position[at] = x - mx;
-    this.position[at + 1] = y - my;
-    this.position[at + 2] = z - mz;
+    this.position[at] = (x - middle[0]) / diagonal;
+    this.position[at + 1] = (y - middle[1]) / diagonal;
+    this.position[at + 2] = (z - middle[2]) / diagonal;
     this.value[this.vertices] = value;
     this.vertices += 1;
   }

@@ -114,7 +114,7 @@ export class Stage {
     this.wanted = false;
     this.sample(level);
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-    const far = this.camera.position.length() + 2 * this.mesh.diagonal;
+    const far = this.camera.position.length() + 2;
     this.camera.near = Math.max(far * 1e-4, this.camera.position.distanceTo(this.controls.target) * 0.02);
     this.camera.far = far;
     this.camera.updateProjectionMatrix();
@@ -193,8 +193,9 @@ export class Stage {
 
   /** Close to a place of the mesh, which is seen with so much around it. */
   flyTo(place, radius) {
-    const target = new Vector3(...place.map((x, axis) => x - this.mesh.middle[axis]));
-    const position = this.direction().multiplyScalar(this.distanceFor(radius)).add(target);
+    const target = new Vector3(...this.mesh.drawn(place));
+    const distance = this.distanceFor(radius / this.mesh.diagonal);
+    const position = this.direction().multiplyScalar(distance).add(target);
     this.goTo(position, target, this.camera.up.clone(), true);
   }
 

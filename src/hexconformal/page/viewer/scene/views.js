@@ -92,8 +92,7 @@ export class View {
   }
 
   place(node) {
-    const { middle } = this.mesh;
-    return [0, 1, 2].map((axis) => this.frame.points[3 * node + axis] - middle[axis]);
+    return this.mesh.drawn(this.frame.points.subarray(3 * node, 3 * node + 3));
   }
 
   /** Curves between the regions of a surface. */
