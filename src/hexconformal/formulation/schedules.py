@@ -171,7 +171,7 @@ class ReturnSchedule(Schedule):
     watches: int = tuned(8)
     keeping: int = tuned(4)
     steeper: float = tuned(4.0, 1.0)
-    untightened: int = tuned(3)
+    untightened: int = tuned(1)
     tighter: float = tuned(0.98, 0.0, 1.0)
     parts_back: tuple[float, ...] = tuned((0.05, 0.1, 0.3, 1.0), 0.0, 1.0)
     rings_back: tuple[int, ...] = tuned((2, 4, 8, 16))
