@@ -157,6 +157,8 @@ VALUES: dict[str, dict[str, tuple[Any, ...]]] = {
         "keeping": (0, OFF, 8),
         "slow": (0.0, OFF),
         "steeper": (1.0, OFF),
+        "untightened": (0, 3),
+        "tighter": (1.0, OFF),
         "rings_back": ((), OFF),
         "shares_back": ((), OFF),
     },

@@ -168,6 +168,20 @@ def test_pieces_and_unreferenced_points():
     assert len(require_sound(HexMesh(apart, np.vstack([cells, cells + 27])))) == 2
 
 
+def test_what_is_tangled_inside_does_not_count_for_the_side_that_cells_are_on():
+    """Most of the cells are negative, but what all enclose is not: that is for the outer faces to say."""
+    points, cells = hc.generate.box((8, 8, 8))
+    inside = ((points > 0.0) & (points < 1.0)).all(axis=1)
+    points[inside] = 1.0 - points[inside]
+    assert hc.quality((points, cells)).summary().inverted > 256
+    assert "mirrored" not in kinds(points, cells)
+    assert not hc.orient((points, cells))[1].changed
+    mirrored = cells[:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    assert "mirrored" in kinds(points, mirrored)
+    assert hc.orient((points, mirrored))[1].mirrored.tolist() == list(range(512))
+    assert hc.regularize((points, cells)).report.after.scaled_jacobian.min > 0.99
+
+
 def test_mirrored_and_foreign_cells_point_to_orient():
     points, cells = block(3)
     mirror = [4, 5, 6, 7, 0, 1, 2, 3]

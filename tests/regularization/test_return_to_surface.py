@@ -1,15 +1,19 @@
 """Where the boundary stays out of its bound, the points go back towards earlier ones: as few of them as will do."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from hexconformal import generate
+from hexconformal import HexMesh, Options, generate
 from hexconformal.elements import is_valid
 from hexconformal.formulation import ReturnSchedule
 from hexconformal.geometry import DistanceBarrier, SurfaceLocator
-from hexconformal.mesh import SERIAL, boundary_quads
+from hexconformal.mesh import SERIAL, NormalizedMesh, boundary_quads
 from hexconformal.regularization import Regularization
-from hexconformal.regularization.return_to_surface import _falling, towards
+from hexconformal.regularization.boundary import boundary_of
+from hexconformal.regularization.return_to_surface import _falling, return_to_surface, towards
+from hexconformal.regularization.setting import Setting
 from hexconformal.regularization.stages import Stages
 
 BOUND = 0.02
@@ -143,3 +147,24 @@ def test_worst_cells_that_were_let_go_on_the_way_back_are_raised_again(monkeypat
     monkeypatch.setattr(stages, "_let_go", None)
     last = [iteration.points for iteration in stages._return_to_surface(formulation, out)][-1]
     assert last is good
+
+
+def test_the_bound_gets_smaller_where_what_the_samples_see_is_within_it_again_and_again(monkeypatch):
+    """What is farther away than they are lies between them; who goes on has the bound that was asked for."""
+    setting = Setting(NormalizedMesh(HexMesh(*generate.ball(4, 2))), Options())
+    boundary = boundary_of(setting.normalized, setting.options, setting.schedules)
+    formulation, points, schedule = setting.formulation(boundary), setting.first, ReturnSchedule()
+    bound, bounds, asked = boundary.barrier.bound, [], []
+
+    def steps(formulation, points, weights):
+        bounds.append(formulation.barrier.bound)
+        yield SimpleNamespace(points=points)
+
+    monkeypatch.setattr("hexconformal.regularization.return_to_surface.convex_newton", steps)
+    monkeypatch.setattr(DistanceBarrier, "exceeded", lambda self, points: asked.append(self.bound) or True)
+    monkeypatch.setattr(DistanceBarrier, "watching", lambda self, points: self)
+    seen = [there.barrier.bound for _, there in return_to_surface(formulation, points, keeps_worst=False)]
+    powers = np.maximum(np.arange(schedule.watches) + 1 - schedule.untightened, 0)
+    np.testing.assert_allclose(bounds, bound * schedule.tighter**powers)
+    assert bounds[-1] < 0.95 * bound
+    assert set(seen) == set(asked) == {bound}

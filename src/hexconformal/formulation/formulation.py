@@ -67,8 +67,8 @@ class Formulation:
         (m,) smallest scaled Jacobian that the type of each cell had at first: where there are several, what is below
         counts as worst. Empty where there is one.
     attainable
-        (m,) what the smallest scaled Jacobian around each cell cannot exceed, as the cells are connected (12b); empty
-        where that does not count.
+        (m,) what the smallest scaled Jacobian around each cell cannot exceed, as the cells are connected (12b); 0 where
+        one of them cannot be valid (13b). Empty where that does not count.
     constraint
         The compatible constraint, where it is asked for.
     schedules
@@ -208,6 +208,11 @@ class Formulation:
         inner[self.admissible.coupled.nodes] = False
         return np.asarray(inner)
 
+    @cached_property
+    def impossible(self) -> Mask:
+        """(m,) cells around nodes where not all can be valid, as they are connected (13b)."""
+        return np.asarray(self.attainable <= 0.0) if len(self.attainable) else np.zeros(len(self.cells), dtype=bool)
+
     # --------------------------------------------------------------------------------------------- parts
     def restricted(self, moving: Mask, points: Field) -> tuple[Formulation, Ints]:
         """The formulation of the patch whose nodes are those that move and can, and the ids of its nodes here.
@@ -232,8 +237,15 @@ class Formulation:
         """The formulation without some cells (m,), the nodes of which are held."""
         nodes = np.zeros(self.count, dtype=bool)
         nodes[self.cells[cells]] = True
-        held = self.admissible.with_held(np.flatnonzero(self.space.joined(nodes)))
-        return replace(self._of_cells(np.flatnonzero(~cells)), admissible=held)
+        nodes = self.space.joined(nodes)
+        others = replace(
+            self._of_cells(np.flatnonzero(~cells)), admissible=self.admissible.with_held(np.flatnonzero(nodes))
+        )
+        if len(self.attainable) == 0:
+            return others
+        # Of the cells around a node one cannot be better; who knows whether it is left.
+        attainable = np.where(nodes[others.cells].any(axis=1), 1.0, others.attainable)
+        return replace(others, attainable=attainable)
 
     def with_barrier(self, barrier: DistanceBarrier | None) -> Formulation:
         """The formulation with another barrier."""

@@ -154,6 +154,9 @@ class ReturnSchedule(Schedule):
         Rounds that take in samples, and the first of these, which let no cell get worse than the worst is.
     steeper
         Factor of the steepness where samples stay outside.
+    untightened, tighter
+        Rounds that take in samples after which the bound is made smaller for them, and by which factor in each: what
+        lies between samples is a little farther away than they are.
     parts_back, rings_back, tries_back
         Shares of the way back to earlier points within the bound, and rings of cells around what is out of it that go
         so far, in turn, and how often those are taken in that are out of it then.
@@ -168,6 +171,8 @@ class ReturnSchedule(Schedule):
     watches: int = tuned(8)
     keeping: int = tuned(4)
     steeper: float = tuned(4.0, 1.0)
+    untightened: int = tuned(1)
+    tighter: float = tuned(0.98, 0.0, 1.0)
     parts_back: tuple[float, ...] = tuned((0.05, 0.1, 0.3, 1.0), 0.0, 1.0)
     rings_back: tuple[int, ...] = tuned((2, 4, 8, 16))
     tries_back: int = tuned(4)

@@ -8,6 +8,7 @@ from .assessment import MEASURES, MixedQuality, MixedSummary, Quality, Summary, 
 from .attainable_bound import attainable_scaled_jacobian, attainable_scaled_jacobians, nodes_without_room
 from .checks import cell_errors, check, require_sound
 from .connectivity_bound import connectivity_bound, connectivity_bounds, scaled_jacobian_around_a_node
+from .impossible_corners import impossible_corners
 from .node_order import orient
 from .quadratic_checks import require_linear
 from .region_measures import RegionMeasures, measure_regions
@@ -31,6 +32,7 @@ __all__ = [
     "connectivity_bound",
     "connectivity_bounds",
     "distributions",
+    "impossible_corners",
     "inside_out",
     "measure_regions",
     "nodes_without_room",

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
+from ..elements import cell_volumes
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, face_table
 from .face_checks import check_hanging, check_pieces, check_sides
@@ -130,7 +131,7 @@ def _check_faces(mesh: HexMesh) -> list[Finding]:
         ids = np.unique(opposed)
         text = f"neighbours that disagree on which side is out (mirrored cells): {first_ids(ids, cell_labels)}"
         found.append(error("mirrored", ids, f"{text}; orient() turns them round"))
-    elif order.mirrored:
+    elif cell_volumes(mesh.points, mesh.cells).sum() < 0.0:  # whatever is tangled inside, that is what they enclose
         text = "the cells are mirrored (negative volume); orient() turns them round"
         found.append(error("mirrored", np.arange(len(mesh.cells)), text))
     found += check_pieces(mesh, mesh.cells)

@@ -34,11 +34,10 @@ _ORDERS = {
 
 @dataclass(frozen=True)
 class Order:
-    """A node order: its name, the places of VTK's nodes in it, and True if most cells are mirrored in it."""
+    """A node order: its name, and the places of VTK's nodes in it."""
 
     name: str
     permutation: tuple[int, ...]
-    mirrored: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +102,7 @@ def orient(mesh: Any) -> tuple[HexMesh | MixedMesh, OrientReport]:
         return (replace(mesh, blocks=blocks) if turned.any() else mesh), OrientReport("VTK", np.flatnonzero(turned))
     order = detect_order(mesh.points, mesh.cells)
     cells = mesh.cells[:, order.permutation]
-    volumes, _ = centre_determinants(mesh.points, cells)
-    mirrored = _mirrored(face_table(cells), volumes, mesh.cell_labels)
+    mirrored = _mirrored(face_table(cells), cell_volumes(mesh.points, cells), mesh.cell_labels)
     report = OrientReport(order.name, np.flatnonzero(mirrored))
     if not report.changed:
         return mesh, report
@@ -118,17 +116,15 @@ def detect_order(points: NDArray[np.float64], cells: NDArray[np.int64]) -> Order
     VTK's own is left only for one that makes most cells sound, and more than twice as many.
     """
     best, most = "VTK", -1
-    mirrored = False
     for name, permutation in _ORDERS.items():
-        positive, negative = _count_one_sign(points, cells[:, permutation])
-        count = positive + negative
+        count = _count_one_sign(points, cells[:, permutation])
         if name == "VTK":
-            most, mirrored, needed = count, negative > positive, max(2 * count, len(cells) // 2)
+            most, needed = count, max(2 * count, len(cells) // 2)
             if 2 * count > len(cells):
                 break
         elif count > max(most, needed):
-            best, most, mirrored = name, count, negative > positive
-    return Order(best, tuple(_ORDERS[best]), bool(mirrored))
+            best, most = name, count
+    return Order(best, tuple(_ORDERS[best]))
 
 
 def centre_determinants(
@@ -146,16 +142,15 @@ def centre_determinants(
     return volumes, sizes
 
 
-def _count_one_sign(points: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[int, int]:
-    """Numbers of cells with all eight corners positive, and all negative."""
-    positive = negative = 0
+def _count_one_sign(points: NDArray[np.float64], cells: NDArray[np.int64]) -> int:
+    """Number of cells with all eight corners positive, or all negative."""
+    count = 0
     for first in range(0, len(cells), 20_000):
         x = points[cells[first : first + 20_000]]
         edges = x[:, CORNER_NEIGHBOURS] - x[:, :, None]
         values = _determinant(edges[:, :, 0], edges[:, :, 1], edges[:, :, 2])
-        positive += int((values > 0).all(axis=1).sum())
-        negative += int((values < 0).all(axis=1).sum())
-    return positive, negative
+        count += int(((values > 0).all(axis=1) | (values < 0).all(axis=1)).sum())
+    return count
 
 
 def _determinant(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:

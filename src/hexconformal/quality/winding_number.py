@@ -7,6 +7,8 @@ this surface, whatever the nodes inside do. Equation (13a) of docs/mathematics.m
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,9 +45,7 @@ def winding_number(point: Field, quads: Field) -> float:
     """
     total = 0.0
     for _ in range(_HALVINGS):
-        a, b, c, d = np.moveaxis(quads - point, 1, 0)
-        one = _solid_angles(a, b, c) + _solid_angles(a, c, d)
-        other = _solid_angles(a, b, d) + _solid_angles(b, c, d)
+        one, other = _solid_angles(*(np.moveaxis(quads, 1, 0) - point).transpose(0, 2, 1))
         agree = np.abs(one - other) < 1.0
         total += float(one[agree].sum())
         if agree.all():
@@ -103,12 +103,30 @@ def _outside(quad: Field) -> Field:
     return np.asarray(here[sound] + _OFFSET * shortest * normal[sound] / length[sound])
 
 
-def _solid_angles(a: Field, b: Field, c: Field) -> Field:
-    """(k,) signed solid angles of triangles seen from the origin (Van Oosterom and Strackee 1983)."""
-    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-    dots = [np.einsum("ij,ij->i", x, y) for x, y in ((a, b), (b, c), (c, a))]
-    return np.asarray(2.0 * np.arctan2(volume, la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb))
+def _solid_angles(a: Field, b: Field, c: Field, d: Field) -> tuple[Field, Field]:
+    """(k,) signed solid angles of quads cut along a c, and along b d; corners (3, k) as seen from the origin.
+
+    Of a triangle by Van Oosterom and Strackee (1983).
+    """
+    corners = a, b, c, d
+    lengths = [np.sqrt(_dot(x, x)) for x in corners]
+    dots = {(i, j): _dot(corners[i], corners[j]) for i, j in combinations(range(4), 2)}
+    ab, cd = _cross(a, b), _cross(c, d)
+    volumes = {(0, 1, 2): _dot(ab, c), (0, 2, 3): _dot(a, cd), (0, 1, 3): _dot(ab, d), (1, 2, 3): _dot(b, cd)}
+
+    def angle(i: int, j: int, k: int) -> Field:
+        below = lengths[i] * (lengths[j] * lengths[k] + dots[j, k])
+        return np.asarray(2.0 * np.arctan2(volumes[i, j, k], below + dots[i, j] * lengths[k] + dots[i, k] * lengths[j]))
+
+    return angle(0, 1, 2) + angle(0, 2, 3), angle(0, 1, 3) + angle(1, 2, 3)
+
+
+def _dot(a: Field, b: Field) -> Field:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _cross(a: Field, b: Field) -> Field:
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _quarters(quads: Field) -> Field:

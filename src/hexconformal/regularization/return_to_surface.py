@@ -45,22 +45,25 @@ def return_to_surface(
     schedule, barrier, watched = formulation.schedules.returning, formulation.barrier, 0
     watches = schedule.keeping if keeps_worst else schedule.watches
     formulation = formulation.within(formulation.schedules.work.returning)
+    if barrier is None:
+        return
+    bound = barrier.bound
     for _ in range(schedule.rounds):
-        if barrier is None:
-            return
         if barrier.relative_distance(points) > 1.0:
             barrier = replace(barrier, steepness=schedule.steeper * barrier.steepness)
-        elif watched == watches or not barrier.exceeded(points):
+        elif watched == watches or not replace(barrier, bound=bound).exceeded(points):
             return
         else:
             # What the samples see comes back by itself; only then others are looked for.
             barrier, watched = barrier.watching(points), watched + 1
+            if watched > schedule.untightened:
+                barrier = replace(barrier, bound=schedule.tighter * barrier.bound)
         formulation = formulation.with_barrier(barrier)
         weights = stiffened(formulation, points) if keeps_worst and watched else CornerWeights()
         distance, slow = barrier.relative_distance(points), 0
         for iterate in islice(convex_newton(formulation, points, weights), schedule.steps):
             points = iterate.points
-            yield points, formulation
+            yield points, formulation.with_barrier(replace(barrier, bound=bound))
             before, distance = distance, barrier.relative_distance(points)
             slow = slow + 1 if distance > (1.0 - schedule.slow) * before else 0
             # Steeper, or with other samples, it gets on again.

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..elements import TypedRows, all_valid, corner_scaled_jacobian, is_valid, rows_by_type
 from ..energy import CornerTerm, DistortionTerm, inverse_targets, normalized_target, stretch_of, target_volumes
 from ..formulation import Formulation, Schedules
-from ..mesh import NormalizedMesh, Regions
-from ..quality import connectivity_bounds
+from ..mesh import NormalizedMesh, Regions, face_table, node_rings
+from ..quality import connectivity_bounds, impossible_corners
 from .boundary import Boundary
 from .minimize import distortion_term
 from .options import Options
@@ -116,13 +116,22 @@ class Setting:
 
     @cached_property
     def _attainable(self) -> Field:
-        """(m,) what the smallest scaled Jacobian around each cell cannot exceed; empty where that does not count."""
-        if not self.options.raises_worst:
-            return np.empty(0)
+        """(m,) what the smallest scaled Jacobian around each cell cannot exceed."""
         normalized = self.normalized
         boundary = np.zeros(len(normalized.points), dtype=bool)
         boundary[normalized.quads] = True
-        return connectivity_bounds(normalized.cells, normalized.space.joined(boundary), normalized.space)
+        bounds = connectivity_bounds(normalized.cells, normalized.space.joined(boundary), normalized.space)
+        if not normalized.space.is_shared:  # a rank does not see all faces at the nodes of its cells
+            bounds[np.isin(normalized.cells, self._impossible_nodes()).any(axis=1)] = 0.0
+        return bounds
+
+    def _impossible_nodes(self) -> Ints:
+        """Nodes around which not all cells can be valid: they are among those of cells that are not so."""
+        cells, count = self.normalized.cells, len(self.normalized.points)
+        invalid = node_rings(cells, count, ~self.valid, 0)
+        around = cells[invalid[cells].any(axis=1)]
+        nodes = impossible_corners(face_table(around), around)
+        return nodes[invalid[nodes]]
 
     @cached_property
     def least_of_types(self) -> Field:

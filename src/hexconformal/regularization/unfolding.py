@@ -41,6 +41,8 @@ class Unfolded:
         Decisions, in words.
     sufficient
         Distance of the boundary, as `hausdorff`, with which all were unfolded; infinite if there was none.
+    back
+        (n, 3) the points with what has become worse, or left the bound, taken back; None where that is not known yet.
     """
 
     boundary: Boundary
@@ -49,10 +51,11 @@ class Unfolded:
     bad: Mask
     notes: tuple[str, ...] = ()
     sufficient: float = np.inf
+    back: Field | None = None
 
     def at(self, points: Field) -> Unfolded:
         """The same at other points."""
-        return replace(self, points=points, bad=folded_cells(self.formulation, points))
+        return replace(self, points=points, bad=folded_cells(self.formulation, points), back=None)
 
 
 Steps = Generator[Iteration, None, Unfolded]
@@ -71,12 +74,13 @@ def unfold(setting: Setting, boundary: Boundary) -> Steps:
     found = Unfolded(boundary, formulation, points, folded_cells(formulation, points))
     if boundary.barrier is not None and boundary.barrier.reference is None:
         for bound in (share * normalized.diagonal for share in setting.schedules.unfolding.wider_bounds):
-            # Where all could be unfolded, and not brought back, still more room is of no use.
-            if found.bad.any() and boundary.barrier.bound < bound and found.sufficient == np.inf:
+            # Where all could be unfolded, and not brought back, still more room is of no use, nor where they never can.
+            may_do = found.bad.any() and not formulation.impossible.any()
+            if may_do and boundary.barrier.bound < bound and found.sufficient == np.inf:
                 found = yield from _with_wider_bound(setting, found, boundary.barrier, bound)
     left = _left_folded(setting, found) if others else 0
     for features in others[: setting.schedules.unfolding.other_features]:
-        if left == 0:
+        if left == 0 or (found.bad.any() and formulation.impossible[found.bad].all()):
             break
         # What stands in the way may be a feature that is none, or a crease that was not taken for one.
         other = boundary_of(normalized, replace(setting.options, features=features), setting.schedules)
@@ -136,7 +140,8 @@ def _or_with_boundary_held(setting: Setting, found: Unfolded) -> Steps:
     A boundary that has to be brought back folds again what is behind it.
     """
     normalized, formulation = setting.normalized, found.formulation
-    left = int(folded_cells(formulation, _pulled_back(setting, found)).sum())
+    back = _pulled_back(setting, found)
+    found, left = replace(found, back=back), int(folded_cells(formulation, back).sum())
     if left == found.bad.sum():
         return found
     held = setting.formulation(boundary_of(normalized, replace(setting.options, boundary="fixed"), setting.schedules))
@@ -145,7 +150,8 @@ def _or_with_boundary_held(setting: Setting, found: Unfolded) -> Steps:
         points = iteration.points
         yield Iteration("untangle with boundary held", found.points)
     instead = found.at(untangle_interior(held, points))
-    return instead if folded_cells(formulation, _pulled_back(setting, instead)).sum() < left else found
+    back = _pulled_back(setting, instead)
+    return replace(instead, back=back) if folded_cells(formulation, back).sum() < left else found
 
 
 def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
@@ -154,6 +160,8 @@ def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
     cells = np.flatnonzero(found.bad)
     held = ~formulation.free[formulation.cells[cells]]
     why = "all their nodes are held" if held.all() else "no way was found to unfold them as the boundary is kept"
+    if formulation.impossible[cells].all():
+        why = "cells that are connected as they are cannot all be valid"
     notes = [
         *found.notes,
         f"cells that stay folded: {first_ids(setting.ids(found.bad), mesh.cell_labels)}; {why}",
@@ -174,7 +182,7 @@ def hold_folded(setting: Setting, found: Unfolded) -> Unfolded:
     if np.isfinite(found.sufficient):
         away = f"up to {found.sufficient:.2g} diagonals away"
         notes.append(f"with the boundary {away} all cells were unfolded: allow more (hausdorff)")
-    points = _pulled_back(setting, found)
+    points = _pulled_back(setting, found) if found.back is None else found.back
     bad = folded_cells(formulation, points)
     others = bad & ~found.bad
     if others.any():

@@ -9,6 +9,7 @@ folded; what remains is unfolded patch by patch, from several starts.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,12 +62,17 @@ def untangle(
     # Patches let the surface go, as far as its bound: the way out may lead away from it.
     if formulation.barrier is not None:
         formulation = formulation.with_barrier(formulation.barrier.loosened(schedule.attraction))
+    left = 0
     # The folded cells alone first: larger patches reach the same only past more ways to go wrong.
     for width in range(schedule.rounds):
         before = _tangledness(formulation, points)
         if before == _OPEN or stalled == patience or formulation.work.is_done:
             return
         bad = _tangled(formulation, formulation.measures(points))
+        # What cannot all be valid is tried as long as that leaves fewer; rounding tells which of the flat are folded.
+        if formulation.impossible[bad].all() and bad.sum() == left:
+            return
+        left = bad.sum()
         regions = connected_regions(formulation.cells, node_rings(formulation.cells, len(points), bad, width))
         points = _as_large(formulation, _unfold_patches(formulation.seen_from(points), points, first, regions), points)
         yield Iteration("untangle patches", points)
@@ -163,16 +169,17 @@ def _unfold_patch(formulation: Formulation, points: Field, first: Field, region:
     if not np.array_equal(first[nodes][moving], start[moving]):
         again = np.where(moving[:, None], first[nodes], start)
         starts += [again, harmonic(patch, again, everywhere)]
-    for local in starts[: patch.schedules.untangling.starts]:
-        for first_eps in patch.schedules.untangling.first_eps:
-            steps = list(_unfold(patch, local, first_eps, patch.schedules.untangling.patch_steps))
-            attempt = steps[-1] if steps else local
-            tangled = _tangledness(patch, attempt)
-            if tangled < amount and not folded_cells(patch, attempt)[protected].any():
-                best, amount = attempt, tangled
-            # What is left then is another, smaller patch.
-            if amount[1] <= enough:
-                break
+    schedule = patch.schedules.untangling
+    attempts = list(product(starts[: schedule.starts], schedule.first_eps))
+    if patch.impossible[_tangled(patch, patch.measures(start))].all():
+        attempts = attempts[:1]
+    for local, first_eps in attempts:
+        steps = list(_unfold(patch, local, first_eps, schedule.patch_steps))
+        attempt = steps[-1] if steps else local
+        tangled = _tangledness(patch, attempt)
+        if tangled < amount and not folded_cells(patch, attempt)[protected].any():
+            best, amount = attempt, tangled
+        # What is left then is another, smaller patch.
         if amount[1] <= enough:
             break
     points = points.copy()
