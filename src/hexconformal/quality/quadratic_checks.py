@@ -83,7 +83,7 @@ def _torn(blocks: Sequence[CellBlock], size: int) -> Ints:
 
 
 def _middles(cell_type: CellType, size: int) -> tuple[Ints, Ints]:
-    """(k, size) corners of the edges, or faces, of a type, and the nodes (k,) in their middles, -1 where there are none."""
+    """(k, size) corners of the edges, or faces, of a type, and the nodes (k,) in their middles, -1 for none."""
     every = cell_type.edges.tolist() if size == 2 else [face for face in cell_type.faces if len(face) == size]
     among = [frozenset(one) for one in between(cell_type)]
     middles = [cell_type.corners + among.index(frozenset(one)) if frozenset(one) in among else -1 for one in every]

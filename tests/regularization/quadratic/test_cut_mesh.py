@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes.quadratic_cells import vtk_shapes
+from meshes.quadratic_cells import shapes
 
 import hexconformal as hc
 from hexconformal.elements import EDGES, FACES, QUADRATIC_TYPES, cell_parts
@@ -30,8 +30,8 @@ def test_nodes_of_parts_are_where_the_shape_functions_put_them(nodes, parts):
     cut, block = CutMesh(mesh, parts), mesh.blocks[0]
     x = cut.places(mesh.points)
     np.testing.assert_array_equal(x[: len(mesh.points)], mesh.points)
-    table = cell_parts(parts)
-    shapes = vtk_shapes(QUADRATIC_TYPES[f"hexahedron{nodes}"], table.places)
+    table = cell_parts(QUADRATIC_TYPES[f"hexahedron{nodes}"], parts)
+    shapes = shapes(QUADRATIC_TYPES[f"hexahedron{nodes}"], table.places)
     expected = np.einsum("qa,car->cqr", shapes, mesh.points[block.cells])[:, table.cells].reshape(-1, 8, 3)
     np.testing.assert_allclose(x[cut.cells], expected, atol=1e-14)
     # Neighbours share their nodes: as many as a grid of parts has.
@@ -91,7 +91,7 @@ def test_types_that_do_not_fit_are_refused():
 
 @pytest.mark.parametrize("parts", [2, 4])
 def test_parts_of_faces_look_out_of_the_cell(parts):
-    table = cell_parts(parts)
+    table = cell_parts(QUADRATIC_TYPES[f"hexahedron{nodes}"], parts)
     x = table.places[table.faces]
     areas = np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]) / 2
     away = x.mean(axis=(1, 2)) - 0.5

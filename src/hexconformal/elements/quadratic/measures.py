@@ -1,4 +1,4 @@
-"""Compiled loops that measure quadratic cells: at a lattice of places, nine along an edge, and certified ones inside."""
+"""Compiled loops that measure quadratic cells: at places, nine along an edge, and certified measures inside."""
 
 from __future__ import annotations
 

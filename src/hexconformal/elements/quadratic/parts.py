@@ -24,7 +24,7 @@ Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # What a cell of each linear type is halved into, by the nodes of the quadratic type that has all of them.
-_OCTANTS = [[int(np.flatnonzero((LATTICE == c + d).all(axis=1))[0]) for d in CORNERS] for c in CORNERS]
+_OCTANTS = [[int(np.flatnonzero((c + d == LATTICE).all(axis=1))[0]) for d in CORNERS] for c in CORNERS]
 _LOW, _MIDDLE, _HIGH = (0, 1, 2, 6, 7, 8), (12, 13, 14, 15, 16, 17), (3, 4, 5, 9, 10, 11)
 _TRIANGLES = (0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)
 _WEDGES = [
@@ -107,7 +107,8 @@ def cell_parts(cell_type: CellType, n: int) -> CellParts:
         faces.append(own)
     table = np.concatenate(cells)
     order = np.lexsort(lattice[table].sum(axis=1).T[::-1])
-    outside, numbers = np.concatenate(faces)[order].reshape(-1, 4), dict(zip(map(tuple, lattice), range(len(lattice))))
+    outside = np.concatenate(faces)[order].reshape(-1, 4)
+    numbers = {tuple(place): number for number, place in enumerate(lattice)}
     on_edges = np.array([_line(corners[a], corners[b], n, numbers) for a, b in linear.edges])
     parts = CellParts(
         lattice / n,

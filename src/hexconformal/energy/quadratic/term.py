@@ -102,10 +102,10 @@ class QuadraticTerm(Term):
         # The edges of the corner as which each point is measured.
         edges = np.linalg.inv(self.cell_type.inverse_target).T @ frames
         lengths = np.linalg.norm(edges, axis=3).prod(axis=2)
-        return np.asarray((np.linalg.det(frames) / np.maximum(lengths, 1e-300)).min(axis=1))
+        return np.clip((np.linalg.det(frames) / np.maximum(lengths, 1e-300)).min(axis=1), -1.0, 1.0)
 
     def laplacian(self, points: Field) -> scipy.sparse.csr_matrix:
-        """Scalar Laplacian L (n, n): 8 L is the frozen Hessian for constant normals, of ideals as large as the cells."""
+        """Scalar Laplacian L (n, n): 8 L is the frozen Hessian for constant normals, of ideals as large as cells."""
         table, weights = _rule(self.cell_type)
         boxes = np.ones((1, 3)) if self.boxes is None else self.boxes
         matrices = np.einsum("iaq,ibq,q,ci->cab", table, table, weights, boxes**-2.0, optimize=True)

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from operator import attrgetter
-from typing import Any
 
 import numpy as np
 import scipy
@@ -27,9 +26,9 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
-def _quadratics(i: Any, j: Any) -> Field:
-    """(k, 6) the polynomials of second degree at places (i, j)."""
-    i, j = np.asarray(i, dtype=np.float64), np.asarray(j, dtype=np.float64)
+def _quadratics(nodes: Ints) -> Field:
+    """(k, 6) the polynomials of second degree at some of the nine nodes."""
+    i, j = (part.astype(np.float64) for part in np.divmod(nodes, 3))
     return np.stack([np.ones(len(i)), i, j, i * i, i * j, j * j], axis=1)
 
 
@@ -37,8 +36,8 @@ _DIGITS = 2.0**20  # shape functions are multiples of one over this where edges 
 _ROWS = 2**16  # nodes whose places are computed at a time
 
 # Of the nine nodes of a square those of the triangle that is half of it, those beyond, and what these are of those.
-_TRIANGLE, _BEYOND = np.array([(0, 0, 0, 1, 1, 2), (0, 1, 2, 0, 1, 0)]), ([1, 2, 2], [2, 1, 2])
-_CONTINUED = _quadratics(*_BEYOND) @ np.linalg.inv(_quadratics(*_TRIANGLE))
+_TRIANGLE, _BEYOND = np.array([0, 1, 2, 3, 4, 6]), np.array([5, 7, 8])
+_CONTINUED = _quadratics(_BEYOND) @ np.linalg.inv(_quadratics(_TRIANGLE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +76,9 @@ class Parts:
         """
         out, halves = points[self.grids], self.halves
         if halves.any():
-            (rows, columns), triangles = _TRIANGLE, out[halves]
-            triangles[:, *_BEYOND] = np.einsum("ba,kar->kbr", _CONTINUED, triangles[:, rows, columns])
-            out[halves] = triangles
+            nodes = out.reshape(len(out), 9, 3)
+            triangles = np.flatnonzero(halves)[:, None]
+            nodes[triangles, _BEYOND] = _CONTINUED @ nodes[triangles, _TRIANGLE]
         return out
 
     def matching(self, rows: Ints) -> Ints:

@@ -1,7 +1,7 @@
 """Nodes that slide on a curved surface: where they are brought back to, and which way they may go from there.
 
-A face of a quadratic cell is the image of a square, or of half of one. The place of a node on it is found on flat parts, by walking,
-and then on the face itself, by the method of Gauss and Newton.
+A face of a quadratic cell is the image of a square, or of half of one. The place of a node on it is found on flat
+parts, by walking, and then on the face itself, by the method of Gauss and Newton.
 """
 
 from __future__ import annotations
