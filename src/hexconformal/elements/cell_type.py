@@ -29,7 +29,7 @@ class CellType:
     singular, plural
         As messages have it.
     vtk
-        Its number in VTK.
+        Its number in VTK, 0 of what VTK does not have.
     ideal
         (n, 3) nodes of the ideal cell, all edges of length one.
     axes

@@ -164,6 +164,8 @@ def grid_from_arrays(mesh: HexMesh | MixedMesh) -> Any:
     count = sum(len(block.cells) for block in blocks_of(mesh))
     types, sizes = np.empty(count, dtype=np.uint8), np.empty(count, dtype=np.int64)
     for block in blocks_of(mesh):
+        if not block.cell_type.vtk:
+            raise MeshError(f"VTK has no {block.cell_type.plural}: Gmsh's files (.msh) hold them")
         types[block.places], sizes[block.places] = block.cell_type.vtk, block.cells.shape[1]
     grid = pv.UnstructuredGrid(
         np.insert(mesh.cells.ravel(), np.cumsum(sizes) - sizes, sizes), types, mesh.points.copy()

@@ -62,7 +62,7 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = F
 
 
 def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = False) -> HexMesh | MixedMesh:
-    """Take in a mesh of hexahedra, linear or quadratic, wedges, pyramids and tetrahedra, and change nothing of it.
+    """Take in a mesh of hexahedra, wedges, pyramids and tetrahedra, linear or quadratic, and change nothing of it.
 
     Parameters
     ----------
@@ -71,8 +71,7 @@ def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool 
     other_cells
         Solid cells of other types, such as polyhedra: "refuse" raises, "keep" carries them along.
     linearize
-        Take the corners of cells of second order. Hexahedra with 20 or 27 nodes otherwise stay as they are, other
-        types are refused.
+        Take the corners of cells of second order, which otherwise stay as they are.
 
     Returns
     -------

@@ -81,7 +81,7 @@ def _quadratic(linear: CellType, nodes: int, vtk: int) -> CellType:
 
 HEXAHEDRON20, HEXAHEDRON27 = _quadratic(HEXAHEDRON, 20, 25), _quadratic(HEXAHEDRON, 27, 29)
 WEDGE15, WEDGE18 = _quadratic(WEDGE, 15, 26), _quadratic(WEDGE, 18, 32)
-PYRAMID13, PYRAMID14 = _quadratic(PYRAMID, 13, 27), _quadratic(PYRAMID, 14, 37)
+PYRAMID13, PYRAMID14 = _quadratic(PYRAMID, 13, 27), _quadratic(PYRAMID, 14, 0)
 TETRAHEDRON10 = _quadratic(TETRAHEDRON, 10, 24)
 QUADRATIC_TYPES = {
     one.name: one

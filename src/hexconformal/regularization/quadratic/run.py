@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...common import MeshError, OptionError, first_ids, first_names
 from ...formulation import LEVEL, Iteration
 from ...io import as_volume_mesh
-from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays
+from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays, with_wedges_upright
 from ...quality import Quality, nodes_without_room, quality, require_sound
 from ..acceptance import no_worse_than, room_notes
 from ..options import Options, Record
@@ -93,7 +93,9 @@ class QuadraticRegularization:
             raise MeshError(f"{'; '.join(torn)}: {advice}")
         found = [finding.message for finding in findings if finding.kind != "higher order"]
         self._notes = (*found, *taken.notes)
-        self._setting = QuadraticSetting.of(taken, options, QuadraticSchedule() if schedule is None else schedule)
+        self._setting = QuadraticSetting.of(
+            with_wedges_upright(taken), options, QuadraticSchedule() if schedule is None else schedule
+        )
         self._points = self._before_raising = self._setting.start
         self._valid = self._setting.valid(self._points)
         self._invalid = int((~self._valid).sum())
