@@ -49,6 +49,7 @@ from .quadratic import (
     quadratic_rule,
     quadratic_shape_gradients,
     quadratic_shapes,
+    quadratic_type,
     reference_nodes,
 )
 from .registry import CELL_TYPES, SOLID_TYPES
@@ -114,6 +115,7 @@ __all__ = [
     "quadratic_rule",
     "quadratic_shape_gradients",
     "quadratic_shapes",
+    "quadratic_type",
     "recognized",
     "reference_nodes",
     "rows_by_type",

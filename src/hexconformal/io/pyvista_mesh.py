@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids, unusable_points
 from ..elements import collapsed_cells
-from ..mesh import CarriedCells, HexMesh, MixedMesh, blocks_of
+from ..mesh import CarriedCells, CellBlock, HexMesh, MixedMesh, blocks_of
 from .carried_cells import of_grid
 from .grid_cells import cell_nodes, cell_offsets, node_places
 from .node_groups import NodeGroups, cell_array_groups
@@ -25,6 +25,7 @@ __all__ = [
     "check_cell_nodes",
     "from_pyvista",
     "grid_from_arrays",
+    "require_in_vtk",
     "to_polydata",
     "triangles",
     "triangles_of",
@@ -157,15 +158,27 @@ def from_pyvista(
     return mesh_of(np.asarray(grid.points), selection, point_data, cell_data, origin)
 
 
+def require_in_vtk(blocks: Iterable[CellBlock]) -> None:
+    """Refuse cells of types that VTK does not have.
+
+    Raises
+    ------
+    MeshError
+        If there are any.
+    """
+    for block in blocks:
+        if not block.cell_type.vtk:
+            raise MeshError(f"VTK has no {block.cell_type.plural}: Gmsh's files (.msh) hold them")
+
+
 def grid_from_arrays(mesh: HexMesh | MixedMesh) -> Any:
     """An unstructured grid of a mesh that was made from arrays."""
     import pyvista as pv
 
+    require_in_vtk(blocks_of(mesh))
     count = sum(len(block.cells) for block in blocks_of(mesh))
     types, sizes = np.empty(count, dtype=np.uint8), np.empty(count, dtype=np.int64)
     for block in blocks_of(mesh):
-        if not block.cell_type.vtk:
-            raise MeshError(f"VTK has no {block.cell_type.plural}: Gmsh's files (.msh) hold them")
         types[block.places], sizes[block.places] = block.cell_type.vtk, block.cells.shape[1]
     grid = pv.UnstructuredGrid(
         np.insert(mesh.cells.ravel(), np.cumsum(sizes) - sizes, sizes), types, mesh.points.copy()

@@ -252,8 +252,8 @@ def quality(mesh: Any) -> Quality:
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes; wedges, pyramids and tetrahedra, and cells of
-        second order, are measured, too. Points and cells by the name of their type, ``(points, {"tetra": cells})``, will do.
+        Anything :func:`hexconformal.as_volume_mesh` takes: wedges, pyramids and tetrahedra, and cells of second
+        order, are measured, too. Points and cells by the name of their type, ``(points, {"tetra": cells})``, will do.
 
     Returns
     -------

@@ -16,6 +16,7 @@ from .cell_types import (
     edge_nodes,
     from_nodes,
     means_of_corners,
+    quadratic_type,
     reference_nodes,
 )
 from .control_vectors import ControlVectors, control_vectors
@@ -55,5 +56,6 @@ __all__ = [
     "quadratic_rule",
     "quadratic_shape_gradients",
     "quadratic_shapes",
+    "quadratic_type",
     "reference_nodes",
 ]

@@ -36,6 +36,7 @@ __all__ = [
     "edge_nodes",
     "from_nodes",
     "means_of_corners",
+    "quadratic_type",
     "reference_nodes",
 ]
 
@@ -90,6 +91,19 @@ QUADRATIC_TYPES = {
 
 # Of each linear type the quadratic one with a node for all products of two of its shape functions.
 FULL_TYPES = {HEXAHEDRON: HEXAHEDRON27, WEDGE: WEDGE18, PYRAMID: PYRAMID14, TETRAHEDRON: TETRAHEDRON10}
+
+
+def quadratic_type(cell_type: CellType, nodes: int) -> CellType:
+    """The type of second order with the corners of a linear one that belongs beside hexahedra of 20 or 27 nodes.
+
+    Examples
+    --------
+    >>> quadratic_type(WEDGE, 20), quadratic_type(WEDGE, 27)
+    (CellType('wedge15'), CellType('wedge18'))
+    """
+    full = FULL_TYPES[cell_type]
+    edges = cell_type.corners + len(cell_type.edges)
+    return full if nodes == len(HEXAHEDRON27.nodes) else QUADRATIC_TYPES[f"{cell_type.name}{edges}"]
 
 
 def between(cell_type: CellType) -> tuple[tuple[int, ...], ...]:
