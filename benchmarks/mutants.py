@@ -160,7 +160,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("patch.local[self.cells[patch.cells]]", "self.cells[patch.cells]"),
             ("self.boxes[patch.cells]", "self.boxes"),
             (".min(axis=1), -1.0, 1.0)", ".max(axis=1), -1.0, 1.0)"),
-            ('"iaq,ij->jaq", along', '"iaq,ji->jaq", along'),
+            ('"iaq,ij->jaq", _edges', '"iaq,ji->jaq", _edges'),
             ("size * weights.angle", "weights.angle"),
             ("matrices *= self.cell_type.volume", "matrices *= 1.0"),
         ],

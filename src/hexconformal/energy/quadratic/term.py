@@ -94,15 +94,13 @@ class QuadraticTerm(Term):
 
     def determinants(self, points: Field) -> Field:
         """(m, q) det J at the points."""
-        return np.asarray(np.linalg.det(self._frames(points)))
+        return np.asarray(np.linalg.det(self._frames(points, _rule(self.cell_type)[0])))
 
     def scaled_jacobians(self, points: Field) -> Field:
         """(m,) smallest scaled Jacobian at the points."""
-        frames = self._frames(points)
-        # The edges of the corner as which each point is measured.
-        edges = np.linalg.inv(self.cell_type.inverse_target).T @ frames
-        lengths = np.linalg.norm(edges, axis=3).prod(axis=2)
-        return np.clip((np.linalg.det(frames) / np.maximum(lengths, 1e-300)).min(axis=1), -1.0, 1.0)
+        edges = self._frames(points, _edges(self.cell_type))
+        sizes = self.cell_type.corner_volume * np.maximum(np.linalg.norm(edges, axis=3).prod(axis=2), 1e-300)
+        return np.clip((np.linalg.det(edges) / sizes).min(axis=1), -1.0, 1.0)
 
     def laplacian(self, points: Field) -> scipy.sparse.csr_matrix:
         """Scalar Laplacian L (n, n): 8 L is the frozen Hessian for constant normals, of ideals as large as cells."""
@@ -132,15 +130,21 @@ class QuadraticTerm(Term):
         boxes = None if self.boxes is None else self.boxes[patch.cells]
         return replace(self, cells=patch.local[self.cells[patch.cells]], count=len(patch.nodes), boxes=boxes)
 
-    def _frames(self, points: Field) -> Field:
-        """(m, q, 3, 3) J, a column in each row."""
+    def _frames(self, points: Field, table: Field) -> Field:
+        """(m, q, 3, 3) what a table (3, k, q) makes of the nodes, a column in each row."""
         corners = points[self.cells] - points[self.cells[:, :1]]
-        return np.einsum("iaq,mak->mqik", _rule(self.cell_type)[0], corners, optimize=True)
+        return np.einsum("iaq,mak->mqik", table, corners, optimize=True)
+
+
+@cache
+def _edges(cell_type: CellType) -> Field:
+    """(3, k, q) what takes the nodes to the edges of the corner as which each point is measured."""
+    places, corners, _ = quadratic_rule(cell_type)
+    return edge_derivatives(cell_type, places, corners)
 
 
 @cache
 def _rule(cell_type: CellType) -> tuple[Field, Field]:
     """(3, k, q) what takes the nodes to the columns of J at the points, and (q,) weights."""
-    places, corners, weights = quadratic_rule(cell_type)
-    along = edge_derivatives(cell_type, places, corners)
-    return np.ascontiguousarray(np.einsum("iaq,ij->jaq", along, cell_type.inverse_target)), weights
+    table = np.einsum("iaq,ij->jaq", _edges(cell_type), cell_type.inverse_target)
+    return np.ascontiguousarray(table), quadratic_rule(cell_type)[2]
