@@ -263,7 +263,7 @@ MUTANTS: dict[str, tuple[tuple[str, ...], list[tuple[str, str]]]] = {
             ("(9, 12, 11, 10, 13)", "(9, 10, 11, 12, 13)"),
             ("((_LOW, _MIDDLE), (_MIDDLE, _HIGH))", "((_LOW, _MIDDLE), (_LOW, _HIGH))"),
             ("[*face, face[-1]][:4]", "[*face, face[0]][:4]"),
-            ("i * along + j * across", "j * along + i * across"),
+            ("(0.5 * (corner - corners[0])", "(1.0 * (corner - corners[0])"),
             ("step / n * (last - first)", "step / n * (first - last)"),
         ],
     ),
