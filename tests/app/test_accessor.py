@@ -51,13 +51,14 @@ def test_other_cells_are_measured_too_and_worked_around_on_request():
     mixed = cube_beside_pyramid()
     np.testing.assert_array_equal(mixed.hexconformal.quality()["shape"], hc.quality(mixed).shape)
     with_curved = mixed + pv.examples.cells.QuadraticTetrahedron().translate((9, 0, 0))
-    measured = with_curved.hexconformal.quality()["shape"]
-    np.testing.assert_array_equal(np.isnan(measured), with_curved.celltypes == 24)
-    with pytest.raises(hc.MeshError, match=r"higher order: 1 tetra10; linearize=True .* other_cells='keep'"):
-        with_curved.hexconformal.quality(other_cells="refuse")
+    assert not np.isnan(with_curved.hexconformal.quality()["shape"]).any()
+    with_polyhedron = mixed + pv.examples.cells.Polyhedron().translate((9, 0, 0))
+    measured = with_polyhedron.hexconformal.quality()["shape"]
+    np.testing.assert_array_equal(np.isnan(measured), with_polyhedron.celltypes == 42)
+    with pytest.raises(hc.MeshError, match="other three-dimensional cells: 1 polyhedron"):
+        with_polyhedron.hexconformal.quality(other_cells="refuse")
     assert mixed.hexconformal.regularize(boundary="free").celltypes.tolist() == [12, 14]
-    with pytest.raises(hc.MeshError, match=r"higher order: 1 tetra10; linearize=True .* other_cells='keep'"):
-        with_curved.hexconformal.regularize()
+    assert with_curved.hexconformal.regularize(boundary="fixed")["scaled_jacobian"].shape == (3,)
     kept = mixed.hexconformal.regularize(other_cells="keep")
     assert kept.celltypes.tolist() == [12, 14]
 

@@ -1,14 +1,30 @@
-"""The distortion of quadratic hexahedra against numpy, differences, and the similarities it must not see."""
+"""The distortion of quadratic cells against numpy, differences, and the similarities it must not see."""
+
+import itertools
 
 import numpy as np
 import pytest
-from meshes.quadratic_cells import QUADRATIC, frames, lattice, random_cells
+from meshes.quadratic_cells import HEXAHEDRA, QUADRATIC, frames, lattice, random_cells
 
 import hexconformal as hc
+from hexconformal.elements import between, edge_derivatives, quadratic_rule
 from hexconformal.energy import CornerWeights, Patch, QuadraticTerm
 from hexconformal.kernel import barrier_gradient
 
 each_type = pytest.mark.parametrize("cell_type", QUADRATIC, ids=lambda one: one.name)
+each_hexahedron = pytest.mark.parametrize("cell_type", HEXAHEDRA, ids=lambda one: one.name)
+
+
+def edges_at_points(cell_type, x):
+    """(q, 3, 3) edges of the corners as which the points of the rule are measured, as columns; and weights (q,)."""
+    xi, corners, weights = quadratic_rule(cell_type)
+    return np.einsum("iaq,ar->qri", edge_derivatives(cell_type, xi, corners), x), weights
+
+
+def jacobians(cell_type, x):
+    """(q, 3, 3) J at the points of the rule, and weights (q,)."""
+    edges, weights = edges_at_points(cell_type, x)
+    return edges @ cell_type.inverse_target, weights
 
 
 def term_of(cell_type, boxes=None, evenness=1.0, **weights):
@@ -29,14 +45,48 @@ def hessian(term, x):
 @pytest.mark.parametrize("eps", [0.0, 0.3])
 def test_value_is_that_of_the_formula(cell_type, eps):
     x = random_cells(cell_type, 1, 0.08 if eps == 0.0 else 0.5)[0]
-    weights = np.array([1, 4, 1]) / 6
-    weights = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
-    f = frames(cell_type, x[None], lattice(3))[0]
+    f, weights = jacobians(cell_type, x)
     densities = [barrier_gradient(tuple(tuple(column) for column in one.T.tolist()), eps)[0] for one in f]
     d = np.linalg.det(f)
     chi = (d + np.sqrt(eps**2 + d**2)) / 2
-    expected = weights @ densities + (weights @ chi) * (weights @ (1 / chi)) - 1
-    assert term_of(cell_type, eps=eps).value(x) == pytest.approx(expected, rel=1e-11)
+    expected = cell_type.volume * (weights @ densities + (weights @ chi) * (weights @ (1 / chi)) - 1)
+    assert term_of(cell_type, eps=eps).value(x) == pytest.approx(expected, rel=1e-10)
+
+
+@each_hexahedron
+def test_points_of_hexahedra_are_nodes_of_27(cell_type):
+    x, weights = random_cells(cell_type, 1, 0.08)[0], np.array([1, 4, 1]) / 6
+    found, own = jacobians(cell_type, x)
+    np.testing.assert_allclose(found, frames(cell_type, x[None], lattice(3))[0], atol=1e-14)
+    np.testing.assert_allclose(own, np.einsum("i,j,k->ijk", weights, weights, weights).ravel())
+
+
+@each_type
+@pytest.mark.parametrize("angle", [0.0, 1.0])
+def test_numbering_does_not_matter(cell_type, angle):
+    x, term = random_cells(cell_type, 1, 0.06)[0], term_of(cell_type, angle=angle, stiffness=0.01)
+    value, among = term.value(x), [frozenset(one) for one in between(cell_type)]
+    found = 0
+    for order in rotations(cell_type.linear):
+        middles = [len(order) + among.index(frozenset(order[a] for a in one)) for one in among]
+        assert term.value(x[[*order, *middles]]) == pytest.approx(value, rel=1e-12)
+        found += 1
+    assert found == {"hexahedron": 24, "wedge": 6, "pyramid": 4, "tetra": 12}[cell_type.linear.name]
+
+
+def rotations(linear):
+    """Orders of the corners in which the ideal is the same, but for a rotation."""
+    x = linear.ideal - linear.ideal.mean(axis=0)
+    for ends in itertools.permutations(range(linear.corners), 4):
+        # The corners that four of them go to tell the rotation.
+        first = [0, *linear.neighbours[0]]
+        turn = np.linalg.lstsq(x[first], x[list(ends)], rcond=None)[0]
+        if not np.allclose(turn @ turn.T, np.eye(3)) or np.linalg.det(turn) < 0:
+            continue
+        apart = np.linalg.norm((x @ turn)[:, None] - x, axis=2)
+        order = apart.argmin(axis=1)
+        if apart.min(axis=1).max() < 1e-9 and order[first].tolist() == list(ends):
+            yield order.tolist()
 
 
 @each_type
@@ -66,18 +116,17 @@ def test_similar_copies_cost_nothing_and_nothing_else_does(cell_type):
 @each_type
 @pytest.mark.parametrize("eps", [0.0, 0.3])
 def test_against_a_box_a_cell_is_measured_as_if_it_were_shrunk(cell_type, eps):
-    box, x = np.array([4.0, 0.5, 0.5]), random_cells(cell_type, 1, 0.05)[0]
+    box, x = np.array([0.5, 0.5, 4.0]), random_cells(cell_type, 1, 0.05)[0]
     turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
     assert abs(term_of(cell_type, boxes=box[None]).value(cell_type.ideal * box @ turn * np.linalg.det(turn))) < 1e-25
     stretched, plain = term_of(cell_type, boxes=box[None], eps=eps), term_of(cell_type, eps=eps)
-    f = frames(cell_type, x[None], lattice(3))[0] / box
+    f, weights = jacobians(cell_type, x)
+    f = f / box
     densities = [barrier_gradient(tuple(tuple(column) for column in one.T.tolist()), eps)[0] for one in f]
-    weights = np.array([1, 4, 1]) / 6
-    weights = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
     d = np.linalg.det(f)
     chi = (d + np.sqrt(eps**2 + d**2)) / 2
-    expected = weights @ densities + (weights @ chi) * (weights @ (1 / chi)) - 1
-    assert stretched.value(x) == pytest.approx(expected, rel=1e-11)
+    expected = cell_type.volume * (weights @ densities + (weights @ chi) * (weights @ (1 / chi)) - 1)
+    assert stretched.value(x) == pytest.approx(expected, rel=1e-10)
     assert stretched.value(x) > plain.value(x)
     variation = np.random.default_rng(3).normal(size=x.shape)
     difference = (stretched.value(x + 1e-6 * variation) - stretched.value(x - 1e-6 * variation)) / 2e-6
@@ -87,7 +136,7 @@ def test_against_a_box_a_cell_is_measured_as_if_it_were_shrunk(cell_type, eps):
 @each_type
 def test_what_is_folded_at_a_point_is_infinite(cell_type):
     x = cell_type.ideal.copy()
-    x[0] = [2, 0, 0]
+    x[0] = 3 * x.mean(axis=0) - 2 * x[0]
     assert term_of(cell_type).value(x) == np.inf
     assert np.isfinite(term_of(cell_type, eps=0.1).value(x))
     assert term_of(cell_type).determinants(x).min() < 0
@@ -115,15 +164,14 @@ def angle_densities(f):
 @each_type
 def test_angles_count_as_at_corners_of_linear_cells(cell_type):
     x = random_cells(cell_type, 1, 0.08)[0]
-    f = frames(cell_type, x[None], lattice(3))[0]
-    e = angle_densities(f)
+    e, size = angle_densities(jacobians(cell_type, x)[0]), cell_type.volume
     stiffness = 0.9 / e.max()
     assert term_of(cell_type).largest_angles(x)[0] == pytest.approx(e.max(), rel=1e-11)
     alone = {"evenness": 0.0, "distortion": 0.0, "angle": 2.0}
-    assert term_of(cell_type, **alone).value(x) == pytest.approx(2 * e.mean(), rel=1e-11)
+    assert term_of(cell_type, **alone).value(x) == pytest.approx(2 * size * e.mean(), rel=1e-11)
     term = term_of(cell_type, evenness=0.5, distortion=0.3, angle=2.0, stiffness=stiffness)
     plain = 0.3 * term_of(cell_type, evenness=0.0).value(x) + term_of(cell_type, evenness=0.5, distortion=0.0).value(x)
-    assert term.value(x) == pytest.approx(plain + 2 * (e / (1 - stiffness * e)).mean(), rel=1e-11)
+    assert term.value(x) == pytest.approx(plain + 2 * size * (e / (1 - stiffness * e)).mean(), rel=1e-11)
     variation = np.random.default_rng(3).normal(size=x.shape)
     difference = (term.value(x + 1e-6 * variation) - term.value(x - 1e-6 * variation)) / 2e-6
     assert (term.value_gradient(x)[1] * variation).sum() == pytest.approx(difference, rel=1e-5)
@@ -136,37 +184,38 @@ def test_no_angle_gets_beyond_the_stiffness(cell_type):
     assert np.isfinite(term_of(cell_type, angle=1.0, stiffness=0.999 / largest).value(x))
     assert term_of(cell_type, angle=1.0, stiffness=1.001 / largest).value(x) == np.inf
     folded = cell_type.ideal.copy()
-    folded[0] = [2, 0, 0]
+    folded[0] = 3 * folded.mean(axis=0) - 2 * folded[0]
     assert term_of(cell_type, angle=1.0).value(folded) == np.inf
     assert term_of(cell_type).largest_angles(folded)[0] == np.inf
 
 
 @each_type
-def test_laplacian_is_that_of_cubes_as_large_as_the_cells(cell_type):
-    box = np.array([4.0, 0.5, 0.5])
+def test_laplacian_is_that_of_ideals_as_large_as_the_cells(cell_type):
+    box = np.array([0.5, 0.5, 4.0])
     for scale, boxes in ((1.0, None), (0.2, None), (3.0, box[None])):
         x = scale * cell_type.ideal
         matrix = term_of(cell_type, boxes=boxes).laplacian(x)
-        np.testing.assert_allclose(matrix.toarray(), matrix.toarray().T, atol=1e-13)
-        np.testing.assert_allclose(matrix @ np.ones(len(x)), 0, atol=1e-12)
+        np.testing.assert_allclose(matrix.toarray(), matrix.toarray().T, atol=1e-12)
+        np.testing.assert_allclose(matrix @ np.ones(len(x)), 0, atol=1e-11)
         # Gradients of coordinates of the cell are unit vectors, those of other nodes are integrated by the same rule.
         expected = np.ones(3) if boxes is None else 1 / box**2
-        np.testing.assert_allclose(np.diag(cell_type.ideal.T @ matrix @ cell_type.ideal), expected / scale**2)
+        size = cell_type.volume / scale**2
+        np.testing.assert_allclose(np.diag(cell_type.ideal.T @ matrix @ cell_type.ideal), size * expected)
         y = np.random.default_rng(0).normal(size=len(x))
-        weights = np.array([1, 4, 1]) / 6
-        weights = np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
-        slopes = frames(cell_type, np.stack([y, y, y], axis=1)[None], lattice(3))[0, :, 0]
-        assert y @ matrix @ y == pytest.approx(weights @ (slopes**2 @ expected) / scale**2, rel=1e-11)
+        f, weights = jacobians(cell_type, np.stack([y, y, y], axis=1))
+        assert y @ matrix @ y == pytest.approx(size * weights @ (f[:, 0] ** 2 @ expected), rel=1e-10)
 
 
 @each_type
 def test_the_cells_of_a_stretched_cell_are_as_large_as_its_edges_are_on_average(cell_type):
-    long = term_of(cell_type).laplacian(cell_type.ideal * [1.0, 1.0, 3.0])
-    cube = term_of(cell_type).laplacian(cell_type.ideal)
-    np.testing.assert_allclose(long.toarray(), cube.toarray() / ((1 + 1 + 9) / 3), atol=1e-13)
+    x = cell_type.ideal * [1.0, 1.0, 3.0]
+    long, ideal = term_of(cell_type).laplacian(x), term_of(cell_type).laplacian(cell_type.ideal)
+    ends = x[cell_type.edges]
+    squares = ((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1).mean()
+    np.testing.assert_allclose(long.toarray(), ideal.toarray() / squares, atol=1e-13)
 
 
-@each_type
+@each_hexahedron
 @pytest.mark.parametrize("with_boxes", [False, True])
 def test_of_a_patch_its_own_cells_count(cell_type, with_boxes):
     mesh = hc.elevated(hc.generate.box((4, 1, 1)), len(cell_type.nodes))
@@ -187,8 +236,14 @@ def test_of_a_patch_its_own_cells_count(cell_type, with_boxes):
 
 @each_type
 def test_scaled_jacobians_are_the_smallest_at_the_points(cell_type):
-    x = random_cells(cell_type, 5, 0.2)
-    f = frames(cell_type, x, lattice(3))
-    expected = (np.linalg.det(f) / np.linalg.norm(f, axis=2).prod(axis=2)).min(axis=1)
-    for one, smallest in zip(x, expected, strict=True):
-        np.testing.assert_allclose(term_of(cell_type).scaled_jacobians(one), smallest, rtol=1e-11)
+    for one in random_cells(cell_type, 5, 0.1):
+        edges, _ = edges_at_points(cell_type, one)
+        values = np.linalg.det(edges) / np.linalg.norm(edges, axis=1).prod(axis=1) / cell_type.corner_volume
+        np.testing.assert_allclose(term_of(cell_type).scaled_jacobians(one), values.min(), rtol=1e-10)
+
+
+@each_type
+def test_angles_and_scaled_jacobians_of_the_ideal_are_the_best_there_are(cell_type):
+    term = term_of(cell_type)
+    assert term.largest_angles(2.0 * cell_type.ideal)[0] == pytest.approx(0, abs=1e-13)
+    assert term.scaled_jacobians(2.0 * cell_type.ideal)[0] == pytest.approx(1)

@@ -52,7 +52,7 @@ def test_the_largest_number_stays_what_it_is_between_corners(kind):
 def test_what_is_not_linear_is_refused():
     with pytest.raises(hc.OptionError, match="must be 20 or 27, not 21"):
         hc.elevated(block(1), 21)
-    with pytest.raises(hc.MeshError, match="hexahedra alone"):
+    with pytest.raises(hc.MeshError, match="must be linear, and there are 1 hexahedron of 20"):
         hc.elevated(hc.elevated(block(1), 20), 27)
 
 
@@ -134,8 +134,8 @@ def test_sets_and_faces_come_along(nodes):
     assert [part.tolist() for part in out.cell_data["n"]] == [list(range(8)), [0, 1, 2, 3], [4], [7], [9]]
     assert [np.asarray(part).tolist() for part in out.cell_sets["some"]] == [[1, 3], [0], [0], [0], []]
     told = " ".join(mesh.notes)
-    assert "1 quad cells, no faces of hexahedra, stay as they are" in told
-    assert "1 triangle cells have no nodes between corners" in told
+    assert "1 quad cells, no faces of solid ones, stay as they are" in told
+    assert "1 triangle cells, no faces of solid ones, stay as they are" in told
     assert f"point array 'tag' is 0 at {len(out.points) - 27} nodes between corners where it differs" in told
     assert source.cells[1].type == "quad", "what was handed in stays"
     np.testing.assert_array_equal(mesh.origin.cell_groups["some"], np.isin(np.arange(8), [1, 3]))
@@ -361,5 +361,5 @@ def test_every_mesh_can_be_taken_by_its_corners(kind, nodes):
 
 
 def test_the_way_to_take_corners_is_told():
-    with pytest.raises(hc.MeshError, match="has 8 hexahedra of 20 nodes; linearize=True"):
+    with pytest.raises(hc.MeshError, match=r"there are 8 hexahedra of 20 nodes: linearize=True"):
         hc.elevated(hc.elevated(block(2), 20), 27)

@@ -1,10 +1,12 @@
-"""Cells of second order that are no hexahedra: refused by name, by their corners on request, in all formats."""
+"""Cells of second order that are no hexahedra: as they are, or by their corners on request, in all formats."""
 
 import h5py
 import meshio
 import numpy as np
 import pytest
 import pyvista as pv
+from meshes.mixed import mixed_block
+from meshes.quadratic_cells import raised
 
 import hexconformal as hc
 from hexconformal import io
@@ -68,10 +70,12 @@ def grid_of(name, points):
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_it_is_refused_by_name_or_taken_by_its_corners(name):
+def test_it_is_taken_as_it_is_or_by_its_corners(name):
     grid, corners = grid_of(name, bent(name)), len(CELL_TYPES[SECOND_ORDER[name][0]].nodes)
-    with pytest.raises(hc.MeshError, match=rf"higher order: 1 {name}; linearize=True \(--linearize\)"):
-        hc.quality(grid)
+    (block,) = hc.as_volume_mesh(grid).blocks
+    assert (block.cell_type.name, block.cells.tolist()) == (name, [list(range(len(grid.points)))])
+    assert hc.quality(grid).valid.all()
+    assert hc.quality(grid).scaled_jacobian[0] < 0.999
     mesh = hc.as_volume_mesh(grid, linearize=True)
     assert f"cells taken as linear, their edges straightened: 1 {name}" in mesh.notes
     assert mesh.blocks[0].cell_type.name == SECOND_ORDER[name][0]
@@ -82,12 +86,66 @@ def test_it_is_refused_by_name_or_taken_by_its_corners(name):
 
 
 @pytest.mark.parametrize(("extension", "name"), [(key, name) for key, names in FORMATS.items() for name in names])
-def test_files_keep_all_nodes_and_what_is_written_is_straight(extension, name, tmp_path):
+def test_files_keep_all_nodes_as_they_are(extension, name, tmp_path):
+    path, other = tmp_path / f"a{extension}", tmp_path / f"b{extension}"
+    cells = {name: [range(len(bent(name)))]}
+    for mesh in (hc.as_volume_mesh(grid_of(name, bent(name))), hc.as_volume_mesh((bent(name), cells))):
+        expected = hc.quality(mesh)
+        io.write(path, mesh)
+        again = hc.as_volume_mesh(path)
+        (block,) = again.blocks
+        assert block.cell_type.name == name
+        # MED's cells are told from the other side: turned round there, and back.
+        np.testing.assert_allclose(again.points[block.cells[0]], bent(name), atol=1e-7)
+        assert hc.quality(again).minimum_jacobian[0] == pytest.approx(expected.minimum_jacobian[0], abs=1e-5)
+        io.write(other, again.replaced(3.0 * again.points[:, [1, 2, 0]]))
+        last = hc.as_volume_mesh(other)
+        np.testing.assert_allclose(last.points[last.blocks[0].cells[0]], 3.0 * bent(name)[:, [1, 2, 0]], atol=1e-6)
+
+
+@pytest.mark.parametrize("extension", list(FORMATS))
+def test_files_hold_all_types_beside_each_other(extension, tmp_path):
+    kept = {SECOND_ORDER[name][0] for name in FORMATS[extension]} | {"hexahedron"}
+    every, _, _ = raised(mixed_block(1), {"hexahedron": 20, "wedge": 15, "pyramid": 13, "tetra": 10})
+    blocks = {one.cell_type.name: one.cells for one in every.blocks if one.cell_type.linear.name in kept}
+    points = every.points + np.random.default_rng(0).uniform(-0.02, 0.02, every.points.shape)
+    mesh = hc.MixedMesh.of_types(points, blocks)
+    path = tmp_path / f"a{extension}"
+    io.write(path, mesh)
+    back = hc.as_volume_mesh(path)
+    assert {one.cell_type.name: len(one.cells) for one in back.blocks} == {n: len(rows) for n, rows in blocks.items()}
+    before, after = hc.quality(mesh).by_type(), hc.quality(back).by_type()
+    for name, one in before.items():
+        np.testing.assert_allclose(after[name].minimum_jacobian, one.minimum_jacobian, atol=1e-4)
+        np.testing.assert_allclose(after[name].volume, one.volume, rtol=1e-5)
+    result = hc.regularize(path, boundary="fixed", max_iterations=3)
+    io.write(tmp_path / f"b{extension}", result.mesh)
+    assert hc.quality(tmp_path / f"b{extension}").valid.all()
+
+
+@pytest.mark.parametrize("name", ["wedge15", "wedge18"])
+def test_wedges_the_other_way_up_are_worked_on_and_stay_so(name):
+    cell_type = hc.elements.SOLID_TYPES[name]
+    mesh = hc.MixedMesh.of_types(bent(name), {name: [cell_type.mirrored]})
+    upright = hc.MixedMesh.of_types(bent(name), {name: [cell_type.nodes]})
+    assert hc.quality(mesh).minimum_jacobian[0] == hc.quality(upright).minimum_jacobian[0] > 0
+    result = hc.regularize(mesh, boundary="fixed")
+    assert result.mesh.blocks[0].cells.tolist() == [list(cell_type.mirrored)]
+    assert result.report.after.invalid == 0
+
+
+def test_vtk_has_no_pyramid_of_14_nodes(tmp_path):
+    mesh = hc.MixedMesh.of_types(straight("pyramid14"), {"pyramid14": [range(14)]})
+    with pytest.raises(hc.MeshError, match="VTK has no pyramids of 14 nodes: Gmsh's files"):
+        io.write(tmp_path / "a.vtu", mesh)
+
+
+@pytest.mark.parametrize(("extension", "name"), [(key, name) for key, names in FORMATS.items() for name in names])
+def test_files_keep_all_nodes_and_what_is_written_of_corners_is_straight(extension, name, tmp_path):
     path, other = tmp_path / f"a{extension}", tmp_path / f"b{extension}"
     grid = grid_of(name, bent(name))
     io.write(path, hc.as_volume_mesh(grid, linearize=True))  # straight
-    with pytest.raises(hc.MeshError, match=f"higher order: 1 {name}"):
-        hc.as_volume_mesh(path)
+    assert hc.quality(path).scaled_jacobian[0] == pytest.approx(1.0, abs=1e-5)
     mesh = hc.as_volume_mesh(path, linearize=True)
     block = mesh.origin.selection.higher_order[0]
     np.testing.assert_allclose(mesh.points[block.nodes[0]], straight(name), atol=1e-7)
@@ -177,19 +235,12 @@ def test_solids_of_nastran_with_more_nodes_than_any_type_are_refused(tmp_path):
         hc.as_volume_mesh(tmp_path / "a.bdf")
 
 
-@pytest.mark.parametrize("command", ["keep", "refuse"])
-def test_beside_hexahedra_it_is_kept_where_that_is_asked_for(command):
+def test_beside_hexahedra_it_is_one_of_the_cells():
     cube = pv.UnstructuredGrid(*[np.array([8, *range(8)]), np.array([12], np.uint8)], straight("hexahedron20")[:8])
     both = cube + grid_of("tetra10", bent("tetra10") + [9.0, 0.0, 0.0])
-    if command == "refuse":
-        with pytest.raises(hc.MeshError, match=r"1 tetra10; linearize=True .*, other_cells='keep'"):
-            hc.as_volume_mesh(both)
-    else:
-        mesh = hc.as_volume_mesh(both, other_cells="keep")
-        assert mesh.held.sum() == 10
-        linear = hc.as_volume_mesh(both, other_cells="keep", linearize=True)
-        assert linear.held.sum() == 0
-        assert {one.cell_type.name for one in linear.blocks} == {"hexahedron", "tetra"}
+    assert {one.cell_type.name for one in hc.as_volume_mesh(both).blocks} == {"hexahedron", "tetra10"}
+    assert {one.cell_type.name for one in hc.as_volume_mesh(both, linearize=True).blocks} == {"hexahedron", "tetra"}
+    assert hc.as_hex_mesh(both, other_cells="keep").held.sum() == 10
 
 
 @pytest.mark.parametrize("name", OTHERS)

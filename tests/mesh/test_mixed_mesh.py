@@ -54,7 +54,7 @@ def test_cells_of_a_row_of_places():
     [
         ({}, "no cells"),
         ({"tetra": np.empty((0, 4), int)}, "no cells"),
-        ({"tetra10": [range(10)]}, "types of cells must be some of hexahedron, wedge, pyramid, tetra, .*, not tetra10"),
+        ({"tetra20": [range(20)]}, "types of cells must be some of hexahedron, wedge, pyramid, tetra, .*, not tetra20"),
         ({"wedge": [[0, 1, 2, 3, 4]]}, r"\(m, 6\) array of wedges"),
         ({"tetra": [[0.5, 1, 2, 3]]}, "integer node ids"),
     ],

@@ -119,9 +119,20 @@ def shuffled_grid(mesh, seed=0):
 
 def cut_block(n=3):
     """n^3 cubes, each cut into six tetrahedra around a diagonal."""
-    points, cells = block(n)
+    return cut_into_tetrahedra(*block(n))
+
+
+def cut_into_tetrahedra(points, cells):
+    """Hexahedra, each cut into six tetrahedra around a diagonal: faces fit where all cells run the same way."""
     paths = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
     return MixedMesh.of_types(points, {"tetra": np.concatenate([cells[:, path] for path in paths])})
+
+
+def cut_into_pyramids(points, cells):
+    """Hexahedra, each cut into six pyramids whose apex is its middle."""
+    apexes = len(points) + np.arange(len(cells))
+    pyramids = [np.column_stack([cells[:, face[::-1]], apexes]) for face in HEXAHEDRON.faces]
+    return MixedMesh.of_types(np.vstack([points, points[cells].mean(axis=1)]), {"pyramid": np.concatenate(pyramids)})
 
 
 def faces_by_nodes(mesh):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 from meshes.mixed import four_types
-from meshes.quadratic_cells import curved_cylinder, random_cells, vtk_shapes
+from meshes.quadratic_cells import curved_cylinder, random_cells, shapes
 
 import hexconformal as hc
 from hexconformal import generate
@@ -61,7 +61,7 @@ def test_pieces_follow_the_shape_functions_in_a_mesh_that_is_cut_open(nodes):
     for face, owner in zip(faces.points, faces.owners, strict=True):
         # Every place of the lattice is one of the cell, on one of its sides.
         sides = [np.insert(np.array(uv), axis, side) for axis in range(3) for side in (0, 1) for uv in _pairs(t)]
-        there = vtk_shapes(cell_type, np.array(sides)) @ x[owner]
+        there = shapes(cell_type, np.array(sides)) @ x[owner]
         nearest = np.abs(face[:, None] - there).max(axis=2).min(axis=1)
         assert nearest.max() < 1e-12
 

@@ -77,7 +77,7 @@ class HexahedraAccessor:
         Parameters
         ----------
         other_cells, linearize
-            Treatment of solid cells that are not linear; see :func:`hexconformal.as_volume_mesh`.
+            Treatment of other solid cells, and of those of second order; see :func:`hexconformal.as_volume_mesh`.
 
         Raises
         ------

@@ -142,7 +142,7 @@ class RegularizeHexahedra(_Filter):
         self.set_option("other_cells", value)
 
     @smproperty.intvector(name="Linearize", default_values=0, number_of_elements=1)
-    @_help("Take the corners of hexahedra with 20 or 27 nodes.", _BOOLEAN)
+    @_help("Take the corners of cells of second order.", _BOOLEAN)
     def SetLinearize(self, value: int) -> None:
         self.set_option("linearize", bool(value))
 

@@ -29,7 +29,7 @@ class CellType:
     singular, plural
         As messages have it.
     vtk
-        Its number in VTK.
+        Its number in VTK, 0 of what VTK does not have.
     ideal
         (n, 3) nodes of the ideal cell, all edges of length one.
     axes
@@ -48,6 +48,8 @@ class CellType:
         An order of the nodes in which the cell is inside out.
     reference_volume
         Of the domain over which det J is integrated to the volume of a cell.
+    straight
+        Of a quadratic type the linear one that has the same corners; None of linear ones.
 
     Examples
     --------
@@ -70,6 +72,7 @@ class CellType:
     faces: tuple[tuple[int, ...], ...]
     mirrored: tuple[int, ...]
     reference_volume: float
+    straight: CellType | None = None
 
     def __post_init__(self) -> None:
         for table in (self.ideal, self.axes, self.neighbours, self.edges):
@@ -82,6 +85,24 @@ class CellType:
     def nodes(self) -> tuple[int, ...]:
         """The numbers of its nodes."""
         return tuple(range(len(self.ideal)))
+
+    @property
+    def linear(self) -> CellType:
+        """The linear type with the same corners: itself if it is one."""
+        return self if self.straight is None else self.straight
+
+    @property
+    def corners(self) -> int:
+        """Number of corners, which come first."""
+        return len(self.linear.ideal)
+
+    @cached_property
+    def reference_corners(self) -> Field:
+        """(c, 3) reference coordinates of the corners: the first is the origin, its neighbours are the unit vectors."""
+        first = self.ideal[: self.corners] - self.ideal[0]
+        coordinates = np.rint(first @ np.linalg.inv(self._first_edges()).T) + 0.0
+        coordinates.setflags(write=False)
+        return coordinates
 
     @cached_property
     def inverse_target(self) -> Field:

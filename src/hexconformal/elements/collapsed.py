@@ -91,7 +91,7 @@ def collapsed_cells(cells: Ints, cell_type: CellType) -> Ints:
     >>> collapsed_cells(np.arange(6)[None], WEDGE)
     array([[0, 1, 2, 2, 3, 4, 5, 5]])
     """
-    return np.ascontiguousarray(cells[:, COLLAPSED.get(cell_type.name, COLLAPSED[HEXAHEDRON.name])])
+    return np.ascontiguousarray(cells[:, COLLAPSED[cell_type.linear.name]])
 
 
 def recognized(cells: Ints) -> list[tuple[CellType, Ints, Ints]]:

@@ -39,8 +39,8 @@ def determinant_bounds(points: Floats, cells: Ints, cell_type: CellType) -> tupl
     Returns
     -------
     (m,) lower bounds, rounding included: positive proves the cell valid;
-    (m,) the minimum: not positive tells that it is invalid. Of hexahedra, linear or quadratic, as
-    :func:`minimum_jacobian` has them.
+    (m,) the minimum: not positive tells that it is invalid. Of hexahedra and of quadratic cells
+    as :func:`minimum_jacobian` has them.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Linear hexahedra as quadratic ones, straight, with shared nodes between corners, and with all that came along."""
+"""Linear cells as quadratic ones, straight, with shared nodes between corners, and with all that came along."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError, first_ids
-from ..elements import QUADRATIC_TYPES
-from ..mesh import CellBlock, HexMesh, MixedMesh, require_nodes
+from ..mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, require_nodes
 from .cell_types import VTK_TYPES
 from .format_tools.meshio_internals import cell_block
 from .grid_cells import grid_blocks
 from .meshio_mesh import MeshioOrigin, from_meshio, meshio_blocks
-from .pyvista_mesh import from_pyvista
+from .pyvista_mesh import from_pyvista, require_in_vtk
 from .raised_cells import RaisedCells
-from .read_write import as_hex_mesh
+from .read_write import as_volume_mesh
 from .source_file import SourceFile
 
 __all__ = ["elevated"]
@@ -26,28 +25,27 @@ _ENTITIES = "gmsh:dim_tags"
 
 
 def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
-    """The mesh of quadratic hexahedra that has the same shape.
+    """The mesh of quadratic cells that has the same shape.
 
     Nodes keep their numbers; those in the middle of edges, faces and cells come after them, each at the mean of its
     corners. Where what came was quadratic, and is taken by its corners, the new nodes take the place of those that were
     there. All that came along stays: arrays, with the mean of the corners if they are real numbers, otherwise with what
     all of the corners have, or else 0; sets of cells; sets of points, with the nodes between corners that are all in
-    them, those on the boundary alone where the set is all on it; quadrilaterals and lines on faces and edges of the
-    hexahedra, which become quadratic, too; pairs of nodes that move together; labels, for further nodes numbers after
-    the largest. What has no nodes between corners is told in the notes of the mesh.
+    them, those on the boundary alone where the set is all on it; triangles, quadrilaterals and lines on faces and edges
+    of the cells, which become quadratic, too; pairs of nodes that move together; labels, for further nodes numbers
+    after the largest. What has no nodes between corners is told in the notes of the mesh.
 
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes.
+        Anything :func:`hexconformal.as_volume_mesh` takes, of linear cells.
     nodes
-        Of a cell: 20 or 27.
+        Of a hexahedron: 20 or 27. Tetrahedra get 10, wedges 15 or 18, pyramids 13 or 14.
 
     Raises
     ------
     MeshError
-        If there are cells of other types than linear hexahedra that are not to be kept, or polyhedra; or cells with a
-        repeated node, or of nodes that there are none of.
+        If there are quadratic cells, or polyhedra; or cells with a repeated node, or of nodes that there are none of.
     OptionError
         If `nodes` is neither.
 
@@ -57,17 +55,21 @@ def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
     >>> elevated(box((2, 1, 1)), 20), elevated(box((2, 1, 1)), 27)
     (MixedMesh(32 points, 2 hexahedra of 20 nodes), MixedMesh(45 points, 2 hexahedra of 27 nodes))
     """
-    linear = as_hex_mesh(mesh)
+    linear = as_volume_mesh(mesh)
     require_nodes(linear)
-    ordered = np.sort(linear.cells, axis=1)
-    collapsed = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+    curved = [block for block in blocks_of(linear) if block.cell_type.straight]
+    if curved:
+        advice = "linearize=True (--linearize) takes them by their corners"
+        raise MeshError(f"cells must be linear, and there are {counts_by_type(curved)}: {advice}")
+    ordered = [np.sort(block.cells, axis=1) for block in blocks_of(linear)]
+    repeated = [(one[:, 1:] == one[:, :-1]).any(axis=1) for one in ordered]
+    collapsed = np.concatenate([block.places[bad] for block, bad in zip(blocks_of(linear), repeated, strict=True)])
     if len(collapsed):
-        ids = first_ids(collapsed, linear.cell_labels)
+        ids = first_ids(np.sort(collapsed), linear.cell_labels)
         raise MeshError(f"cells with a repeated node, such as wedges, have no order 2 here: {ids}")
     if linear.origin is None:
         raised = RaisedCells(linear, [], nodes)
-        block = CellBlock(QUADRATIC_TYPES[f"hexahedron{nodes}"], raised.hexahedra, np.arange(len(raised.hexahedra)))
-        return MixedMesh(raised.points(), (block,), _point_data(linear, raised), linear.cell_data)
+        return MixedMesh(raised.points(), raised.solids, _point_data(linear, raised), linear.cell_data)
     take_in = _from_meshio if isinstance(linear.origin, MeshioOrigin) else _from_grid
     raised, result = take_in(linear, nodes)
     held = raised.on_points(linear.held) | result.held
@@ -76,12 +78,12 @@ def elevated(mesh: Any, nodes: int = 20) -> MixedMesh:
     return replace(result, origin=replace(result.origin, selection=selection))
 
 
-def _point_data(linear: HexMesh, raised: RaisedCells) -> dict[str, NDArray[Any]]:
+def _point_data(linear: HexMesh | MixedMesh, raised: RaisedCells) -> dict[str, NDArray[Any]]:
     # Gmsh's entities of nodes are not means: without them its files are written in the version that has none.
     return {name: raised.on_points(array, name) for name, array in linear.point_data.items() if name != _ENTITIES}
 
 
-def _from_meshio(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
+def _from_meshio(linear: HexMesh | MixedMesh, nodes: int) -> tuple[RaisedCells, Any]:
     import meshio
 
     source = linear.origin.updated_source(linear)
@@ -114,7 +116,7 @@ def _from_meshio(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
     for name in vars(source).keys() - vars(result).keys():
         setattr(result, name, getattr(source, name))
     file = _file(linear, raised, np.concatenate([block.rows for block in raised.blocks]))
-    return raised, from_meshio(result, "keep", False, file, (f"hexahedron{nodes}",))
+    return raised, from_meshio(result, "keep", False, file, [one.cell_type.name for one in raised.solids])
 
 
 def _parts_of_set(name: str, parts: Any, olds: list[int], places: list[NDArray[np.int64]]) -> list[Any]:
@@ -129,11 +131,12 @@ def _parts_of_set(name: str, parts: Any, olds: list[int], places: list[NDArray[n
     return found
 
 
-def _from_grid(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
+def _from_grid(linear: HexMesh | MixedMesh, nodes: int) -> tuple[RaisedCells, Any]:
     import pyvista as pv
 
     source = pv.wrap(linear.origin.updated_source(linear)).cast_to_unstructured_grid()
     raised = RaisedCells(linear, [block for _, block in grid_blocks(source)], nodes)
+    require_in_vtk(raised.solids)
     types, sizes = source.celltypes.copy(), np.empty(source.n_cells, dtype=np.int64)
     for block in raised.blocks:
         types[block.rows] = VTK_TYPES.get(block.name, 0) or types[block.rows]
@@ -149,10 +152,10 @@ def _from_grid(linear: HexMesh, nodes: int) -> tuple[RaisedCells, Any]:
     result.GetCellData().DeepCopy(source.GetCellData())
     result.GetFieldData().DeepCopy(source.GetFieldData())
     file = _file(linear, raised, np.arange(source.n_cells))
-    return raised, from_pyvista(result, "keep", False, file, (f"hexahedron{nodes}",))
+    return raised, from_pyvista(result, "keep", False, file, [one.cell_type.name for one in raised.solids])
 
 
-def _file(linear: HexMesh, raised: RaisedCells, rows: NDArray[np.int64]) -> SourceFile | None:
+def _file(linear: HexMesh | MixedMesh, raised: RaisedCells, rows: NDArray[np.int64]) -> SourceFile | None:
     """The file that a mesh came from, with what it says of nodes and cells for those that there are now, from rows."""
     file = linear.origin.file
     if file is None:

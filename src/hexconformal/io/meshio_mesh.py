@@ -157,7 +157,7 @@ def meshio_from_arrays(mesh: HexMesh | MixedMesh) -> Any:
     blocks = blocks_of(mesh)
     return meshio.Mesh(
         mesh.points.copy(),
-        [(block.cell_type.name, block.cells.copy()) for block in blocks],
+        [cell_block(block.cell_type.name, block.cells.copy()) for block in blocks],
         point_data={name: array.copy() for name, array in mesh.point_data.items()},
         cell_data={name: [array[block.places] for block in blocks] for name, array in mesh.cell_data.items()},
     )

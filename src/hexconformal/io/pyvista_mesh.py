@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..common import MeshError, unusable_points
 from ..elements import collapsed_cells
-from ..mesh import CarriedCells, HexMesh, MixedMesh, blocks_of
+from ..mesh import CarriedCells, CellBlock, HexMesh, MixedMesh, blocks_of
 from .carried_cells import of_grid
 from .grid_cells import cell_nodes, cell_offsets, node_places
 from .node_groups import NodeGroups, cell_array_groups
@@ -34,6 +34,7 @@ __all__ = [
     "PyvistaOrigin",
     "from_pyvista",
     "grid_from_arrays",
+    "require_in_vtk",
     "to_polydata",
     "triangles",
     "triangles_of",
@@ -184,10 +185,24 @@ def _arrays(grid: Any) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]]
     return on_points, on_cells
 
 
+def require_in_vtk(blocks: Iterable[CellBlock]) -> None:
+    """Refuse cells of types that VTK does not have.
+
+    Raises
+    ------
+    MeshError
+        If there are any.
+    """
+    for block in blocks:
+        if not block.cell_type.vtk:
+            raise MeshError(f"VTK has no {block.cell_type.plural}: Gmsh's files (.msh) hold them")
+
+
 def grid_from_arrays(mesh: HexMesh | MixedMesh) -> Any:
     """An unstructured grid of a mesh that was made from arrays."""
     import pyvista as pv
 
+    require_in_vtk(blocks_of(mesh))
     count = sum(len(block.cells) for block in blocks_of(mesh))
     types, sizes = np.empty(count, dtype=np.uint8), np.empty(count, dtype=np.int64)
     for block in blocks_of(mesh):

@@ -1,4 +1,4 @@
-"""Cells of a mesh of linear hexahedra with nodes between their corners: the hexahedra, and what lies on their sides."""
+"""Cells of a linear mesh with nodes between their corners: solid ones, and what lies on their sides."""
 
 from __future__ import annotations
 
@@ -10,7 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common import MeshError
-from ..mesh import HexMesh, boundary_quads, face_edges, middle_nodes, middles_between, with_middles
+from ..elements import quadratic_type
+from ..mesh import (
+    CellBlock,
+    HexMesh,
+    MixedMesh,
+    blocks_of,
+    boundary_quads,
+    collapsed_table,
+    face_edges,
+    middle_nodes_of_types,
+    middles_between,
+    with_middles,
+)
 from .carried_cells import corners_of
 from .selection import Block
 
@@ -21,42 +33,49 @@ Mask = NDArray[np.bool_]
 
 
 class RaisedCells:
-    """The nodes between the corners of linear hexahedra, and what becomes of other cells, arrays and sets.
+    """The nodes between the corners of linear cells, and what becomes of other cells, arrays and sets.
 
     Further nodes come after the points; those that a cell needed before, and none needs any more, are left out.
 
     Parameters
     ----------
     linear
-        The mesh of the hexahedra.
+        The mesh of the cells that are raised.
     before
-        All cells that it came with, the hexahedra among them.
+        All cells that it came with, these among them.
     nodes
-        Of a hexahedron: 20 or 27.
+        Of a hexahedron: 20 or 27; of other types what belongs beside these.
 
     Attributes
     ----------
-    hexahedra
-        (m, 20 or 27) nodes.
+    solids
+        The raised cells by their type.
     blocks
-        All cells: quadrilaterals and lines on faces and edges of hexahedra have the nodes of these, others what they
-        had.
+        All cells: triangles, quadrilaterals and lines on faces and edges of raised ones have the nodes of these, others
+        what they had.
     notes
         What has no nodes between corners, in words.
     """
 
-    def __init__(self, linear: HexMesh, before: list[Block], nodes: int) -> None:
+    def __init__(self, linear: HexMesh | MixedMesh, before: list[Block], nodes: int) -> None:
         self._linear, self._count, self._nodes = linear, len(linear.points), nodes
-        cells, self._corners = middle_nodes(linear.cells, self._count, nodes)
-        self._first_cells = cells
+        typed = blocks_of(linear)
+        tables, self._corners = middle_nodes_of_types([(one.cell_type, one.cells) for one in typed], self._count, nodes)
+        raised = [
+            CellBlock(quadratic_type(one.cell_type, nodes), cells, one.places)
+            for one, cells in zip(typed, tables, strict=True)
+        ]
+        self._first_nodes = np.unique(np.concatenate([cells.ravel() for cells in tables]))
         self.notes: list[str] = []
         rows = np.empty(0, dtype=np.int64) if linear.origin is None else linear.origin.selection.rows
         found = []
         for block in before:
             mine = np.isin(block.rows, rows)
-            if mine.any():
-                own = cells[np.searchsorted(rows, block.rows[mine])]
-                found.append(Block(f"hexahedron{nodes}", 3, own, block.rows[mine]))
+            places = np.searchsorted(rows, block.rows[mine])
+            for one in raised:
+                own = np.flatnonzero(np.isin(one.places, places))
+                if len(own):
+                    found.append(Block(one.cell_type.name, 3, one.cells[own], rows[one.places[own]]))
             if not mine.all():
                 rest = block if not mine.any() else replace(block, nodes=block.nodes[~mine], rows=block.rows[~mine])
                 found += self._raised(rest)
@@ -69,13 +88,13 @@ class RaisedCells:
         if left_out:
             self.notes.append(f"{left_out} nodes between corners that came are replaced")
         self.number = np.cumsum(self._kept) - 1
-        self.hexahedra = self.number[cells]
+        self.solids = tuple(replace(one, cells=self.number[one.cells]) for one in raised)
         self.blocks = [replace(block, nodes=self.number[block.nodes]) for block in found]
 
     def _raised(self, block: Block) -> list[Block]:
         if block.name.startswith("poly") and block.dimension == 3:
-            raise MeshError(f"there is no order 2 beside cells of type {block.name}: extract the hexahedra first")
-        if corners_of(block.name) not in (2, 4):
+            raise MeshError(f"there is no order 2 beside cells of type {block.name}: extract the others first")
+        if corners_of(block.name) not in (2, 3, 4):
             if corners_of(block.name) != 1:
                 self.notes.append(f"{len(block.rows)} {block.name} cells have no nodes between corners")
             return [block]
@@ -83,9 +102,9 @@ class RaisedCells:
         quadratic = np.column_stack([corners, *self._between(corners)])
         whole = (quadratic >= 0).all(axis=1)
         if not whole.all():
-            what = "faces" if corners.shape[1] == 4 else "edges"
-            self.notes.append(f"{(~whole).sum()} {block.name} cells, no {what} of hexahedra, stay as they are")
-        name = {3: "line3", 8: "quad8", 9: "quad9"}[quadratic.shape[1]]
+            what = "edges" if corners.shape[1] == 2 else "faces"
+            self.notes.append(f"{(~whole).sum()} {block.name} cells, no {what} of solid ones, stay as they are")
+        name = {3: "line3", 6: "triangle6", 8: "quad8", 9: "quad9"}[quadratic.shape[1]]
         parts = [
             Block(name, block.dimension, quadratic[whole], block.rows[whole]),
             replace(block, nodes=block.nodes[~whole], rows=block.rows[~whole]),
@@ -95,8 +114,9 @@ class RaisedCells:
     def _between(self, corners: Ints) -> list[Ints]:
         if corners.shape[1] == 2:
             return [self._find(corners)]
-        sides = face_edges(corners)
-        return [self._find(sides).reshape(-1, 4), *([self._find(corners)] if self._nodes == 27 else [])]
+        sides, size = face_edges(corners), corners.shape[1]
+        centres = [self._find(corners)] if size == 4 and self._nodes == 27 else []
+        return [self._find(sides).reshape(-1, size), *centres]
 
     def _find(self, corners: Ints) -> Ints:
         """The nodes (k,) in the middle of some corners (k, j); -1 where there is none."""
@@ -104,10 +124,10 @@ class RaisedCells:
 
     @cached_property
     def _outer(self) -> Mask:
-        """Which of the nodes, those left out included, are on the boundary, or of no hexahedron."""
-        quads = boundary_quads(self._linear.cells)[0]
+        """Which of the nodes, those left out included, are on the boundary, or of no raised cell."""
+        quads = boundary_quads(collapsed_table(blocks_of(self._linear)))[0]
         outer = np.ones(len(self._kept), dtype=bool)
-        outer[self._first_cells] = False
+        outer[self._first_nodes] = False
         found = np.concatenate([quads.ravel(), self._find(face_edges(quads)), self._find(quads)])
         outer[found[found >= 0]] = True
         return outer

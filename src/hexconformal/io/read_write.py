@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..common import MeshError, OptionError, check_writable, reading, save_atomically
-from ..elements import QUADRATIC_TYPES, SOLID_TYPES
+from ..elements import SOLID_TYPES
 from ..mesh import HexMesh, MixedMesh, blocks_of, counts_by_type
 from .convert import grid_from_meshio
 from .formats import FORMATS, READ_EXTENSIONS, SURFACE_EXTENSIONS, WRITE_EXTENSIONS, read_contents
@@ -62,7 +62,7 @@ def as_hex_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = F
 
 
 def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool = False) -> HexMesh | MixedMesh:
-    """Take in a mesh of hexahedra, linear or quadratic, wedges, pyramids and tetrahedra, and change nothing of it.
+    """Take in a mesh of hexahedra, wedges, pyramids and tetrahedra, linear or quadratic, and change nothing of it.
 
     Parameters
     ----------
@@ -71,8 +71,7 @@ def as_volume_mesh(source: Any, *, other_cells: str = "refuse", linearize: bool 
     other_cells
         Solid cells of other types, such as polyhedra: "refuse" raises, "keep" carries them along.
     linearize
-        Take the corners of cells of second order. Hexahedra with 20 or 27 nodes otherwise stay as they are, other
-        types are refused.
+        Take the corners of cells of second order, which otherwise stay as they are.
 
     Returns
     -------
@@ -126,7 +125,7 @@ def _taken_in(source: Any, other_cells: str, linearize: bool, types: Collection[
 
 
 def _by_corners(mesh: HexMesh | MixedMesh, other_cells: str, types: Collection[str]) -> HexMesh | MixedMesh:
-    """The mesh with the corners of its quadratic hexahedra; itself if it has none."""
+    """The mesh with the corners of its quadratic cells; itself if it has none."""
     if not _is_curved(mesh):
         return mesh
     if mesh.origin is None:
@@ -143,7 +142,7 @@ def _only_hexahedra(mesh: HexMesh | MixedMesh) -> HexMesh:
 
 
 def _is_curved(mesh: HexMesh | MixedMesh) -> bool:
-    return any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(mesh))
+    return any(block.cell_type.straight for block in blocks_of(mesh))
 
 
 def library_of(mesh: Any) -> str:

@@ -120,7 +120,7 @@ def select(
         raise MeshError(
             f"besides {wanted} there are other three-dimensional cells: {_counts_by_type(others)}; "
             "other_cells='keep' (--other-cells keep) carries them along and holds their nodes"
-            + ("; as_volume_mesh takes linear ones" if tuple(types) == HEXAHEDRA else "")
+            + ("; as_volume_mesh takes all but polyhedra" if tuple(types) == HEXAHEDRA else "")
         )
     held = np.zeros(point_count, dtype=bool)
     for nodes in [*ghost_nodes, *(block.nodes.ravel() for block in others)]:

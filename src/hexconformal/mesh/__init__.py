@@ -14,7 +14,7 @@ from .embedded import Embedded, find_embedded, same_rows
 from .face_rows import face_keys, triangles_first, turned_over, whole_faces
 from .hex_mesh import HexMesh, NodePairs
 from .interfaces import Interfaces, curves_of, find_interfaces, region_surfaces, surfaces_around
-from .middle_nodes import middle_nodes, middles_between, with_middles
+from .middle_nodes import middle_nodes, middle_nodes_of_types, middles_between, with_middles
 from .mixed_mesh import (
     CellBlock,
     MixedMesh,
@@ -86,6 +86,7 @@ __all__ = [
     "find_regions",
     "flat_nodes",
     "middle_nodes",
+    "middle_nodes_of_types",
     "middles_between",
     "morton_codes",
     "node_pattern",

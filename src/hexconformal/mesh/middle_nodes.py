@@ -1,17 +1,18 @@
-"""Nodes in the middle of edges, faces and cells: linear hexahedra become quadratic ones."""
+"""Nodes in the middle of edges, faces and cells: linear cells become quadratic ones."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..common import OptionError
-from ..elements import BETWEEN
+from ..elements import HEXAHEDRON, CellType, between, quadratic_type
 from .embedded import same_rows
 
-__all__ = ["middle_nodes", "middles_between", "with_middles"]
+__all__ = ["middle_nodes", "middle_nodes_of_types", "middles_between", "with_middles"]
 
 Ints = NDArray[np.int64]
 
@@ -44,16 +45,40 @@ def middle_nodes(cells: Ints, count: int, nodes: int) -> tuple[Ints, list[Ints]]
     >>> cells.shape, [len(one) for one in corners], corners[0][cells[0, 8] - 8].tolist()
     ((1, 27), [12, 6, 1], [0, 1])
     """
+    (quadratic,), corners = middle_nodes_of_types([(HEXAHEDRON, cells)], count, nodes)
+    return quadratic, corners
+
+
+def middle_nodes_of_types(
+    blocks: Sequence[tuple[CellType, Ints]], count: int, nodes: int
+) -> tuple[list[Ints], list[Ints]]:
+    """The same of cells (m, j) of several linear types, those beside hexahedra of 20 or 27 nodes.
+
+    Examples
+    --------
+    >>> from hexconformal.elements import TETRAHEDRON
+    >>> (cells,), corners = middle_nodes_of_types([(TETRAHEDRON, np.arange(4)[None])], 4, 20)
+    >>> cells.shape, [len(one) for one in corners]
+    ((1, 10), [6])
+    """
     if not isinstance(nodes, int | np.integer) or nodes not in (20, 27):
         raise OptionError(f"nodes of a quadratic hexahedron must be 20 or 27, not {nodes!r}")
-    quadratic, corners = cells, []
-    for members in (BETWEEN[:12], BETWEEN[12:18], BETWEEN[18:]) if nodes == 27 else (BETWEEN[:12],):
-        ends = cells[:, np.array(members)]
-        distinct, inverse = np.unique(np.sort(ends, axis=2).reshape(-1, ends.shape[2]), axis=0, return_inverse=True)
-        quadratic = np.concatenate([quadratic, count + inverse.reshape(len(cells), -1)], axis=1)
+    tables, corners = [cells for _, cells in blocks], []
+    for size in (2, 4, 8):
+        members = [[one for one in between(quadratic_type(kind, nodes)) if len(one) == size] for kind, _ in blocks]
+        if not any(members):
+            continue
+        ends = [
+            cells[:, np.reshape(np.array(own, dtype=np.int64), (-1, size))]
+            for (_, cells), own in zip(blocks, members, strict=True)
+        ]
+        every = np.concatenate([one.reshape(-1, size) for one in ends])
+        distinct, inverse = np.unique(np.sort(every, axis=1), axis=0, return_inverse=True)
+        parts = np.split(count + inverse.ravel(), np.cumsum([one.shape[0] * one.shape[1] for one in ends])[:-1])
+        tables = [np.hstack([table, own.reshape(len(table), -1)]) for table, own in zip(tables, parts, strict=True)]
         corners.append(distinct)
         count += len(distinct)
-    return quadratic, corners
+    return tables, corners
 
 
 def with_middles(values: NDArray[Any], corners: list[Ints]) -> NDArray[Any]:

@@ -142,7 +142,7 @@ def collapsed_mesh(mesh: HexMesh | MixedMesh) -> HexMesh:
     """The mesh with cells of other types than hexahedra as collapsed ones, for what works on a table of eight nodes.
 
     Wedges may be in either order of their triangles, as formats differ: where most of them would be inside out they are
-    taken the other way round. Quadratic hexahedra are there by their corners.
+    taken the other way round. Quadratic cells are there by their corners.
 
     Examples
     --------
@@ -159,16 +159,17 @@ def with_wedges_upright(mesh: MixedMesh) -> MixedMesh:
     """The mesh with all wedges turned round where most of them would be inside out, and most other cells not."""
     if not all(((block.cells >= 0) & (block.cells < len(mesh.points))).all() for block in mesh.blocks):
         return mesh
-    inside_out = {
-        block.cell_type: (cell_volumes(mesh.points, collapsed_cells(block.cells, block.cell_type)) < 0.0)
-        for block in mesh.blocks
-    }
-    wedges = inside_out.pop(WEDGE, np.zeros(1, dtype=bool))
-    others = np.concatenate([np.zeros(1, dtype=bool), *inside_out.values()])
-    if wedges.mean() <= 0.5 or others.mean() > 0.5:
+    wedges, others = np.zeros((2, 0), dtype=bool)
+    for block in mesh.blocks:
+        inside_out = cell_volumes(mesh.points, collapsed_cells(block.cells, block.cell_type)) < 0.0
+        if block.cell_type.linear is WEDGE:
+            wedges = np.append(wedges, inside_out)
+        else:
+            others = np.append(others, inside_out)
+    if 2 * wedges.sum() <= len(wedges) or 2 * others.sum() > len(others):
         return mesh
     turned = (
-        replace(block, cells=block.cells[:, WEDGE.mirrored]) if block.cell_type is WEDGE else block
+        replace(block, cells=block.cells[:, block.cell_type.mirrored]) if block.cell_type.linear is WEDGE else block
         for block in mesh.blocks
     )
     return replace(mesh, blocks=tuple(turned))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import BETWEEN, QUADRATIC_TYPES
+from ..elements import between
 from ..mesh import HexMesh, MixedMesh, blocks_of, boundary_quads, collapsed_mesh, face_table, same_rows
 from .contents import Cells
 
@@ -77,7 +77,7 @@ def drawn_part(cells: Cells, kept: Mask, coarse: Ints, curves: Ints) -> tuple[Ce
 
 def _middles(mesh: HexMesh | MixedMesh, faces: Ints) -> Ints | None:
     """(f, 5) nodes in the middle of the sides of faces, and in that of the face; None where no cell is quadratic."""
-    quadratic = [block for block in blocks_of(mesh) if block.cell_type.name in QUADRATIC_TYPES]
+    quadratic = [block for block in blocks_of(mesh) if block.cell_type.straight]
     if not quadratic:
         return None
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
@@ -85,17 +85,19 @@ def _middles(mesh: HexMesh | MixedMesh, faces: Ints) -> Ints | None:
     for size, wanted in ((2, sides), (4, faces)):
         corners, middles = [], []
         for block in quadratic:
-            places = [8 + k for k, among in enumerate(BETWEEN) if len(among) == size and 8 + k < block.cells.shape[1]]
-            for place in places:
-                corners.append(block.cells[:, list(BETWEEN[place - 8])])
-                middles.append(block.cells[:, place])
+            for place, among in enumerate(between(block.cell_type), start=block.cell_type.corners):
+                if len(among) == size:
+                    corners.append(block.cells[:, list(among)])
+                    middles.append(block.cells[:, place])
         known = np.concatenate([np.empty((0, size), np.int64), *corners])
         first = same_rows(np.concatenate([known, wanted]))[len(known) :]
         nodes = np.concatenate([*middles, np.full(len(wanted), -1)])
         found.append(nodes[first])
-    between, centres = found[0].reshape(-1, 4), found[1]
-    curved = (between >= 0).all(axis=1, keepdims=True)
-    return np.where(curved, np.column_stack([between, centres]), -1)
+    # A triangle has its last node twice, and that node between these.
+    of_sides = np.where(sides[:, 0] == sides[:, 1], sides[:, 0], found[0]).reshape(-1, 4)
+    centres = found[1]
+    curved = (of_sides >= 0).all(axis=1, keepdims=True)
+    return np.where(curved, np.column_stack([of_sides, centres]), -1)
 
 
 def _layers(table: Ints, count: int) -> Ints:

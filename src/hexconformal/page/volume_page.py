@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import QUADRATIC_TYPES
 from ..geometry import find_features
 from ..io import as_volume_mesh
 from ..mesh import HexMesh, MixedMesh, blocks_of, boundary_quads, collapsed_mesh, counts_by_type, find_regions
@@ -84,7 +83,7 @@ def volume_page(
     skin = boundary_quads(collapsed_mesh(first).cells)[0]
     named = ends if len(meshes) == 2 else [(title or _title(first), None)]
     outer = [_measured(mesh, *which) for mesh, which in zip(meshes, named, strict=True)]
-    if len(meshes) == 2 and not any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(first)):
+    if len(meshes) == 2 and not any(block.cell_type.straight for block in blocks_of(first)):
         outer = with_distances(outer, skin)
     regions = find_regions(collapsed_mesh(first), interfaces)
     return Page(

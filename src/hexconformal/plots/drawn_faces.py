@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import QUADRATIC_TYPES, CellType, quadratic_shapes
+from ..elements import CellType, in_cube, quadratic_shapes
 from ..mesh import CellBlock, boundary_quads, collapsed_table, face_edges, unique_edges
 
 __all__ = ["DrawnFaces", "faces_of_cells", "outer_faces"]
@@ -149,6 +149,6 @@ def _on_lattice(points: Floats, blocks: Sequence[CellBlock], corners: Ints, owne
 
 def _shapes(cell_type: CellType, corners: Ints, weights: Floats) -> Floats:
     """(q, k) shape functions of a type where a face with such corners has these weights (q, 4)."""
-    if cell_type.name in QUADRATIC_TYPES:
-        return quadratic_shapes(weights @ cell_type.ideal[corners], cell_type)
+    if cell_type.straight:
+        return quadratic_shapes(in_cube(weights @ cell_type.reference_corners[corners], cell_type), cell_type)
     return weights @ np.eye(len(cell_type.nodes))[corners]

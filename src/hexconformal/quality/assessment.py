@@ -85,7 +85,7 @@ class MixedSummary(Summary):
     ----------
     types
         Summaries of the cells of each type, by its name: "hexahedron", "wedge", "pyramid", "tetra", "hexahedron20",
-        "hexahedron27".
+        "hexahedron27", "wedge15", "wedge18", "pyramid13", "pyramid14", "tetra10".
     """
 
     types: dict[str, Summary]
@@ -105,7 +105,7 @@ class Quality:
     """Measures of every cell, each an (m,) array.
 
     J is that of equation (6a): of other cells than hexahedra against the ideal of their type, whose edges are equal. Of
-    quadratic hexahedra it is the Jacobian itself, and what is said of corners holds for 9 x 9 x 9 places in each.
+    quadratic cells what is said of corners holds for a lattice of places in each, nine along an edge.
 
     Attributes
     ----------
@@ -252,8 +252,8 @@ def quality(mesh: Any) -> Quality:
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_hex_mesh` takes; wedges, pyramids, tetrahedra and hexahedra of 20 or 27
-        nodes are measured, too. Points and cells by the name of their type, ``(points, {"tetra": cells})``, will do.
+        Anything :func:`hexconformal.as_volume_mesh` takes: wedges, pyramids and tetrahedra, and cells of second
+        order, are measured, too. Points and cells by the name of their type, ``(points, {"tetra": cells})``, will do.
 
     Returns
     -------

@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import (
-    CORNER_NEIGHBOURS,
-    EDGE_NODES,
-    HEXAHEDRON,
-    MEASURES,
-    QUADRATIC_TYPES,
-    CellType,
-    measures_of,
-    rows_by_type,
-)
+from ..elements import CORNER_NEIGHBOURS, HEXAHEDRON, MEASURES, CellType, edge_nodes, measures_of, rows_by_type
 
 __all__ = ["attainable_scaled_jacobian", "attainable_scaled_jacobians", "nodes_without_room"]
 
@@ -129,8 +121,8 @@ def nodes_without_room(
         corners, ends = cells[:, : len(cell_type.neighbours)], cells[:, cell_type.neighbours]
         edges = points[ends] - points[corners][:, :, None]
         stays = held[ends] & held[corners][:, :, None]
-        if cell_type.name in QUADRATIC_TYPES:
-            middles = cells[:, _MIDDLES]
+        if cell_type.straight:
+            middles = cells[:, _middles(cell_type)]
             edges = 4.0 * (points[middles] - points[corners][:, :, None]) - edges
             stays &= held[middles]
         flat = stays.all(axis=2) & (np.linalg.det(edges) <= 0.0)
@@ -145,11 +137,12 @@ def nodes_without_room(
     return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *found]))
 
 
-# Of each corner of quadratic hexahedra the nodes in the middle of its edges.
-_MIDDLES = np.array([
-    [next(middle for a, b, middle in EDGE_NODES.tolist() if {a, b} == {corner, end}) for end in ends]
-    for corner, ends in enumerate(HEXAHEDRON.neighbours.tolist())
-])  # fmt: skip
+@cache
+def _middles(cell_type: CellType) -> NDArray[np.int64]:
+    """(c, 3) nodes in the middle of the edges at each corner of a quadratic type."""
+    middles = {frozenset((a, b)): middle for a, b, middle in edge_nodes(cell_type).tolist()}
+    corners = enumerate(cell_type.neighbours.tolist())
+    return np.array([[middles[frozenset((corner, end))] for end in ends] for corner, ends in corners])
 
 
 def _without_room(edges: NDArray[np.int64], normals: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 from ..common import OptionError, options_from
-from ..elements import QUADRATIC_TYPES
 from ..io import as_volume_mesh
 from ..mesh import blocks_of
 from .options import Options, Record
@@ -19,21 +18,21 @@ __all__ = ["regularize", "run_on"]
 
 
 def run_on(mesh: Any, options: Options, start: Any = None) -> Regularization | QuadraticRegularization:
-    """The run for a mesh: of linear cells, or of hexahedra some of which are quadratic; it may go on from a start.
+    """The run for a mesh: of linear cells, or of quadratic ones; it may go on from a start.
 
     Raises
     ------
     OptionError
-        If there is a start for a mesh with quadratic hexahedra, where that is not there yet.
+        If there is a start for a mesh with quadratic cells, where that is not there yet.
     """
     taken = as_volume_mesh(mesh)
-    curved = any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(taken))
+    curved = any(block.cell_type.straight for block in blocks_of(taken))
     # A file is read once; other meshes come back in the type that they have.
     given = taken if isinstance(mesh, str | os.PathLike) else mesh
     if not curved:
         return Regularization(given, options, start=start)
     if start is not None:
-        raise OptionError("for hexahedra of 20 or 27 nodes there is no start yet: hand in the half-done mesh instead")
+        raise OptionError("for cells of second order there is no start yet: hand in the half-done mesh instead")
     return QuadraticRegularization(given, options)
 
 
@@ -51,14 +50,14 @@ def regularize(
     mesh
         A path, a pyvista grid, a meshio.Mesh, a :class:`hexconformal.HexMesh` or MixedMesh, or a tuple
         ``(points, cells)``, of hexahedra, or with cells by the name of their type, ``{"tetra": ..., "wedge": ...}``.
-        It is not changed. Hexahedra of 20 or 27 nodes are worked on as they are,
+        It is not changed. Cells of second order are worked on as they are,
         with the options on the boundary, on what is kept, and `emphasis`.
     callback
         Called with the record of every iteration.
     start
         The (n, 3) points that an earlier run of the same mesh has come to, or a mesh with the same nodes, or its path:
         the run goes on from there, with the surface, features, sizes and targets of `mesh`. The result is no worse than
-        either: the worst cells of no type are worse than at the start. Not for quadratic hexahedra, nor with `surface`.
+        either: the worst cells of no type are worse than at the start. Not for quadratic cells, nor with `surface`.
     **options
         Fields of :class:`hexconformal.Options`, which tells more of each.
 

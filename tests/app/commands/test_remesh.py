@@ -193,14 +193,14 @@ def test_what_a_format_cannot_keep_is_said(here, capsys):
         ("quality broken.ply", 1, "cannot read broken.ply"),
         ("quality ball.ply --out ball.ply", 2, "--overwrite"),
         ("quality ball.ply --out out.inp", 1, "unknown extension .inp"),
-        ("quality tets.vtu", 1, "cells of higher order: 1 tetra10"),
+        ("quality polyhedra.vtu", 1, "1 polyhedron"),
         ("quality ball.xyz", 1, "ball.xyz does not exist"),
     ],
 )
 def test_errors_are_one_readable_line(here, capsys, words, code, said):
     points, cells = icosphere(1)
     pv.UnstructuredGrid({12: box((2, 2, 2))[1]}, box((2, 2, 2))[0]).save("hexes.vtu")
-    pv.examples.cells.QuadraticTetrahedron().save("tets.vtu")
+    pv.examples.cells.Polyhedron().save("polyhedra.vtu")
     surface.write("nan.ply", (np.where(points > 0.9, np.nan, points), cells.triangles))
     (here / "broken.ply").write_bytes((here / "ball.ply").read_bytes()[:-900])
     files = {path: path.read_bytes() for path in here.iterdir()}

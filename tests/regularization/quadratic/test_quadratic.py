@@ -166,9 +166,6 @@ def test_options_without_effect_are_refused():
     mesh, _ = tangled(20, 0.0)
     with pytest.raises(hc.OptionError, match="there is no target, method: leave"):
         hc.regularize(mesh, boundary="fixed", target="input", method="newton")
-    both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": mesh.blocks[0].cells, "tetra": [range(4)]})
-    with pytest.raises(hc.MeshError, match="higher order: 27 hexahedron20; beside 1 tetrahedron they"):
-        hc.regularize(both, boundary="fixed")
 
 
 @pytest.mark.parametrize("boundary", ["fixed", "slide"])

@@ -22,11 +22,11 @@ COMMANDS = {
     " Writes frames with the mesh velocity, a history and a checkpoint after every step into a folder;"
     " ends with exit code 1 where the boundary asks for the impossible.",
     "quality": "Measure every cell of a mesh (validity, det J > 0 everywhere, is certified) or of a surface."
-    " Wedges, pyramids, tetrahedra and quadratic hexahedra are measured like hexahedra.",
+    " Wedges, pyramids, tetrahedra and quadratic cells are measured like hexahedra.",
     "view": "Look at a mesh, a surface or a series in a browser."
     " Writes one page, which needs no network and no server, and opens it.",
     "orient": "Put mirrored cells, or cells in a foreign node order, into VTK's order. No point moves.",
-    "elevate": "Make quadratic hexahedra of 20 or 27 nodes from linear ones. The shape stays, arrays and sets too.",
+    "elevate": "Make quadratic cells from linear ones. The shape stays, arrays and sets too.",
     "check": "Tell whether a mesh, or a surface, can be worked on, and what is doubtful about it."
     " Exit code 1 if it cannot.",
     "demo": "Make a cube of skewed cells regular."

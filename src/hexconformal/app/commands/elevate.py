@@ -8,9 +8,10 @@ import numpy as np
 
 from ...common import check_writable, first_ids
 from ...io import WRITE_EXTENSIONS, elevated, write
+from ...mesh import counts_by_type
 from ...quality import check, quality
 from ..terminal import print_line
-from .arguments import add_input, add_output, note_dropped, read_hexahedra
+from .arguments import add_input, add_output, note_dropped, read_to_work_on
 from .results.outputs import check_paths, named_inputs
 
 __all__ = ["EXAMPLES", "add_arguments", "run"]
@@ -24,7 +25,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the command."""
     add_input(parser)
     add_output(parser)
-    parser.add_argument("--to", type=int, default=20, metavar="20|27", help="nodes of a cell (default %(default)s)")
+    parser.add_argument(
+        "--to", type=int, default=20, metavar="20|27", help="nodes of a hexahedron (default %(default)s)"
+    )
     parser.add_argument(
         "--surface", metavar="part.stl", help="put nodes between corners of the boundary on this surface and its curves"
     )
@@ -34,7 +37,7 @@ def run(arguments: Namespace) -> int:
     """Write the mesh with nodes between its corners."""
     check_paths([arguments.output], named_inputs(arguments.input, surface=arguments.surface), arguments.overwrite)
     check_writable(arguments.output, WRITE_EXTENSIONS)
-    linear = read_hexahedra(arguments)
+    linear = read_to_work_on(arguments)
     far = ""
     if arguments.surface is None:
         mesh, notes = elevated(linear, arguments.to), list[str]()
@@ -48,7 +51,7 @@ def run(arguments: Namespace) -> int:
         wrong = [finding.message for finding in check(linear) if finding.severity == "error"]
         notes += [f"cells that are not valid: {first_ids(invalid, mesh.cell_labels)}", *wrong]
     dropped = write(arguments.output, mesh)
-    print_line(f"{len(mesh.blocks[0].cells)} hexahedra of {arguments.to} nodes, {len(mesh.points)} points")
+    print_line(f"{counts_by_type(mesh.blocks)}, {len(mesh.points)} points")
     if far:
         print_line(f"the boundary is up to {far}")
     for note in (*mesh.notes, *notes):

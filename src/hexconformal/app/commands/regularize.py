@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...elements import QUADRATIC_TYPES, corner_scaled_jacobian
+from ...elements import corner_scaled_jacobian
 from ...mesh import HexMesh, MixedMesh, blocks_of, collapsed_mesh, find_regions, region_arrays
 from ...quality import quality
 from ...regularization import Checkpoint, Options, run_on
@@ -143,7 +143,7 @@ class RegularizeJob:
 
     def snapshot(self, run: Any) -> HexMesh | MixedMesh:
         points = run.points
-        curved = any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(run.mesh))
+        curved = any(block.cell_type.straight for block in blocks_of(run.mesh))
         if curved:
             measured = quality(run.mesh.replaced(points)).scaled_jacobian
         else:

@@ -1,7 +1,8 @@
-"""Derivatives of quadratic hexahedra in Bernstein polynomials, from differences of nodes.
+"""Derivatives of quadratic cells in Bernstein polynomials, from differences of nodes.
 
-The derivative along an axis has degree 1 along it and 2 along the others: 18 control vectors. Each is a combination of
-differences of nodes that lie on lines along that axis, so that in thin cells, too, rounding is small against it.
+The derivative with respect to a reference coordinate has degree 1 along that axis of the cube and 2 along the others:
+18 control vectors. Each is a combination of differences of nodes that lie on lines along that axis, so that in thin
+cells, too, rounding is small against it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cell_type import CellType
-from .cell_types import LATTICE, from_nodes
+from .cell_types import edge_nodes, reference_nodes
+from .shape_functions import bernstein_derivatives
 
 __all__ = ["ControlVectors", "control_vectors"]
 
@@ -59,30 +61,32 @@ class ControlVectors:
         """
         filled = [np.nonzero(table.T) for table in self.table]
         starts = np.array([np.searchsorted(vectors, np.arange(19)) for vectors, _ in filled])
-        terms = np.array([numbers for _, numbers in filled])
-        factors = np.array([table.T[places] for table, places in zip(self.table, filled, strict=True)])
-        return self.pairs, starts, terms, factors, 1.0 / self.binomials**2, self.rounding
+        terms, factors = np.zeros((2, 3, int(starts[:, -1].max())))
+        for axis, (table, places) in enumerate(zip(self.table, filled, strict=True)):
+            terms[axis, : starts[axis, -1]], factors[axis, : starts[axis, -1]] = places[1], table.T[places]
+        return self.pairs, starts, terms.astype(np.int64), factors, 1.0 / self.binomials**2, self.rounding
 
 
 @cache
 def control_vectors(cell_type: CellType) -> ControlVectors:
-    """The tables of a type, HEXAHEDRON20 or HEXAHEDRON27.
+    """The tables of a quadratic type.
 
     Examples
     --------
-    >>> from hexconformal.elements import HEXAHEDRON20, HEXAHEDRON27
-    >>> control_vectors(HEXAHEDRON20).pairs.shape, control_vectors(HEXAHEDRON27).pairs.shape
-    ((3, 12, 2), (3, 18, 2))
+    >>> from hexconformal.elements import HEXAHEDRON20, HEXAHEDRON27, TETRAHEDRON10
+    >>> [control_vectors(one).pairs.shape for one in (HEXAHEDRON20, HEXAHEDRON27, TETRAHEDRON10)]
+    [(3, 12, 2), (3, 18, 2), (3, 4, 2)]
     """
-    pairs = np.array([_pairs_along(axis, len(cell_type.nodes)) for axis in range(3)])
-    tables, binomials = [], []
-    for axis in range(3):
-        differences = np.eye(len(cell_type.nodes))[pairs[axis, :, 1]] - np.eye(len(cell_type.nodes))[pairs[axis, :, 0]]
-        wanted = _derivative(axis) @ from_nodes(cell_type)
-        solved = np.linalg.lstsq(differences.T, wanted.T, rcond=None)[0]
+    derivatives, every = bernstein_derivatives(cell_type), np.eye(len(cell_type.nodes))
+    found = [_pairs_along(axis, cell_type, table) for axis, table in enumerate(derivatives)]
+    most = max(map(len, found))
+    # Axes with fewer of them have differences of a node to itself, which are nothing.
+    pairs = np.array([[*some, *[(0, 0)] * (most - len(some))] for some in found], dtype=np.int64)
+    tables = []
+    for axis, some in zip(range(3), pairs, strict=True):
+        solved = np.linalg.lstsq((every[some[:, 1]] - every[some[:, 0]]).T, derivatives[axis].T, rcond=None)[0]
         tables.append(np.round(_BITS * solved) / _BITS)
-        binomials.append(_binomials(axis))
-    table, weights = np.array(tables), np.array(binomials)
+    table, weights = np.array(tables), np.array([_binomials(axis) for axis in range(3)])
     # A sum of d products, each of a rounded difference, is off by at most so many roundings of the sum of their sizes.
     roundings = 3 * (table.shape[1] + 2) * np.abs(table).sum(axis=1).max() + _FURTHER_ROUNDINGS
     result = ControlVectors(pairs, table * weights[:, None], weights, float(roundings * np.finfo(np.float64).eps))
@@ -91,20 +95,29 @@ def control_vectors(cell_type: CellType) -> ControlVectors:
     return result
 
 
-def _pairs_along(axis: int, count: int) -> list[tuple[int, int]]:
-    """Neighbours on each line of the lattice along an axis, of so many nodes."""
-    order = np.lexsort((LATTICE[:count, axis], *np.delete(LATTICE[:count], axis, axis=1).T)).tolist()
-    others = np.delete(LATTICE, axis, axis=1)
-    return [(a, b) for a, b in zip(order, order[1:], strict=False) if (others[a] == others[b]).all()]
+def _pairs_along(axis: int, cell_type: CellType, derivatives: Field) -> list[tuple[int, int]]:
+    """Neighbours on each line through nodes along an axis, and as many halves of edges as it needs besides.
 
-
-def _derivative(axis: int) -> Field:
-    """(18, 27) control vectors of the derivative along an axis, from the 27 nodes."""
-    to_bernstein = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])
-    slope = 2.0 * np.diff(to_bernstein, axis=0)
-    x, y, z = (slope if axis == i else to_bernstein for i in range(3))
-    places = LATTICE @ [1, 3, 9]
-    return np.asarray(np.kron(z, np.kron(y, x))[:, places])
+    To the apex of a pyramid no lines lead along the axis. No pair closes a circle, so that there is one way to combine
+    them.
+    """
+    places = np.rint(2.0 * reference_nodes(cell_type)).astype(np.int64)
+    others = np.delete(places, axis, axis=1)
+    order = np.lexsort((places[:, axis], *others.T)).tolist()
+    pairs = [(a, b) for a, b in zip(order, order[1:], strict=False) if (others[a] == others[b]).all()]
+    halves = [pair for a, b, middle in edge_nodes(cell_type).tolist() for pair in ((a, middle), (middle, b))]
+    joined = np.arange(len(places))
+    for a, b in pairs:
+        joined[joined == joined[a]] = joined[b]
+    for a, b in halves:
+        # What is combined has no share in the sum over nodes that hang together.
+        sums = np.array([derivatives[:, joined == label].sum(axis=1) for label in np.unique(joined)])
+        if not sums.any():
+            break
+        if joined[a] != joined[b]:
+            pairs.append((a, b))
+            joined[joined == joined[a]] = joined[b]
+    return pairs
 
 
 def _binomials(axis: int) -> Field:

@@ -37,9 +37,9 @@ def quadratic_coefficients(points: Floats, cells: Ints, cell_type: CellType) -> 
     points
         (n, 3) coordinates.
     cells
-        (m, 20 or 27) nodes in VTK order.
+        (m, k) nodes in VTK order.
     cell_type
-        HEXAHEDRON20 or HEXAHEDRON27.
+        A quadratic type.
 
     Returns
     -------
@@ -68,9 +68,9 @@ def quadratic_bounds(points: Floats, cells: Ints, cell_type: CellType, depth: in
     points
         (n, 3) coordinates.
     cells
-        (m, 20 or 27) nodes in VTK order.
+        (m, k) nodes in VTK order.
     cell_type
-        HEXAHEDRON20 or HEXAHEDRON27.
+        A quadratic type.
     depth
         How often a cell may be halved in each direction.
 

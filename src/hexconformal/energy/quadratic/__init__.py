@@ -1,4 +1,4 @@
-"""The distortion of quadratic hexahedra, equation (10a)."""
+"""The distortion of quadratic cells, equation (10a)."""
 
 from .term import QuadraticTerm
 

@@ -1,4 +1,4 @@
-"""Compiled loop of equation (10a): the distortion at 27 points of quadratic hexahedra, and how even det J is there."""
+"""Compiled loop of equation (10a): the distortion at points of quadratic cells, and how even det J is there."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _TINY = 1e-300  # keeps what is folded at eps = 0 huge rather than not a number
 
 @algebra
 def _store_frames(points: Field, cells: Ints, c: int, table: Field, boxes: Field, s: Field) -> None:
-    """The columns of J W^-1 at the points."""
+    """The columns of J at the points."""
     s[_FRAME : _FRAME + 9] = 0.0
     for a in range(1, table.shape[1]):
         for k in range(3):
@@ -129,8 +129,8 @@ def quadratic_sums(  # type: ignore[no-untyped-def]
 ):
     """Energy (m,) of each cell and its derivative (m, k, 3) with respect to the cell's own nodes.
 
-    The table (3, k, q) holds derivatives of the shape functions at the points; weights (q,) sum to one. W
-    has the edge lengths boxes (m, 3) of each cell on its diagonal, and is the identity where there are none. Weights
+    The table (3, k, q) takes nodes to the columns of J at the points; weights (q,) sum to one. These are divided by
+    boxes (m, 3), the edge lengths along the axes of the ideal, where there are any. Weights
     and stiffness as of equation (12): distortion * e + evenness + angle * phi(e(u)), the latter at all points alike.
     """
     s = np.empty((_ROWS, len(weights)))

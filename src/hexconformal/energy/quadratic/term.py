@@ -1,8 +1,7 @@
-"""The distortion of a mesh of quadratic hexahedra, equation (10a)."""
+"""The distortion of a mesh of quadratic cells of one type, equation (10a)."""
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -10,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...elements import EDGES, CellType, quadratic_shape_gradients
+from ...elements import CellType, edge_derivatives, quadratic_rule
 from ...kernel import parallel_ranges
 from ...mesh import corner_incidences, node_pattern, scalar_matrix
 from ..corner_term import CornerWeights
@@ -29,20 +28,21 @@ _FOLDED = 1e60  # an energy beyond this is that of a folded point, which is huge
 
 @dataclass(frozen=True, eq=False)
 class QuadraticTerm(Term):
-    """Mean of the density (8) over the 3 x 3 x 3 Gauss-Lobatto points, the nodes of 27, and how uneven det J is.
+    """Mean of the density (8) over the points of a quadrature, of hexahedra 27 nodes, and how uneven det J is.
 
+    J is measured against the ideal of the type, as at corners of linear cells, and a cell counts by the volume of that.
     To raise the worst cells their angles count as well, equation (12).
 
     Attributes
     ----------
     cells
-        (m, 20 or 27) nodes, VTK order.
+        (m, k) nodes, VTK order.
     cell_type
-        HEXAHEDRON20 or HEXAHEDRON27.
+        Their type, quadratic, or linear ones beside quadratic ones.
     count
         Number of nodes n.
     boxes
-        (m, 3) edge lengths, with the product one, of the box that each cell should be; None for cubes.
+        (m, 3) edge lengths, with the product one, along the axes of the ideal; None where all should be ideal.
     weights
         Of the distortion and of the angles, the stiffness of these, and eps of the barrier, as at corners of linear
         cells; angles count with eps = 0 alone.
@@ -73,8 +73,9 @@ class QuadraticTerm(Term):
 
     def _sums(self, points: Field) -> tuple[float, Field]:
         energies, forces = np.empty(len(self.cells)), np.empty((*self.cells.shape, 3))
-        weights = self.weights
-        numbers = weights.eps, self.evenness, weights.distortion, weights.angle, weights.stiffness_of(self.cell_type)
+        weights, size = self.weights, self.cell_type.volume
+        shares = size * self.evenness, size * weights.distortion, size * weights.angle
+        numbers = weights.eps, *shares, weights.stiffness_of(self.cell_type)
         arguments = *_rule(self.cell_type), self._boxes, *numbers, energies, forces
         parallel_ranges(quadratic_sums, len(self.cells), points, self.cells, *arguments, smallest=64)
         total = float(energies.sum())
@@ -92,21 +93,22 @@ class QuadraticTerm(Term):
         return total, out
 
     def determinants(self, points: Field) -> Field:
-        """(m, 27) det J at the points."""
-        return np.asarray(np.linalg.det(self._frames(points)))
+        """(m, q) det J at the points."""
+        return np.asarray(np.linalg.det(self._frames(points, _rule(self.cell_type)[0])))
 
     def scaled_jacobians(self, points: Field) -> Field:
         """(m,) smallest scaled Jacobian at the points."""
-        frames = self._frames(points)
-        lengths = np.linalg.norm(frames, axis=3).prod(axis=2)
-        return np.asarray((np.linalg.det(frames) / np.maximum(lengths, 1e-300)).min(axis=1))
+        edges = self._frames(points, _edges(self.cell_type))
+        sizes = self.cell_type.corner_volume * np.maximum(np.linalg.norm(edges, axis=3).prod(axis=2), 1e-300)
+        return np.clip((np.linalg.det(edges) / sizes).min(axis=1), -1.0, 1.0)
 
     def laplacian(self, points: Field) -> scipy.sparse.csr_matrix:
-        """Scalar Laplacian L (n, n): 8 L is the frozen Hessian for constant normals, of cubes as large as the cells."""
+        """Scalar Laplacian L (n, n): 8 L is the frozen Hessian for constant normals, of ideals as large as cells."""
         table, weights = _rule(self.cell_type)
         boxes = np.ones((1, 3)) if self.boxes is None else self.boxes
         matrices = np.einsum("iaq,ibq,q,ci->cab", table, table, weights, boxes**-2.0, optimize=True)
-        ends = points[self.cells[:, EDGES]]
+        matrices *= self.cell_type.volume
+        ends = points[self.cells[:, self.cell_type.edges]]
         squares = ((ends[:, :, 1] - ends[:, :, 0]) ** 2).sum(axis=2).mean(axis=1)
         incidences, scales = corner_incidences(self.cells, self.count), 1.0 / np.maximum(squares, 1e-300)
         kinds = np.arange(len(self.cells)) % len(matrices)
@@ -128,15 +130,21 @@ class QuadraticTerm(Term):
         boxes = None if self.boxes is None else self.boxes[patch.cells]
         return replace(self, cells=patch.local[self.cells[patch.cells]], count=len(patch.nodes), boxes=boxes)
 
-    def _frames(self, points: Field) -> Field:
-        """(m, 27, 3, 3) J, a column in each row."""
+    def _frames(self, points: Field, table: Field) -> Field:
+        """(m, q, 3, 3) what a table (3, k, q) makes of the nodes, a column in each row."""
         corners = points[self.cells] - points[self.cells[:, :1]]
-        return np.einsum("iaq,mak->mqik", _rule(self.cell_type)[0], corners, optimize=True)
+        return np.einsum("iaq,mak->mqik", table, corners, optimize=True)
+
+
+@cache
+def _edges(cell_type: CellType) -> Field:
+    """(3, k, q) what takes the nodes to the edges of the corner as which each point is measured."""
+    places, corners, _ = quadratic_rule(cell_type)
+    return edge_derivatives(cell_type, places, corners)
 
 
 @cache
 def _rule(cell_type: CellType) -> tuple[Field, Field]:
-    """(3, k, 27) derivatives of the shape functions at the points, and (27,) weights."""
-    places = np.array(list(itertools.product((0.0, 0.5, 1.0), repeat=3)))
-    weights = np.array(list(itertools.product((1.0, 4.0, 1.0), repeat=3))).prod(axis=1) / 216.0
-    return np.ascontiguousarray(quadratic_shape_gradients(places, cell_type).transpose(2, 1, 0)), weights
+    """(3, k, q) what takes the nodes to the columns of J at the points, and (q,) weights."""
+    table = np.einsum("iaq,ij->jaq", _edges(cell_type), cell_type.inverse_target)
+    return np.ascontiguousarray(table), quadratic_rule(cell_type)[2]

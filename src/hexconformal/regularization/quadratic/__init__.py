@@ -1,4 +1,4 @@
-"""Regularizing quadratic hexahedra, and making them of linear ones on a surface."""
+"""Regularizing quadratic cells, and making hexahedra quadratic on a surface."""
 
 from .curving import Curved, curved
 from .run import QuadraticRegularization

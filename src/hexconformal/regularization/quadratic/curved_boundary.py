@@ -1,4 +1,4 @@
-"""The boundary of a mesh of quadratic hexahedra: that of the linear ones it is cut into, as a function of its nodes."""
+"""The boundary of a mesh of quadratic cells: that of the linear ones it is cut into, as a function of its nodes."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _EXACT = 0.02  # bounds to which distances are measured
 
 @dataclass(frozen=True, eq=False)
 class CurvedBoundary:
-    """What keeps the boundary of quadratic hexahedra.
+    """What keeps the boundary of quadratic cells.
 
     Attributes
     ----------
     cut
-        The mesh cut into linear hexahedra.
+        The mesh cut into linear cells.
     normalized
         These, normalized.
     boundary
@@ -102,7 +102,9 @@ class CurvedBoundary:
         if boundary.barrier is None:
             return cls(cut, normalized, boundary, admissible, None, options.hausdorff, kept.quads)
         quads = np.concatenate([corners.quads, kept.quads])
-        edges = np.concatenate([unique_edges(face_edges(quads)).nodes, kept.edges])
+        around = unique_edges(face_edges(quads)).nodes
+        # Triangles have their last node twice.
+        edges = np.concatenate([around[around[:, 0] != around[:, 1]], kept.edges])
         kinds = sliding_nodes(cut, boundary.barrier, cut.faces(quads), cut.edges(edges), admissible)
         held = boundary.barrier.curves.corners
         start = normalized.points[:count] / parts
@@ -120,7 +122,7 @@ class CurvedBoundary:
     @property
     def parts(self) -> int:
         """Into which edges are cut; lengths here are in edges, those of `normalized` in parts of them."""
-        return round(self.cut.per_cell ** (1 / 3))
+        return self.cut.parts
 
     @cached_property
     def start(self) -> Field:
@@ -188,7 +190,7 @@ class CurvedBoundary:
 
     def interface_rows(self, regions: Regions, points: Field) -> tuple[tuple[InterfaceRow, ...], list[str]]:
         """A row for each pair of regions that meet, and notes."""
-        parts = replace(regions, labels=np.repeat(regions.labels, self.cut.per_cell))
+        parts = replace(regions, labels=regions.labels[self.cut.owners])
         places = self.normalized.to_user(self._normalized_places(points))
         rows, notes = interface_rows(parts, self.normalized.mesh, places, self.diagonal, len(self.start))
         return tuple(replace(row, quads=row.quads // self.parts**2) for row in rows), notes

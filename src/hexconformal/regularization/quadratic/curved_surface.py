@@ -1,4 +1,4 @@
-"""The boundary of a mesh of quadratic hexahedra as quads so small that how far it is from another can be measured."""
+"""The boundary of a mesh of quadratic cells as faces so small that how far it is from another can be measured."""
 
 from __future__ import annotations
 
@@ -22,14 +22,16 @@ _MOST = 1_000_000  # parts of the cells beside the surface at most, each of whic
 
 
 def largest_bend(mesh: MixedMesh, faces: Ints) -> float:
-    """How far faces (f, 4) may be away from the one quad of their corners: n parts along a side are n^2 times nearer.
+    """How far faces (f, 4) may be away from the one of their corners: n parts along a side are n^2 times nearer.
 
-    A quadratic curve with the nodes a, b, c is |a - 2 b + c| / 2 away from a straight line, at most.
+    A quadratic curve with the nodes a, b, c is |a - 2 b + c| / 2 away from a straight line, at most; a triangle by that
+    of all three of its sides.
     """
     cut = CutMesh(mesh, 2)
-    grids = cut.places(mesh.points)[cut.faces(faces).grids]
-    both = (grids, grids.swapaxes(1, 2))
-    return 0.5 * sum(float(np.linalg.norm(x[:, 0] - 2.0 * x[:, 1] + x[:, 2], axis=-1).max(initial=0.0)) for x in both)
+    parts = cut.faces(faces)
+    grids = parts.grid_points(cut.places(mesh.points))
+    sides = (grids, grids.swapaxes(1, 2), grids[parts.halves][:, [0, 1, 2], [2, 1, 0]])
+    return 0.5 * sum(float(np.linalg.norm(x[:, 0] - 2.0 * x[:, 1] + x[:, 2], axis=-1).max(initial=0.0)) for x in sides)
 
 
 def needed_parts(mesh: MixedMesh, bend: float, tolerance: float, least: int = 2, most: int = 32) -> int:
@@ -42,7 +44,7 @@ def needed_parts(mesh: MixedMesh, bend: float, tolerance: float, least: int = 2,
 
 @dataclass(frozen=True, eq=False)
 class CurvedSurface:
-    """Some faces of a mesh, cut into quads.
+    """Some faces of a mesh, cut into small ones.
 
     Attributes
     ----------
@@ -89,7 +91,7 @@ class CurvedSurface:
 
 def _some(blocks: Sequence[CellBlock], touched: NDArray[np.bool_]) -> tuple[CellBlock, ...]:
     """The cells with a corner among the nodes that are touched."""
-    kept = [block.places[touched[block.cells[:, :8]].any(axis=1)] for block in blocks]
+    kept = [block.places[touched[block.cells[:, : block.cell_type.corners]].any(axis=1)] for block in blocks]
     order = np.sort(np.concatenate(kept))
     return tuple(
         CellBlock(block.cell_type, block.cells[np.isin(block.places, own)], np.searchsorted(order, own))

@@ -1,4 +1,4 @@
-"""L-BFGS on quadratic hexahedra, and where it ends."""
+"""L-BFGS on quadratic cells, and where it ends."""
 
 from __future__ import annotations
 

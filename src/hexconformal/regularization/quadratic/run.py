@@ -1,4 +1,4 @@
-"""A run for meshes of quadratic hexahedra, watched and stopped as that for linear ones is."""
+"""A run for meshes of quadratic cells, watched and stopped as that for linear ones is."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import MeshError, OptionError, first_ids, first_names
-from ...elements import QUADRATIC_TYPES
 from ...formulation import LEVEL, Iteration
 from ...io import as_volume_mesh
-from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays
+from ...mesh import HexMesh, MixedMesh, blocks_of, counts_by_type, region_arrays, with_wedges_upright
 from ...quality import Quality, nodes_without_room, quality, require_sound
 from ..acceptance import no_worse_than, room_notes
 from ..options import Options, Record
@@ -40,16 +39,16 @@ _SHARES = (1.0, 0.98, 0.95, 0.9, 0.8, 0.6, 0.4, 0.2)  # of all displacements, un
 
 
 class QuadraticRegularization:
-    """A run on hexahedra of 20 or 27 nodes, used as a :class:`hexconformal.Regularization`.
+    """A run on quadratic cells, used as a :class:`hexconformal.Regularization`.
 
-    Nodes between corners move as these do; curved faces slide on the curved surface that there was. Linear hexahedra
-    beside them are measured at the same points.
+    Nodes between corners move as these do; curved faces slide on the curved surface that there was. Linear cells beside
+    them are measured at the same points.
 
     Parameters
     ----------
     mesh
-        Anything :func:`hexconformal.as_volume_mesh` takes, of these cells and linear hexahedra, where the two share
-        no edge.
+        Anything :func:`hexconformal.as_volume_mesh` takes, with quadratic cells, and linear ones where the two share no
+        edge.
     options
         Those on the boundary and on what is kept count, `emphasis`, `gradient_tolerance` and `max_iterations`; others
         must have their defaults.
@@ -78,13 +77,13 @@ class QuadraticRegularization:
         self._began = time.perf_counter()
         self.options = options
         taken, self._from_our_mesh = as_volume_mesh(mesh), isinstance(mesh, HexMesh | MixedMesh)
-        curved = any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(taken))
+        curved = any(block.cell_type.straight for block in blocks_of(taken))
         if not isinstance(taken, MixedMesh) or not curved:
-            raise MeshError(f"a mesh must have quadratic hexahedra here, and has {counts_by_type(blocks_of(taken))}")
+            raise MeshError(f"a mesh must have quadratic cells here, and has {counts_by_type(blocks_of(taken))}")
         others = [one.name for one in fields(Options) if one.name not in _OPTIONS]
         meant = [name for name in others if not _is_default(name, getattr(options, name))]
         if meant:
-            raise OptionError(f"for hexahedra of 20 or 27 nodes there is no {first_names(meant)}: leave the default")
+            raise OptionError(f"for cells of second order there is no {first_names(meant)}: leave the default")
         self.mesh: MixedMesh = taken
         self.history: list[Record] = []
         findings = require_sound(taken)
@@ -94,7 +93,9 @@ class QuadraticRegularization:
             raise MeshError(f"{'; '.join(torn)}: {advice}")
         found = [finding.message for finding in findings if finding.kind != "higher order"]
         self._notes = (*found, *taken.notes)
-        self._setting = QuadraticSetting.of(taken, options, QuadraticSchedule() if schedule is None else schedule)
+        self._setting = QuadraticSetting.of(
+            with_wedges_upright(taken), options, QuadraticSchedule() if schedule is None else schedule
+        )
         self._points = self._before_raising = self._setting.start
         self._valid = self._setting.valid(self._points)
         self._invalid = int((~self._valid).sum())

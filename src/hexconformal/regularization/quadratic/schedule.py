@@ -1,4 +1,4 @@
-"""The tuned numbers of the run for quadratic hexahedra, and of making them of linear ones."""
+"""The tuned numbers of the run for quadratic cells, and of making quadratic hexahedra of linear ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["CurvingSchedule", "QuadraticSchedule"]
 
 @dataclass(frozen=True)
 class QuadraticSchedule(Schedule):
-    """Numbers of the run for quadratic hexahedra.
+    """Numbers of the run for quadratic cells.
 
     Attributes
     ----------

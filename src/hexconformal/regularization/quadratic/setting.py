@@ -1,4 +1,4 @@
-"""A mesh of quadratic hexahedra in units of its edges, and what of it moves."""
+"""A mesh of quadratic cells in units of its edges, and what of it moves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...elements import determinant_bounds
+from ...elements import collapsed_cells, determinant_bounds
 from ...energy import CornerWeights, Objective, QuadraticTerm, Term, stretched_boxes
 from ...mesh import SERIAL, CellBlock, HexMesh, MixedMesh, Regions, collapsed_mesh, find_regions
 from ...solver import AdmissibleDirections, LaplacePreconditioner, Preconditioner, Problem
@@ -31,7 +31,7 @@ class QuadraticSetting:
     Attributes
     ----------
     mesh
-        The user's mesh, of quadratic hexahedra alone.
+        The user's mesh, of quadratic cells, and linear ones beside them.
     options
         The options.
     schedule
@@ -142,7 +142,8 @@ class QuadraticSetting:
     @cached_property
     def boxes(self) -> tuple[Field | None, ...]:
         """Of each type, the boxes of cells that are stretched on purpose."""
-        return tuple(stretched_boxes(self.start, np.ascontiguousarray(block.cells[:, :8])) for block in self.blocks)
+        tables = (collapsed_cells(block.cells, block.cell_type) for block in self.blocks)
+        return tuple(stretched_boxes(self.start, table) for table in tables)
 
     def terms(self, weights: CornerWeights | None = None) -> tuple[QuadraticTerm, ...]:
         """Equation (10a) for each type, with angles as of equation (12) where they have a weight."""

@@ -1,7 +1,7 @@
 """Nodes that slide on a curved surface: where they are brought back to, and which way they may go from there.
 
-A face of a quadratic hexahedron is the image of a square. The place of a node on it is found on flat parts, by walking,
-and then on the face itself, by the method of Gauss and Newton.
+A face of a quadratic cell is the image of a square, or of half of one. The place of a node on it is found on flat
+parts, by walking, and then on the face itself, by the method of Gauss and Newton.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ __all__ = ["Sliding", "SlidingNodes", "sliding_nodes"]
 
 Field = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 Walk = Callable[[Field, Ints], ClosestPoints]
 
 _CORRECTIONS = 3  # steps of Gauss and Newton, which begin within a part of a face
@@ -43,6 +44,8 @@ class SlidingNodes:
         (p, j, 2) as of :class:`Parts`, of the parts in the order that walks know.
     grids
         (p, 3, 3, 3) or (p, 3, 1, 3) points of the face, or edge, of each part.
+    halves
+        (p,) parts of triangles, the images of half of the square.
     """
 
     nodes: Ints
@@ -50,6 +53,7 @@ class SlidingNodes:
     walk: Walk
     places: Field
     grids: Field
+    halves: Mask
 
     def found(self, places: Field) -> tuple[Field, Field, Ints]:
         """Closest points (k, 3) to some places, tangents (k, d, 3) there, and the parts (k,) that they are near to."""
@@ -62,9 +66,18 @@ class SlidingNodes:
             metric += 1e-12 * np.trace(metric, axis1=1, axis2=2)[:, None, None] * np.eye(metric.shape[1])
             away = np.einsum("kdr,kr->kd", tangents, places - positions)
             size = metric.shape[1]
-            uv[:, :size] = np.clip(uv[:, :size] + np.linalg.solve(metric, away[..., None])[..., 0], 0.0, 1.0)
+            uv[:, :size] += np.linalg.solve(metric, away[..., None])[..., 0]
+            _keep_inside(uv, self.halves[there.faces])
             positions, tangents = _on_grids(grids, uv)
         return positions, tangents, there.faces
+
+
+def _keep_inside(uv: Field, halves: Mask) -> None:
+    """Bring places (k, 2) into the unit square, those on halves of it to these, in place."""
+    np.clip(uv, 0.0, 1.0, out=uv)
+    beyond = np.where(halves, 0.5 * np.maximum(uv.sum(axis=1) - 1.0, 0.0), 0.0)
+    uv -= beyond[:, None]
+    np.clip(uv, 0.0, 1.0, out=uv)
 
 
 def _on_grids(grids: Field, uv: Field) -> tuple[Field, Field]:
@@ -117,26 +130,30 @@ def sliding_nodes(
     own = ~taken[ends]
     own[own] = free[ends[own]] > 2
     tables = _in_order(faces, quads, points)
-    out.append(SlidingNodes(ends[own], first[own] // 4, surface.closest_by_walk, *tables))
+    out.append(SlidingNodes(ends[own], first[own] // quads.shape[1], surface.closest_by_walk, *tables))
     return tuple(out)
 
 
-def _of_edges(parts: Parts, rows: Ints, points: Field) -> tuple[Field, Field]:
+def _of_edges(parts: Parts, rows: Ints, points: Field) -> tuple[Field, Field, Mask]:
     """The same as of faces; what is found to be sharp though it is within a face is straight."""
     known = parts.matching(rows) < len(parts.nodes)
     ends = points[rows]
     places = np.tile([[0.0, 0.0], [1.0, 0.0]], (len(rows), 1, 1))
     grids = np.stack([ends[:, 0], ends.mean(axis=1), ends[:, 1]], axis=1)[:, :, None]
-    places[known], grids[known] = _in_order(parts, rows[known], points)
-    return places, grids
+    places[known], grids[known], _ = _in_order(parts, rows[known], points)
+    return places, grids, np.zeros(len(rows), dtype=bool)
 
 
-def _in_order(parts: Parts, rows: Ints, points: Field) -> tuple[Field, Field]:
-    """Places (k, j, 2) of the nodes of rows (k, j), which are parts, in their order; and points of what they are on."""
-    which = parts.matching(rows)
-    mine, wanted = np.argsort(parts.nodes[which], axis=1), np.argsort(np.argsort(rows, axis=1), axis=1)
-    order = np.take_along_axis(mine, wanted, axis=1)[..., None]
-    return np.take_along_axis(parts.places[which], order, axis=1), points[parts.grids[which // parts.each]]
+def _in_order(parts: Parts, rows: Ints, points: Field) -> tuple[Field, Field, Mask]:
+    """Places (k, j, 2) of the nodes of rows (k, j), which are parts, in their order.
+
+    Points of what they are on, and which of these are triangles.
+    """
+    whole = rows if rows.shape[1] == parts.nodes.shape[1] else rows[:, [0, 1, 2, 2]]
+    which = parts.matching(whole)
+    order = (parts.nodes[which][:, None] == rows[:, :, None]).argmax(axis=2)[..., None]
+    faces = which // parts.each
+    return np.take_along_axis(parts.places[which], order, axis=1), parts.grid_points(points)[faces], parts.halves[faces]
 
 
 class Sliding(Space):

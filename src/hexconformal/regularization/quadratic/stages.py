@@ -1,4 +1,4 @@
-"""Stages of a run on quadratic hexahedra once they are unfolded: lowering the distortion, raising the worst cells."""
+"""Stages of a run on quadratic cells once they are unfolded: lowering the distortion, raising the worst cells."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Where to begin to unfold: straight cells unfolded first, the bends of what stays going on inside.
 
-Corners of quadratic hexahedra alone are a mesh of linear ones, which is unfolded sooner, equation (9). What the faces
+Corners of quadratic cells alone are a mesh of linear ones, which is unfolded sooner, equation (9). What the faces
 and edges that stay are away from its straight ones, is extended to the nodes inside as a harmonic field.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...elements import HEXAHEDRON, from_nodes
+from ...elements import means_of_corners
 from ...energy import CornerWeights
 from ...formulation import Formulation, convex_newton
 from ...solver import AdmissibleDirections
@@ -21,8 +21,6 @@ __all__ = ["straight_start"]
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_STRAIGHT = from_nodes(HEXAHEDRON)  # (27, 8) shares of the corners in the nodes of straight cells
-
 
 def straight_start(setting: QuadraticSetting, points: Field) -> Field:
     """The points (n, 3), in edges, with the inner nodes of the cells that count at other places; all others stay."""
@@ -30,8 +28,8 @@ def straight_start(setting: QuadraticSetting, points: Field) -> Field:
     placed = _with_corners_unfolded(setting, points, inner)
     straight = placed.copy()
     for block in setting.blocks:
-        shares = _STRAIGHT[: block.cells.shape[1]]
-        straight[block.cells] = np.einsum("ka,cad->ckd", shares, placed[block.cells[:, :8]])
+        shares = means_of_corners(block.cell_type)
+        straight[block.cells] = np.einsum("ka,cad->ckd", shares, placed[block.cells[:, : shares.shape[1]]])
     bends = extended(setting.laplacian(straight), np.where(inner[:, None], 0.0, placed - straight), inner)
     return np.where(inner[:, None], straight + bends, points)
 
@@ -59,12 +57,11 @@ def _with_corners_unfolded(setting: QuadraticSetting, points: Field, inner: Mask
 def _straight_cells(setting: QuadraticSetting) -> Formulation:
     """What objectives of the straight cells are made of, of those that count; no node is held."""
     counting, count = ~setting.left_out, len(setting.start)
-    boxes = np.ones((len(counting), 3))
-    for block, own in zip(setting.blocks, setting.boxes, strict=True):
-        if own is not None:
-            boxes[block.places] = own
-    inverses = np.zeros((len(counting), 1, 3, 3))
-    inverses[:, 0, [0, 1, 2], [0, 1, 2]] = 1.0 / boxes
+    inverses = np.empty((len(counting), 1, 3, 3))
+    for block, boxes in zip(setting.blocks, setting.boxes, strict=True):
+        inverses[block.places, 0] = block.cell_type.inverse_target
+        if boxes is not None:
+            inverses[block.places, 0] /= boxes[:, None]
     free = AdmissibleDirections(np.empty(0, dtype=np.int64), np.empty((0, 3, 3)))
     cells = np.ascontiguousarray(setting.corners.cells[counting])
     return Formulation(cells, count, np.ascontiguousarray(inverses[counting]), free)

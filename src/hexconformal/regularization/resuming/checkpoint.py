@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common import OptionError, agreed
-from ...elements import QUADRATIC_TYPES
 from ...io import as_volume_mesh
 from ...mesh import HexMesh, MixedMesh, blocks_of
 from ...ranks import node_ids_of
@@ -145,8 +144,8 @@ def _require_resumable(mesh: HexMesh | MixedMesh, options: Options) -> None:
     """Raise an OptionError where runs cannot go on from what an earlier one has reached yet."""
     if options.surface is not None:
         raise OptionError("a checkpoint must go without another surface to slide on: runs cannot go on there yet")
-    if any(block.cell_type.name in QUADRATIC_TYPES for block in blocks_of(mesh)):
-        raise OptionError("a checkpoint must go without hexahedra of 20 or 27 nodes: runs cannot go on there yet")
+    if any(block.cell_type.straight for block in blocks_of(mesh)):
+        raise OptionError("a checkpoint must go without cells of second order: runs cannot go on there yet")
 
 
 def _fingerprint(mesh: HexMesh | MixedMesh, options: Options, comm: Any) -> str:
