@@ -69,6 +69,8 @@ def test_meshio_has_the_cells_that_a_format_is_said_to_have(extension, module, t
     known = {name for name in getattr(import_module(module), table) if name in there}
     # What our copies of MED's reader and writer know besides.
     known |= {"quad9", "wedge18", "hexahedron27"} if extension == ".med" else set()
+    # What it writes beside other cells, and cannot read.
+    known -= {"wedge18"} if extension == ".xdmf" else set()
     assert set(FORMATS[extension].capabilities.cell_types.split()) == known
 
 

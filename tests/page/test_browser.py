@@ -1,6 +1,7 @@
 """Pages in a real browser: they open without a complaint or a request, and show what the numbers say."""
 
 import io
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from web_pages import Opened
 
 import hexconformal as hc
 from hexconformal import generate
+from hexconformal.elements import TETRAHEDRON10
 from hexconformal.page import PageSchedule, volume_page
 from surface import as_surface_mesh
 from surface.page import surface_page
@@ -349,6 +351,27 @@ def test_curved_faces_go_through_their_middles(started, tmp_path):
     assert len(drawn) == 6 * 25
     on_skin = bulged[np.unique(opened.ask("Array.from(page.mesh.middles)") + [0])]
     nearest = np.abs(drawn[:, None] - on_skin).max(axis=2).min(axis=0)
+    assert nearest.max() < 1e-6
+
+
+def test_curved_triangles_are_those_of_six_nodes(started, tmp_path):
+    """Of a tetrahedron of ten nodes each drawn place is that of one of its faces, as its shape functions have it."""
+    points = TETRAHEDRON10.ideal.copy()
+    points[4:] += np.random.default_rng(3).uniform(-0.1, 0.1, (6, 3))
+    volume_page(hc.as_volume_mesh((points, {"tetra10": [range(10)]}))).write(tmp_path / "page.html")
+    opened = Opened(started, tmp_path / "page.html").ready()
+    flat = opened.ask("Array.from(page.views.after.faces.geometry.attributes.position.array)")
+    drawn = np.array(flat).reshape(-1, 3) * opened.ask("page.mesh.diagonal") + opened.ask("page.mesh.middle")
+    assert len(drawn) == 4 * 25
+    u, v = (at.ravel()[:, None] for at in np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 5)))
+    middle = {frozenset(ends): 4 + k for k, ends in enumerate([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])}
+    exact = []
+    for i, j, k in permutations(range(4), 3):
+        a, b, c = (1 - u) * (1 - v), u * (1 - v), v
+        ij, jk, ki = (points[middle[frozenset(ends)]] for ends in ((i, j), (j, k), (k, i)))
+        corners = a * (2 * a - 1) * points[i] + b * (2 * b - 1) * points[j] + c * (2 * c - 1) * points[k]
+        exact.append(corners + 4 * (a * b * ij + b * c * jk + c * a * ki))
+    nearest = np.abs(drawn[:, None] - np.concatenate(exact)).max(axis=2).min(axis=1)
     assert nearest.max() < 1e-6
 
 

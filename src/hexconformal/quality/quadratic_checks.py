@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..common import MeshError, first_ids
 from ..elements import CellType, between
 from ..mesh import CellBlock, HexMesh, MixedMesh, blocks_of, counts_by_type
-from .finding import Finding, warning
+from .finding import Finding, error, warning
 
 __all__ = ["check_quadratic", "require_linear"]
 
@@ -38,7 +38,10 @@ def check_quadratic(mesh: MixedMesh) -> list[Finding]:
         torn = _torn(mesh.blocks, size)
         if len(torn):
             text = f"cells with {what} that have another node in their middle, or none, in a cell beside"
-            found.append(warning(f"torn {what}", torn, f"{text}: {first_ids(torn, mesh.cell_labels)}"))
+            advice = (
+                "give all the same, in VTK's order of nodes, or work on their corners: linearize=True (--linearize)"
+            )
+            found.append(error(f"torn {what}", torn, f"{text}: {first_ids(torn, mesh.cell_labels)}; {advice}"))
     return found
 
 

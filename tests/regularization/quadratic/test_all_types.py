@@ -6,6 +6,7 @@ from meshes.mixed import cut_into_pyramids, cut_into_tetrahedra, mixed_block
 from meshes.quadratic_cells import raised, rounded
 
 import hexconformal as hc
+from hexconformal.elements import SECOND_ORDER
 
 MOST = {"hexahedron": 27, "wedge": 18, "pyramid": 14, "tetra": 10}
 FEWEST = {"hexahedron": 20, "wedge": 15, "pyramid": 13, "tetra": 10}
@@ -130,3 +131,12 @@ def test_where_the_order_differs_the_result_is_the_same_but_for_that(name):
     one, other = (hc.regularize(each, boundary="fixed").report.after for each in (mesh, shuffled))
     assert one.scaled_jacobian.min == pytest.approx(other.scaled_jacobian.min, abs=0.02)
     assert one.scaled_jacobian.mean == pytest.approx(other.scaled_jacobian.mean, abs=0.005)
+
+
+def test_a_flat_cell_alone_is_told_and_ends_no_run():
+    """Of one flat cell two corners of which are in one place there is no energy whose fall could be measured."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.0]])
+    points = np.concatenate([corners, [corners[list(ends)].mean(axis=0) for ends in SECOND_ORDER["tetra10"][1]]])
+    report = hc.regularize((points, {"tetra10": [range(10)]})).report
+    assert report.after.invalid == 1
+    assert not report.converged

@@ -207,7 +207,7 @@ def test_where_a_linear_face_meets_a_quadratic_one_both_are_refused():
     cells = mesh.blocks[0].cells
     both = hc.MixedMesh.of_types(mesh.points, {"hexahedron20": cells[:1], "hexahedron": cells[1:, :8]})
     with pytest.raises(
-        hc.MeshError, match=r"another node in their middle, or none, .*: 2 \(ids 0, 1\): give all cells"
+        hc.MeshError, match=r"another node in their middle, or none, .*: 2 \(ids 0, 1\); give all the same"
     ):
         hc.regularize(both, boundary="fixed")
 
@@ -218,7 +218,7 @@ def test_where_a_linear_edge_meets_a_quadratic_one_both_are_refused():
     # The first and the last of two by two cells have one edge in common.
     both = {"hexahedron": cells[:1], "hexahedron20": mesh.blocks[0].cells[3:]}
     with pytest.raises(
-        hc.MeshError, match=r"cells with edges that have another node .*: 2 \(ids 0, 1\): give all cells"
+        hc.MeshError, match=r"cells with edges that have another node .*: 2 \(ids 0, 1\); give all the same"
     ):
         hc.regularize((mesh.points, both))
 

@@ -87,10 +87,6 @@ class QuadraticRegularization:
         self.mesh: MixedMesh = taken
         self.history: list[Record] = []
         findings = require_sound(taken)
-        torn = [finding.message for finding in findings if finding.kind in ("torn edges", "torn faces")]
-        if torn:
-            advice = "give all cells the same, or work on their corners, linearize=True (--linearize)"
-            raise MeshError(f"{'; '.join(torn)}: {advice}")
         found = [finding.message for finding in findings if finding.kind != "higher order"]
         self._notes = (*found, *taken.notes)
         self._setting = QuadraticSetting.of(

@@ -64,7 +64,9 @@ def _unfolded(setting: QuadraticSetting, points: Field) -> Iterator[Field]:
             return
         if since == schedule.patience:
             break
-        progress = max(1.0 - last.energy / first.energy, schedule.progress)
+        # Flat cells alone may have no energy at all.
+        won = 1.0 - last.energy / first.energy if first.energy > 0.0 else 0.0
+        progress = max(won, schedule.progress)
         # Equation (9); chi without cancellation where the determinant is negative.
         chi = 0.25 * eps * eps / (0.5 * (abs(smallest) + np.hypot(eps, smallest)))
         aim = (1.0 - progress) * chi

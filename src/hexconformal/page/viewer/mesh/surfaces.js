@@ -5,6 +5,9 @@ import { BufferAttribute, BufferGeometry } from "three";
 import { edgeKey } from "./mesh.js";
 
 const PARTS = 4; // of each side of a curved face
+// Shares of corners and middles of sides in the centre, of faces of eight nodes and of triangles of six.
+const OF_QUAD = [-0.25, -0.25, -0.25, -0.25, 0.5, 0.5, 0.5, 0.5];
+const OF_TRIANGLE = [-0.125, -0.125, 0, 0, 0.25, 0.5, 0, 0.5];
 const NONE = -1e30; // a value that is not there
 
 /** Faces with a drawn cell on one side only, and that cell; where all are drawn those of the skin will do. */
@@ -172,14 +175,18 @@ class Target {
     }
   }
 
-  /** Place and value at corners, middles of sides and centre of a face; the centre of eight nodes is a mean of these. */
+  /**
+   * Place and value at corners, middles of sides and centre of a face. The centre of eight nodes is a mean of these; a
+   * triangle is a face with its last corner twice, and its centre another one.
+   */
   nineNodes(face, valueOf) {
     const { faces, middles } = this.mesh;
     const at = (node) => [...this.points.subarray(3 * node, 3 * node + 3), valueOf(node)];
     const nodes = [0, 1, 2, 3].map((k) => at(faces[4 * face + k]));
     for (let k = 0; k < 4; k += 1) nodes.push(at(middles[5 * face + k]));
     const centre = middles[5 * face + 4];
-    const mean = (c) => nodes.reduce((sum, node, k) => sum + (k < 4 ? -0.25 : 0.5) * node[c], 0);
+    const weights = faces[4 * face + 2] === faces[4 * face + 3] ? OF_TRIANGLE : OF_QUAD;
+    const mean = (c) => nodes.reduce((sum, node, k) => sum + weights[k] * node[c], 0);
     return [...nodes, centre >= 0 ? at(centre) : [0, 1, 2, 3].map(mean)];
   }
 
