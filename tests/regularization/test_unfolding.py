@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import hexconformal as hc
 from hexconformal.formulation import Work
@@ -48,6 +49,7 @@ def test_where_the_boundary_must_come_back_it_is_held_while_what_is_inside_is_un
     np.testing.assert_array_equal(instead.points[quads], start[quads])
 
 
+@pytest.mark.long
 def test_faces_that_are_held_turned_over_are_told():
     points, cells = hc.generate.box((4, 4, 2))
     floor = points[:, 2] == 0
@@ -67,6 +69,7 @@ def two_neighbours_twice():
     return np.concatenate([points, [3.0, 0, 0] + np.array(beside, dtype=float)]), np.concatenate([cells, twice + 64])
 
 
+@pytest.mark.long
 def test_cells_that_cannot_all_be_valid_are_tried_once():
     points, cells = two_neighbours_twice()
     setting = Setting(NormalizedMesh(hc.HexMesh(points, cells)), hc.Options())
