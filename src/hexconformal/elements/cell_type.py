@@ -104,6 +104,11 @@ class CellType:
         coordinates.setflags(write=False)
         return coordinates
 
+    @property
+    def quads(self) -> tuple[tuple[int, ...], ...]:
+        """Corners of its faces, four of each: triangles have their last twice."""
+        return tuple((*face, face[-1])[:4] for face in self.faces)
+
     @cached_property
     def inverse_target(self) -> Field:
         """(3, 3) W^-1: takes the edges E of a corner to J = E W^-1."""

@@ -18,7 +18,7 @@ __all__ = [
     "edge_weights",
     "gauss_rule",
 ]
-__all__ += ["shape_gradients"]
+__all__ += ["shape_gradients", "trilinear_shapes"]
 
 # Reference coordinates in the unit cube of the eight nodes.
 CORNERS = np.array(
@@ -52,6 +52,17 @@ HEXAHEDRON = CellType(
     mirrored=(4, 5, 6, 7, 0, 1, 2, 3),
     reference_volume=1.0,
 )
+
+
+def trilinear_shapes(xi: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(q, 8) the eight trilinear shape functions at points (q, 3) in the unit cube.
+
+    Examples
+    --------
+    >>> trilinear_shapes(np.array([[0.5, 0.0, 0.0]]))
+    array([[0.5, 0.5, 0. , 0. , 0. , 0. , 0. , 0. ]])
+    """
+    return np.asarray(np.where(CORNERS == 1, xi[:, None], 1.0 - xi[:, None]).prod(axis=2))
 
 
 def shape_gradients(xi: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -173,7 +173,7 @@ def cell_blocks(types: NDArray[Any], offsets: NDArray[np.int64], nodes: NDArray[
     ['triangle', 'tetra']
     """
     found = []
-    for code in np.unique(types).tolist():
+    for code in np.flatnonzero(np.bincount(types)).tolist():
         rows = np.flatnonzero(types == code)
         size = offsets[rows + 1] - offsets[rows]
         if code in _NAMES:

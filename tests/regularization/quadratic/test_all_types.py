@@ -28,12 +28,17 @@ def perturbed(mesh, outside, amount, seed=0):
     return mesh.replaced(mesh.points + ~outside[:, None] * moves)
 
 
+def round_body(name, nodes):
+    """A body with curved cells, and which of its nodes are on the boundary."""
+    make, axes = ROUND[name]
+    mesh, outside, numbers = raised(make(), nodes)
+    return rounded(mesh, outside, numbers, axes), outside
+
+
 @each_number
 @pytest.mark.parametrize("name", list(ROUND))
 def test_tangled_round_bodies_are_unfolded_within_a_boundary_that_stays(name, nodes):
-    make, axes = ROUND[name]
-    mesh, outside, numbers = raised(make(), nodes)
-    first = rounded(mesh, outside, numbers, axes)
+    first, outside = round_body(name, nodes)
     assert hc.quality(first).valid.all()
     tangled = perturbed(first, outside, 0.2)
     assert (~hc.quality(tangled).valid).mean() > 0.3
@@ -47,9 +52,7 @@ def test_tangled_round_bodies_are_unfolded_within_a_boundary_that_stays(name, no
 @each_number
 @pytest.mark.parametrize("name", list(ROUND))
 def test_on_a_round_boundary_nodes_slide(name, nodes):
-    make, axes = ROUND[name]
-    mesh, outside, numbers = raised(make(), nodes)
-    first = rounded(mesh, outside, numbers, axes)
+    (first, outside), axes = round_body(name, nodes), ROUND[name][1]
     result = hc.regularize(perturbed(first, outside, 0.2), hausdorff=0.02)
     assert result.report.after.invalid == 0
     assert result.report.boundary_moved > 0.3 * outside.sum()
@@ -122,9 +125,8 @@ def test_linear_cells_beside_quadratic_ones(linear):
 
 @pytest.mark.parametrize("name", ["tetra", "wedge"])
 def test_where_the_order_differs_the_result_is_the_same_but_for_that(name):
-    make, axes = ROUND[name]
-    mesh, outside, numbers = raised(make(), FEWEST)
-    mesh = perturbed(rounded(mesh, outside, numbers, axes), outside, 0.1)
+    mesh, outside = round_body(name, FEWEST)
+    mesh = perturbed(mesh, outside, 0.1)
     order = np.random.default_rng(1).permutation(len(mesh.points))
     cells = {one.cell_type.name: np.argsort(order)[one.cells] for one in mesh.blocks}
     shuffled = hc.MixedMesh.of_types(mesh.points[order], cells)

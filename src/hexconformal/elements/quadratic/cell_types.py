@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..cell_type import CellType
 from ..collapsed import COLLAPSED
-from ..hexahedron import CORNERS, FACES, HEXAHEDRON
+from ..hexahedron import CORNERS, FACES, HEXAHEDRON, trilinear_shapes
 from ..pyramid import PYRAMID
 from ..tetrahedron import TETRAHEDRON
 from ..wedge import WEDGE
@@ -168,10 +168,8 @@ def from_nodes(cell_type: CellType) -> Field:
     >>> from_nodes(TETRAHEDRON10)[7].tolist()  # a corner of the hexahedron
     [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
-    places = LATTICE / 2.0
-    trilinear = np.where(CORNERS == 1, places[:, None], 1.0 - places[:, None]).prod(axis=2)
     linear = np.zeros((27, cell_type.corners))
-    np.add.at(linear.T, np.array(COLLAPSED[cell_type.linear.name]), trilinear.T)
+    np.add.at(linear.T, np.array(COLLAPSED[cell_type.linear.name]), trilinear_shapes(LATTICE / 2.0).T)
     matrix = linear
     if cell_type.straight:
         full = FULL_TYPES[cell_type.straight]

@@ -103,7 +103,7 @@ def cell_parts(cell_type: CellType, n: int) -> CellParts:
     for one, nodes in zip(typed, _split(which.ravel(), typed), strict=True):
         cells.append(nodes[:, COLLAPSED[one.name]])
         own = np.zeros((len(nodes), 6, 4), dtype=np.int64)
-        own[:, : len(one.faces)] = nodes[:, [[*face, face[-1]][:4] for face in one.faces]]
+        own[:, : len(one.faces)] = nodes[:, one.quads]
         faces.append(own)
     table = np.concatenate(cells)
     order = np.lexsort(lattice[table].sum(axis=1).T[::-1])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..cell_type import CellType
 from ..collapsed import COLLAPSED
-from ..hexahedron import CORNERS, HEXAHEDRON, shape_gradients
+from ..hexahedron import HEXAHEDRON, shape_gradients, trilinear_shapes
 from ..pyramid import PYRAMID
 from ..tetrahedron import TETRAHEDRON
 from ..wedge import WEDGE
@@ -48,15 +48,10 @@ def in_cube(reference: Field, cell_type: CellType) -> Field:
     # The last coordinate is the same everywhere; edges along the others are the shorter the more the cell narrows.
     for axis in (2, 1, 0):
         where = [np.eye(3)[axis] * end + np.where(np.arange(3) > axis, out, 0.0) for end in (0.0, 1.0)]
-        low, high = (_trilinear(place) @ corners[:, axis] for place in where)
+        low, high = (trilinear_shapes(place) @ corners[:, axis] for place in where)
         wide = np.abs(high - low) > 1e-9
         out[wide, axis] = ((reference[:, axis] - low)[wide]) / (high - low)[wide]
     return out
-
-
-def _trilinear(places: Field) -> Field:
-    """(q, 8) shape functions of a linear hexahedron."""
-    return np.asarray(np.where(CORNERS == 1, places[:, None], 1.0 - places[:, None]).prod(axis=2))
 
 
 @cache
@@ -107,7 +102,7 @@ def nearest_corners(cell_type: CellType, places: Field) -> tuple[Ints, Ints]:
     """
     pattern, count = COLLAPSED[cell_type.linear.name], len(cell_type.neighbours)
     near = np.zeros((len(places), count))
-    for corner, share in zip(range(8), _trilinear(places).T, strict=True):
+    for corner, share in zip(range(8), trilinear_shapes(places).T, strict=True):
         # At an apex the corner of the base below it counts.
         near[:, pattern[corner] if pattern[corner] < count else pattern[corner - 4]] += share
     nearest = near > near.max(axis=1, keepdims=True) - 1e-9

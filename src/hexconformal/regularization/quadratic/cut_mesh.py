@@ -184,7 +184,7 @@ class CutMesh:
 
     def faces(self, quads: Ints) -> Parts:
         """Parts of faces (k, 4) of cells that are given by their corners, triangles with their last twice: n^2 each."""
-        return self._of(quads, _faces, attrgetter("faces", "on_faces"))
+        return self._of(quads, lambda cell_type: np.array(cell_type.quads), attrgetter("faces", "on_faces"))
 
     def edges(self, pairs: Ints) -> Parts:
         """Parts of edges (k, 2) of cells that are given by their corners: n of each."""
@@ -214,8 +214,3 @@ class CutMesh:
             away = cut.reference[parts[which]] - origin[:, None, None]
             places[mine] = np.rint(self.parts * np.einsum("kpjr,krd->kpjd", away, np.linalg.pinv(along))) / self.parts
         return Parts(nodes.reshape(-1, nodes.shape[2]), places.reshape(-1, nodes.shape[2], 2), grids)
-
-
-def _faces(cell_type: CellType) -> Ints:
-    """(f, 4) corners of the faces of a type, triangles with their last twice."""
-    return np.array([[*face, face[-1]][:4] for face in cell_type.faces])
